@@ -128,6 +128,6 @@ def test_large_flat_faces_meet_where_an_edge_has_one_on_either_side() -> None:
     """Contact detection lets such faces meet as a whole; here their edges and corners count."""
     table = hf.Body("table", holed(0.2), pose=pose_from(np.array([0, 0, -0.1]), NO_TURN), fixed=True)
     moved, _, pose = let_down(holed(0.1), [table], (0.03, 0.045, 0.08), (0.997, 0.06, 0.04, 0.02))
-    assert (moved.skin.facet >= 0).any()
+    assert (moved.mesh.facet >= 0).any()
     assert pose[:3, 2] == pytest.approx([0, 0, 1], abs=1e-6)
     assert pose[2, 3] == pytest.approx(0.05, abs=1e-5)

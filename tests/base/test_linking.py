@@ -16,7 +16,7 @@ from numba.core.targetconfig import TargetConfig
 
 import holdfast
 from holdfast.base.compiled import compilable, compiled, machine_code
-from holdfast.base.linking import SHORT, _briskly
+from holdfast.base.linking import SHORT, _fast_compilation
 
 PACKAGE = Path(holdfast.__file__).parent
 
@@ -132,7 +132,7 @@ def test_garbage_is_collected_as_before_afterwards() -> None:
     try:
         for before in (True, False):
             (gc.enable if before else gc.disable)()
-            with _briskly(), _briskly():
+            with _fast_compilation(), _fast_compilation():
                 assert not gc.isenabled()
             assert gc.isenabled() == before
     finally:
@@ -145,7 +145,7 @@ def test_numba_compares_its_options_as_before() -> None:
     one, set_, unset = Flags(), Flags(), Flags()
     set_.release_gil, unset.release_gil = True, False  # the default, but said
     hashes = [hash(each) for each in (one, set_, unset)]
-    with _briskly():
+    with _fast_compilation():
         assert (TargetConfig.__hash__, TargetConfig.__eq__) != own
         assert [hash(each) for each in (one, set_, unset)] == hashes
         assert one == unset == Flags()

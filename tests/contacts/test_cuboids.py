@@ -10,7 +10,7 @@ from holdfast.base.arrays import Float
 from holdfast.contacts.cuboids import Near, patches_of
 from holdfast.contacts.detect import NEGLIGIBLE_WIDTH, find_patches
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.skin import Skin
+from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box
@@ -33,7 +33,7 @@ def directly(a: Body, b: Body, gap: float = GAP) -> tuple[Patch, ...] | None:
 
 
 def through_triangles(a: Body, b: Body, gap: float = GAP) -> tuple[Patch, ...]:
-    return find_patches(a, b, Skin.of(a), Skin.of(b), Tolerances(gap, 1.0).between(a, b))
+    return find_patches(a, b, SearchMesh.of(a), SearchMesh.of(b), Tolerances(gap, 1.0).between(a, b))
 
 
 def assert_same(one: Patch, other: Patch) -> None:

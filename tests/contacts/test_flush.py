@@ -12,7 +12,7 @@ from holdfast.base.arrays import Float
 from holdfast.contacts import detect
 from holdfast.contacts.detect import find_patches
 from holdfast.contacts.flush import lie_flat
-from holdfast.contacts.skin import Skin
+from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box, Cylinder, Mesh
@@ -37,7 +37,7 @@ def frustum(bottom: float, top: float, height: float) -> Mesh:
 
 def compared(a: Body, b: Body, monkeypatch: pytest.MonkeyPatch, gap: float = 1e-4) -> bool:
     """Whether edges and corners of a pair are not searched for; checks that the patches are the same if they are."""
-    skins = Skin.of(a), Skin.of(b)
+    meshes = SearchMesh.of(a), SearchMesh.of(b)
     tolerances = Tolerances(gap, 1.0).between(a, b)
     answers: list[bool] = []
 
@@ -47,9 +47,9 @@ def compared(a: Body, b: Body, monkeypatch: pytest.MonkeyPatch, gap: float = 1e-
 
     with monkeypatch.context() as patch:
         patch.setattr(detect, "lie_flat", noted)
-        found = find_patches(a, b, *skins, tolerances)
+        found = find_patches(a, b, *meshes, tolerances)
         patch.setattr(detect, "lie_flat", lambda *_, **__: False)
-        whole = find_patches(a, b, *skins, tolerances)
+        whole = find_patches(a, b, *meshes, tolerances)
     assert len(found) == len(whole)
     for one, other in zip(found, whole, strict=True):
         np.testing.assert_array_equal(one.polygon, other.polygon)
@@ -128,7 +128,10 @@ def test_a_prong_in_the_plane_is_searched_for(monkeypatch: pytest.MonkeyPatch) -
     floor = body(Box((1, 1, 0.1)), (0, 0, -0.05))
     mesh = Body("b", Mesh(both.vertices, both.faces), mass=1.0, pose=body(Box((1, 1, 1)), (0, 0, 0.05)).pose)
     assert not compared(floor, mesh, monkeypatch)
-    kinds = [len(p.polygon) for p in find_patches(floor, mesh, Skin.of(floor), Skin.of(mesh), Tolerances(1e-4, 1.0))]
+    kinds = [
+        len(p.polygon)
+        for p in find_patches(floor, mesh, SearchMesh.of(floor), SearchMesh.of(mesh), Tolerances(1e-4, 1.0))
+    ]
     assert sorted(kinds) == [1, 4]
 
 
@@ -139,7 +142,7 @@ def test_tins_on_each_other_are_answered_for_by_their_ends(monkeypatch: pytest.M
         body(Cylinder(0.04, 0.1, 400), (0.01, 0, 0.05), name="b"),
     )
     monkeypatch.setattr(detect, "near_but_facets", lambda *_: pytest.fail("triangles are searched"))
-    (patch,) = find_patches(under, over, Skin.of(under), Skin.of(over), Tolerances(1e-4, 1.0))
+    (patch,) = find_patches(under, over, SearchMesh.of(under), SearchMesh.of(over), Tolerances(1e-4, 1.0))
     disc = 200 * 0.04**2 * np.sin(2 * np.pi / 400)
     assert patch.area == pytest.approx(disc, rel=1e-9)
 
@@ -153,6 +156,6 @@ def test_small_feet_beside_a_large_face_are_found(monkeypatch: pytest.MonkeyPatc
     under = body(Cylinder(0.2, 0.1, 400), (0, 0, -0.05))
     over = body(Mesh(both.vertices, both.faces), (0, 0, 0.05), name="b")
     assert compared(under, over, monkeypatch)
-    patches = find_patches(under, over, Skin.of(under), Skin.of(over), Tolerances(1e-4, 1.0))
+    patches = find_patches(under, over, SearchMesh.of(under), SearchMesh.of(over), Tolerances(1e-4, 1.0))
     disc = 200 * 0.05**2 * np.sin(2 * np.pi / 400)
     assert sorted(patch.area for patch in patches) == pytest.approx([4e-4, disc], rel=1e-9)

@@ -9,7 +9,7 @@ from reachable import arrays, writable
 import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.contacts.facing_polygons import Piece
-from holdfast.contacts.skin import Skin
+from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.geometry.cells import surface_cells
 from holdfast.geometry.sweep import Swept
 from holdfast.scene.shipped import shipped_scene
@@ -46,7 +46,7 @@ def test_what_is_made_of_a_surface_is_read_only(assembly: hf.answers.Assembly) -
     surface = body.surface_world
     cells = surface_cells(surface, body.size / 5)
     swept = Swept(surface, assembly.scene.up)
-    made = (cells, cells.chosen(cells.normals[:, 2] > 0), swept, swept.front, swept.back, Skin.of(body))
+    made = (cells, cells.chosen(cells.normals[:, 2] > 0), swept, swept.front, swept.back, SearchMesh.of(body))
     assert writable(made, "made") == []
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import holdfast as hf
 from holdfast.settling.moved_surfaces import Posed
-from holdfast.settling.near import near_points
 from holdfast.settling.near_faces import FacePairs
+from holdfast.settling.near_points import near_points
 
 MARGIN = 2e-3
 

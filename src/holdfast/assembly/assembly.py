@@ -1,4 +1,4 @@
-"""Make an assembly from a scene: detect or take its interfaces, and find the bodies that hang in the air."""
+"""The assembly of a scene: its bodies and their interfaces, detected or given."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from holdfast.base.memory import Memory
 from holdfast.base.public import Summary, in_notebook, number
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
-from holdfast.base.values import Value, cut
+from holdfast.base.values import Value, shortened
 from holdfast.contacts.contact_search import Found, search
 from holdfast.contacts.detect import box_distance, neighbours
 from holdfast.contacts.interface import Interface
@@ -40,7 +40,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
 
-MOST_KEPT = 4000  # bodies, counted once for each part and each prepared engine that an assembly and its edits keep
+MOST_CACHED = 4000  # bodies in the cache of an assembly and its edits, counted for each part and prepared engine
 FIXED = -1  # the body number of all fixed bodies, which are one node of the contact graph
 
 
@@ -50,10 +50,10 @@ class Assembly(Value):
     """The bodies of a scene and the interfaces between them.
 
     The J movable bodies are numbered 0..J-1 in scene order; all fixed bodies together are the node FIXED. ``overlaps``
-    lists the pairs of bodies that share more volume than the tolerance explains. ``occluded`` lists the pairs that
-    would touch if no third body lay between them. ``detected`` is true if the interfaces were detected by holdfast, and
-    false if they were given. ``absent`` holds the names of bodies and materials of a larger assembly that this one is a
-    part of and that are not in its scene. It takes no part in comparisons.
+    lists the pairs of bodies that overlap by more than the tolerance. ``occluded`` lists the pairs that would touch if
+    no third body lay between them. ``detected`` is true if the interfaces were detected by holdfast, and false if they
+    were given. ``absent`` holds names of bodies and materials that are not in this scene, but were in the larger
+    assembly from which this one was made. It takes no part in comparisons.
     """
 
     scene: Scene
@@ -68,7 +68,7 @@ class Assembly(Value):
         parts = {"movable bodies": self.movable, "interfaces": self.interfaces, "overlaps": self.overlaps}
         counts = ", ".join(f"{len(part)} {name}" for name, part in parts.items())
         found = self.tolerances.text if self.detected else "interfaces given"
-        return f"Assembly(<Scene {cut(repr(self.scene.name), 60)}>, {counts}, {found})"
+        return f"Assembly(<Scene {shortened(repr(self.scene.name), 60)}>, {counts}, {found})"
 
     def _repr_html_(self) -> str:
         """Return the assembly for notebooks: a small picture and a table of its interfaces, without scripts."""
@@ -78,8 +78,8 @@ class Assembly(Value):
             [" - ".join(one.bodies), number(1e4 * one.area, "cm²"), number(mu), "" if one.certain else "may not exist"]
             for one, mu in zip(self.interfaces, self.mu, strict=True)
         ]
-        told = Summary(f"{self.scene.name or 'scene'}: {counts}", (), ("between", "area", "μ", ""), rows, self.notes)
-        return in_notebook(self, told)
+        summary = Summary(f"{self.scene.name or 'scene'}: {counts}", (), ("between", "area", "μ", ""), rows, self.notes)
+        return in_notebook(self, summary)
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -104,7 +104,7 @@ class Assembly(Value):
 
     @cached_property
     def ends(self) -> tuple[tuple[int, int], ...]:
-        """The numbers (a, b) of the two bodies of every interface."""
+        """The numbers (a, b) of the two bodies of every interface; FIXED for fixed bodies."""
         return tuple((self.index[a], self.index[b]) for a, b in (i.bodies for i in self.interfaces))
 
     @cached_property
@@ -135,7 +135,7 @@ class Assembly(Value):
     def with_friction(self, mu: Mapping[tuple[str, str], float]) -> Assembly:
         """Return the assembly with the friction coefficients in ``mu``, given by the names of the two bodies.
 
-        The contacts of the assembly are kept. A coefficient holds for all parts of two bodies.
+        The contacts stay the same. A coefficient holds for all parts of two bodies.
         """
         old = self.scene
         if not isinstance(mu, Mapping):
@@ -151,9 +151,9 @@ class Assembly(Value):
         return replace(self, interfaces=tuple(contacts))
 
     def without_interfaces(self, numbers: Collection[int]) -> Assembly:
-        """Return the assembly as if the bodies of the interfaces with these numbers were known not to touch there.
+        """Return the assembly without the interfaces with these numbers, as if the bodies did not touch there.
 
-        The result does not look for contacts that are missing: its interfaces count as given.
+        The interfaces of the result count as given, so that no contacts are detected again.
         """
         gone = {frozenset(self.interfaces[k].bodies) for k in numbers}
         kept = tuple(interface for k, interface in enumerate(self.interfaces) if k not in numbers)
@@ -177,7 +177,8 @@ class Assembly(Value):
     def equation_scale(self) -> Float:
         """Factors (6J,) that scale the equilibrium equations of each body to order one, by its own weight and size.
 
-        If all bodies were scaled by the whole assembly, a light body beside a heavy one could fall unnoticed.
+        If all bodies were scaled by the weight of the assembly, the fall of a light body beside a heavy one would be
+        lost in the tolerance.
         """
         share = self.mass.sum() / self.mass
         size = np.array([body.size for body in self.movable])
@@ -185,12 +186,12 @@ class Assembly(Value):
 
     @cached_property
     def levers(self) -> Float:
-        """Factors (6J,) that turn torques into forces by dividing them by ``size``."""
+        """Factors (6J,) that convert torques to forces: 1 for forces, 1 / ``size`` for torques."""
         return frozen(np.tile(np.repeat([1.0, 1 / self.size], 3), len(self.movable)))
 
     @cached_property
     def size(self) -> float:
-        """The diagonal of a box around the movable bodies [m], along ``axes``, which serves as the scale of lengths."""
+        """The diagonal [m] of a box around the movable bodies along ``axes``, which serves as the scale of lengths."""
         if not self.movable:
             return 1.0
         corners = np.vstack([body.surface_world.vertices for body in self.movable])
@@ -198,12 +199,12 @@ class Assembly(Value):
 
     @cached_property
     def axes(self) -> Float:
-        """The rows (3, 3) are the axes of the assembly itself in the world: those of its heaviest movable body."""
+        """The axes of the assembly as rows (3, 3) in the world: those of its heaviest movable body (``own_frame``)."""
         return own_frame(self.movable, self.scene.up).axes
 
     @cached_property
     def patch_axes(self) -> Float:
-        """The axes (patches, 3, 3) of all patches, those of one interface after another: see ``contact_axes``."""
+        """The contact axes (patches, 3, 3) of all patches, interface by interface; see ``contact_axes``."""
         normals = [patch.normal for interface in self.interfaces for patch in interface.patches]
         return frozen(contact_axes(self.axes, np.array(normals).reshape(-1, 3)))
 
@@ -218,8 +219,8 @@ class Assembly(Value):
     def unmodelled(self) -> tuple[tuple[str, str], ...]:
         """Pairs of bodies that come within the gap but have no interface: a sharp corner on a corner or on an edge.
 
-        Such a contact has no defined normal and is left out, but in reality it carries force. An assembly that seems to
-        fall may stand on it. The tuple is empty if the interfaces were given.
+        Such a contact has no defined normal and is not modelled, although in reality it carries force. An assembly that
+        seems to fall may stand on it. The tuple is empty if the interfaces were given.
         """
         if not self.detected:
             return ()
@@ -240,12 +241,12 @@ class Assembly(Value):
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:
-        """The gap [m] within which the two bodies of every interface touch, sagittas included."""
+        """The gap [m] at which the two bodies of every interface count as touching, sagittas included."""
         return tuple(self._between(interface.bodies).gap for interface in self.interfaces)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """The pairs that touch within wider tolerances than exact surfaces would, because their surfaces are rough."""
+        """A note that lists the pairs with wider tolerances because of rough surfaces; empty if there are none."""
         plain = replace(self.tolerances, rough=False)
         wider = []
         for pair in dict.fromkeys(interface.bodies for interface in self.interfaces):
@@ -259,19 +260,19 @@ class Assembly(Value):
 
     @cached_property
     def parts(self) -> dict[tuple[str, ...], Any]:
-        """The groups that were made assemblies of their own so far (one_group.py), by the names of their bodies."""
+        """The assemblies of single groups made so far (one_group.py), by the names of their bodies."""
         return {}
 
     @cached_property
     def known_names(self) -> tuple[str, ...]:
-        """The names of all bodies and materials here and in the larger assembly that this one is a part of."""
+        """The names of all bodies and materials in this scene and in ``absent``."""
         return (*self.absent, *self.scene.names)
 
     @cached_property
     def groups(self) -> tuple[tuple[str, ...], ...]:
         """The names of the movable bodies, grouped by the contacts between them, in the order of the scene.
 
-        Contacts with fixed bodies connect nothing: two stacks that stand apart on one floor are two groups.
+        Contacts with fixed bodies do not connect groups: two separate stacks on one floor are two groups.
         """
         return tuple(tuple(self.movable[k].name for k in group) for group in self._joined)
 
@@ -291,24 +292,23 @@ class Assembly(Value):
 
     @cached_property
     def memory(self) -> Memory:
-        """Where parts and prepared engines are kept for the next question: shared with all edits of this assembly.
+        """The cache of parts and prepared engines for further queries, shared with all edits of this assembly.
 
-        It is bounded, and is neither pickled nor copied.
+        It is bounded, and neither pickled nor copied.
         """
-        return Memory(MOST_KEPT)
+        return Memory(MOST_CACHED)
 
     @cached_property
     def found(self) -> Found:
-        """What contact detection found in the scene, from which edits take what does not change."""
+        """The result of contact detection, from which edits take what does not change."""
         return search(self.scene, self.tolerances)
 
     def moved(self, poses: Mapping[str, ArrayLike]) -> Assembly:
         """Return the assembly with some bodies at other poses.
 
         ``poses`` maps names of bodies to poses (4, 4), body frame to world. The result equals ``assemble`` of the moved
-        scene with the tolerances of this assembly, but contacts are detected only where a body moved, and groups of
-        bodies that did not change stay prepared for every engine that was asked. Raises HoldfastError if the interfaces
-        were given.
+        scene with the tolerances of this assembly, but contacts are detected only where a body moved, and engines that
+        were prepared for unchanged groups of bodies are reused. Raises HoldfastError if the interfaces were given.
         """
         return self._sought(self.scene.moved(poses), "moved")
 
@@ -320,7 +320,7 @@ class Assembly(Value):
         """Return the assembly with ``body`` added after the others.
 
         The result equals ``assemble`` of the larger scene with the tolerances of this assembly; what did not change is
-        kept as by ``moved``. Raises HoldfastError if the interfaces were given.
+        reused as by ``moved``. Raises HoldfastError if the interfaces were given.
         """
         scene = self.scene.with_body(body)
         warn_of_huge([body], stacklevel=3)
@@ -345,18 +345,18 @@ class Assembly(Value):
     def without(self, *names: str | Iterable[str]) -> Assembly:
         """Return the assembly without the bodies of these names.
 
-        The interfaces between the other bodies are kept. If a removed body lay between two bodies that come within the
-        gap (``occluded``), or a half space is seen less far without it, contacts are detected again where that changes
-        them. The result equals ``assemble`` of the smaller scene with the same tolerances. If the interfaces were
-        given, they remain as given. The names that are gone are kept in ``absent``. Raises SceneError for an unknown
-        name.
+        The interfaces between the other bodies stay. If a removed body lay between two bodies that come within the gap
+        (``occluded``), or if the modelled block of a half space becomes smaller without it, contacts are detected again
+        where that changes them. The result equals ``assemble`` of the smaller scene with the same tolerances. If the
+        interfaces were given, the remaining ones stay as given. The removed names are listed in ``absent``. Raises
+        SceneError for an unknown name.
         """
         gone = self.scene.checked_names(*names)
         scene = self.scene.without(gone)
         absent = tuple(sorted({*self.absent, *self.scene.names} - scene.names))
         tolerances = self.tolerances.on(scene)
-        shown_anew = any(scene.body(body.name) is not body for body in self.bodies if body.name not in gone)
-        if self.detected and (shown_anew or self._uncovers(gone)):
+        resized = any(scene.body(body.name) is not body for body in self.bodies if body.name not in gone)
+        if self.detected and (resized or self._uncovers(gone)):
             return self.heir(_search(scene, tolerances, self.overlaps, 3, before=self.found, absent=absent))
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
@@ -367,9 +367,9 @@ class Assembly(Value):
         return self.heir(left)
 
     def _uncovers(self, gone: Collection[str]) -> bool:
-        """Tell whether a removed body may have hidden a contact between two bodies that remain.
+        """Tell whether one of the removed bodies may have hidden a contact between two remaining bodies.
 
-        It may if it is near at least one of the two.
+        This is possible if it is near at least one of the two.
         """
         hidden = [set(pair) for pair in self.occluded]
         hidden += [set(i.bodies) for i in self.interfaces if "occluded" in i.flags]
@@ -392,15 +392,15 @@ class Assembly(Value):
         inside = [self.scene.body(name) for name in group]
         outside = [body for body in self.bodies if body.name not in group]
         best: tuple[str, str, float] | None = None
-        reach = float(np.linalg.norm(np.ptp(np.vstack([b.surface_world.vertices for b in self.bodies]), axis=0)))
+        limit = float(np.linalg.norm(np.ptp(np.vstack([b.surface_world.vertices for b in self.bodies]), axis=0)))
         pairs = list(itertools.product(inside, outside))
         for least, k in sorted((box_distance(a, b), k) for k, (a, b) in enumerate(pairs)):
-            if least > reach:
+            if least > limit:
                 break
             a, b = pairs[k]
-            found = distance(a, b, 1.001 * reach)
+            found = distance(a, b, 1.001 * limit)
             if found is not None and (best is None or found < best[2]):
-                best, reach = (a.name, b.name, found), found
+                best, limit = (a.name, b.name, found), found
         return best
 
 
@@ -432,11 +432,11 @@ def assemble(
     Given ``interfaces`` are taken as complete and are not checked against the meshes; those between two fixed bodies
     are left out.
 
-    A body whose centre of mass lies farther outside of it than it is large raises a HoldfastWarning, too.
+    A body whose centre of mass lies outside of it by more than its size also causes a HoldfastWarning.
 
-    A scene whose movable bodies are all as large as houses is taken for one in millimetres, and refused unless
-    ``allow_large`` says that its units are metres. Raises HoldfastError also if bodies of one shape lie in one place,
-    or if an argument is out of range or is not a scene.
+    If all movable bodies are as large as houses, the scene is probably in millimetres; it is refused unless
+    ``allow_large`` confirms that its units are metres. Raises HoldfastError, too, if several bodies have the same shape
+    and pose, if an argument is out of range, or if ``scene`` is not a Scene.
     """
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"

@@ -1,4 +1,4 @@
-"""The own frame of a group of bodies and their order in it, so that answers do not depend on the world's axes."""
+"""The frame of a group of bodies and their order in it, so that answers do not depend on the axes of the world."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from holdfast.base.arrays import Float, Int, frozen, unit
 from holdfast.base.rigid import WORLD, Frame, cross, snapped, tangents
 from holdfast.scene.body import Body
 
-BITS = 40  # binary digits of normals that decide along which axis of the assembly the first tangent lies
-KEPT = 1000  # axes of rotations at most
-DIGITS = 9  # decimal digits of relative lengths and masses that decide an order
+BITS = 40  # binary digits to which normals are rounded before tangents are chosen
+MOST_CACHED = 1000  # largest number of rotations whose axes are cached
+DIGITS = 9  # decimal digits to which relative lengths and masses are rounded before they are compared
 
 
 def own_frame(bodies: Sequence[Body], up: Float) -> Frame:
     """Return the frame of the heaviest of the bodies, at its centre of mass; that of the world if there are none.
 
-    Of several that are as heavy it is the lowest, then the nearest to their common centre, then the first along the
-    axes of the world: a group that moves as a whole takes its frame along unless equal bodies lie turned.
+    Among equally heavy bodies, it is the lowest, then the one nearest to their common centre, then the first along the
+    axes of the world. So the frame moves with the group as a whole, except when equal bodies are rotated in a way that
+    exchanges them.
     """
     if not bodies:
         return WORLD
@@ -30,9 +31,9 @@ def own_frame(bodies: Sequence[Body], up: Float) -> Frame:
     return Frame(frozen(np.array(first.com_world)), _axes_of(first.pose[:3, :3].tobytes()))
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MOST_CACHED)
 def _axes_of(rotation: bytes) -> Float:
-    """The axes (3, 3), as rows, of a body with this rotation: poses are rotations to six digits."""
+    """Return the axes (3, 3), as rows, of a body with this rotation, made exactly orthonormal."""
     u, _, vt = np.linalg.svd(np.frombuffer(rotation).reshape(3, 3).T)
     return frozen(u @ vt)
 
@@ -48,10 +49,10 @@ def contact_axes(axes: Float, normals: Float) -> Float:
 
 
 def by_place(com: Float, mass: Float, up: Float, axes: Float = WORLD.axes, *, heaviest: bool = False) -> Int:
-    """Return the numbers (n,) of bodies with centres of mass ``com`` (n, 3) [m] and ``mass`` (n,) [kg] in an order.
+    """Return the order (n,) of bodies with centres of mass ``com`` (n, 3) [m] and ``mass`` (n,) [kg].
 
-    The order is by height above the common centre, then by mass, by distance from the centre and last by place along
-    the rows of ``axes`` (3, 3), all rounded. With ``heaviest``, mass comes first, the largest of all.
+    They are sorted by height above their common centre, then by mass, by distance from the centre, and by coordinates
+    along the rows of ``axes`` (3, 3), all rounded. With ``heaviest``, they are sorted by decreasing mass first.
     """
     arm = com - com.mean(0)
     arm = (arm / max(float(np.sqrt((arm * arm).sum(1).max())), 1e-300)) @ np.vstack([axes, up]).T

@@ -1,4 +1,4 @@
-"""Cautions about an assembly: sizes that suggest other units, and bodies that overlap."""
+"""Warnings about a scene: sizes, masses and gaps that suggest wrong units, and bodies that overlap."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene
 
-HUGE = 50.0  # [m] a movable body larger than this is suspected to be given in other units
-# [m] Where no movable body is smaller than the first and half of them are larger than the second, as cups and boxes are
-# in millimetres, all sizes say that the units are wrong
+HUGE = 50.0  # [m] the units of a movable body larger than this are probably wrong
+# [m] If no movable body is smaller than the first and half of them are larger than the second, as cups and boxes are in
+# millimetres, the units of the whole scene are wrong
 SMALL_AMONG_HUGE, USUAL_AMONG_HUGE = 2.0, 20.0
-ASIDE = 1.0  # [-] of its size: a centre of mass farther outside of its body is suspected to be given in other units
-WORST = 5  # the most overlaps that one warning names, and the most bodies with a note of the same kind
-# [kg/m³] Osmium has 22,600 and air 1.2: what lies beyond has other units. Models of papers have a density of 1, to
-# within what their meshes lose
+ASIDE = 1.0  # [sizes of the body] if a centre of mass is farther outside, its units are probably wrong
+WORST = 5  # largest number of overlaps in one warning, and of bodies with a note of the same kind
+# [kg/m³] Osmium has 22,600 and air 1.2, so densities beyond these limits have wrong units. The lower limit is below 1,
+# because models in publications have a density of 1, less what their meshes lose
 HEAVIEST, LIGHTEST = 25_000.0, 0.9
-# [-] times the size of the largest other movable body: one in millimetres among metres is a thousand times too large,
-# and may itself be smaller than the others
+# [-] ratio to the largest other movable body above which a size is suspicious. A body in millimetres among others in
+# metres is a thousand times too large, but may be smaller than the others in reality
 OUTSIZE = 300.0
 
 
@@ -40,9 +40,9 @@ def check_units(bodies: Iterable[Body]) -> None:
 
 
 def check_copies(scene: Scene) -> None:
-    """Raise SceneError if bodies of one shape lie in one place, as scenes that were put together twice have them.
+    """Raise SceneError if bodies with the same shape have the same pose, as happens if a scene is assembled twice.
 
-    Every two of them would overlap all over. Fixed ones may, and so may those that never touch (``excluded``).
+    They would overlap completely. Fixed bodies may coincide, and so may bodies that never touch (``excluded``).
     """
     places: dict[bytes, list[Body]] = {}
     for body in scene.bodies:
@@ -64,7 +64,7 @@ def _across(body: Body) -> float:
 def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return notes on movable bodies whose density or size suggests that they are given in other units."""
     across = {body.name: _across(body) for body in bodies}
-    dense = [f"{body.name}: {told}" for body in bodies if (told := _dense(body))]
+    dense = [f"{body.name}: {doubt}" for body in bodies if (doubt := _dense(body))]
     notes = dense[:WORST] + ([f"and {len(dense) - WORST:,} more bodies like that"] if len(dense) > WORST else [])
     widest = sorted(across, key=lambda name: across[name])[-2:]
     if widest and across[widest[-1]] > HUGE:
@@ -76,7 +76,7 @@ def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
 
 
 def _dense(body: Body) -> str:
-    """Say what is odd about the density of a movable body; "" if nothing is, or if its shape encloses no volume."""
+    """Return what is odd about the density of a movable body; "" if nothing is, or if its shape has no volume."""
     try:
         volume = body.shape.mass_properties.volume
     except HoldfastError:
@@ -100,10 +100,10 @@ def warn_of_huge(bodies: Iterable[Body], *, stacklevel: int) -> None:
 
 
 def warn_of_centres(bodies: Iterable[Body], *, stacklevel: int) -> None:
-    """Warn of the movable body whose centre of mass lies farther outside of it, over its size, than all others.
+    """Warn if a centre of mass lies outside its body by more than ASIDE sizes; name the worst of the movable bodies.
 
-    It lies inside the convex hull of all mass. A shape may be only a part of what has mass, as a pad of a robot, so
-    this is no error.
+    A centre of mass must be inside the convex hull of all mass, but a shape may be only a part of what has mass, such
+    as the pad of a robot, so this is not an error.
     """
     aside = {body.name: _aside(body) for body in bodies if body.com is not None and not body.fixed}
     far = max(aside, key=lambda name: aside[name], default=None)
@@ -114,7 +114,7 @@ def warn_of_centres(bodies: Iterable[Body], *, stacklevel: int) -> None:
 
 
 def _aside(body: Body) -> float:
-    """Return how far the centre of mass lies outside of the bounding box in the body frame, over its diagonal."""
+    """Return the distance of the centre of mass from the box in the body frame, over the diagonal of the box."""
     surface = body.shape.surface
     low, high = surface.vertices.min(0), surface.vertices.max(0)
     outside = np.maximum(0.0, np.maximum(low - body.com_body, body.com_body - high))
@@ -122,7 +122,7 @@ def _aside(body: Body) -> float:
 
 
 def warn_of_gap(bodies: Iterable[Body], gap: float, *, stacklevel: int) -> None:
-    """Warn if the gap suggests that it is given in millimetres, as contacts are then found through a body."""
+    """Warn if the gap is so large, perhaps given in millimetres, that contacts are found through a body."""
     sizes = {body.name: body.shape.surface.thickness for body in bodies if not body.fixed}
     thin = min(sizes, key=lambda name: sizes[name], default=None)
     if thin is not None and gap > 0.5 * sizes[thin]:

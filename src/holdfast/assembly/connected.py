@@ -1,4 +1,4 @@
-"""Which bodies hang together: connected groups of numbers."""
+"""Connected groups of numbered bodies."""
 
 from __future__ import annotations
 

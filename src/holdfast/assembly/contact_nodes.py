@@ -108,10 +108,10 @@ def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> Contac
 def contact_nodes(
     assembly: Assembly, count: int | Int, sampling: Sampling, seed: int = 0, among: Sequence[int] | None = None
 ) -> ContactNodes:
-    """Return the contact nodes of the assembly, with ``count`` nodes for every interface, or for each its own.
+    """Return the contact nodes of the assembly, with ``count`` nodes for each interface.
 
-    They are those of the interfaces ``among``, by number, or of all. ``seed`` is the random seed of the sampling
-    "paper".
+    ``count`` is one number, or one for each interface. With ``among``, only the interfaces with these numbers get
+    nodes. ``seed`` is the random seed of the sampling "paper".
     """
     counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
     chosen = range(len(counts)) if among is None else among
@@ -160,7 +160,7 @@ def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_
 
 
 def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
-    """Return what a force along each axis of a node gives both bodies, (I, 3, 2, 6): body b first, then body a."""
+    """Return the wrenches (I, 3, 2, 6) of a unit force along each axis of a node, on body b first, then on body a."""
     blocks = np.empty((len(nodes), 3, 2, 6))
     for side, (body, sign) in enumerate(((nodes.b, 1.0), (nodes.a, -1.0))):
         force = sign * nodes.axes
@@ -172,7 +172,7 @@ def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
 def wrenches_of(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Float:
     """Return the wrenches (6J,) of local contact ``forces`` (I, 3) [N] on the bodies: G f, without the matrix G."""
     count, world = len(assembly.movable), nodes.world(forces)
-    found = np.zeros(6 * (count + 1))  # FIXED is -1, the last one
+    found = np.zeros(6 * (count + 1))  # the last row collects fixed bodies, whose number FIXED is -1
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
         acting = np.hstack([world, cross(arms(assembly, nodes, body), world)])
         rows = 6 * (body % (count + 1))[:, None] + np.arange(6)
@@ -181,25 +181,25 @@ def wrenches_of(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Float
 
 
 def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:
-    """Return the arms (I, 3) [m] of the nodes about the centre of mass of a ``body`` (I,) each, 0 for fixed ones."""
+    """Return the arms (I, 3) [m] of the nodes about the centres of mass of bodies ``body`` (I,); 0 for fixed ones."""
     free = body >= 0
     return np.asarray(np.where(free[:, None], nodes.points - assembly.com[np.where(free, body, 0)], 0.0))
 
 
 def by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> sparse.csc_matrix:
-    """Return the matrix (6J, 3I) of ``blocks`` (I, 3, 2, 6), as those of ``equilibrium_blocks``; ``count`` is J."""
+    """Return the matrix (6J, 3I) of ``blocks`` (I, 3, 2, 6) from ``equilibrium_blocks``; ``count`` is J."""
     found, width = entries_by_bodies(nodes, blocks), 3 * len(nodes)
     starts = np.concatenate([[0], np.cumsum(np.bincount(found.columns, minlength=width))])
     return sparse.csc_matrix((found.values, found.rows, starts), shape=(6 * count, width))
 
 
 def entries_by_bodies(nodes: ContactNodes, blocks: Float) -> Entries:
-    """Return the entries of that matrix, zeros among them, column by column with rows in order.
+    """Return the entries of the matrix of ``by_bodies``, with explicit zeros, sorted by column and then by row.
 
     Fixed bodies have no rows.
     """
     bodies = np.stack([nodes.b, nodes.a], axis=1)
-    later = bodies[:, 0] > bodies[:, 1]  # rows are to be in order
+    later = bodies[:, 0] > bodies[:, 1]  # exchange the two bodies, so that rows are in order
     bodies = np.where(later[:, None], bodies[:, ::-1], bodies)
     blocks = np.where(later[:, None, None, None], blocks[:, :, ::-1], blocks)
     kept = np.broadcast_to((bodies >= 0)[:, None, :, None], blocks.shape)
@@ -209,8 +209,8 @@ def entries_by_bodies(nodes: ContactNodes, blocks: Float) -> Entries:
 
 
 def dense_by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> Float:
-    """Return the same as ``by_bodies``, with its zeros."""
-    found = np.zeros((count + 1, 6, len(nodes), 3))  # FIXED is -1, the last one
+    """Return the matrix of ``by_bodies`` as a dense array (6J, 3I)."""
+    found = np.zeros((count + 1, 6, len(nodes), 3))  # the last row collects fixed bodies, whose number FIXED is -1
     node = np.arange(len(nodes))
     for side, body in enumerate((nodes.b, nodes.a)):
         found[body, :, node] = blocks[:, :, side].transpose(0, 2, 1)

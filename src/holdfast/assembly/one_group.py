@@ -1,4 +1,4 @@
-"""One group of an assembly as an assembly of its own, in an order that depends on geometry alone."""
+"""A single group of an assembly as an assembly of its own, in an order that depends on geometry alone."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class Part:
 
     Nothing in ``assembly`` depends on the bodies outside the group, nor on the names of the bodies and their order in
     the scene: bodies and interfaces are in canonical order, and every interface points from the lower body of the
-    canonical order to the higher one. So an answer on the part is the same, to the last digit, whatever else the scene
-    holds, and rounding is the same in whatever order the bodies were given. What decides the order is seen in the
-    group's own frame (axes.py), so that it does not depend on the axes of the world either.
+    canonical order to the higher one. So an answer for the part is the same, to the last digit, whatever else is in the
+    scene and in whatever order the bodies were given. The order is determined in the frame of the group (axes.py), so
+    that it does not depend on the axes of the world either.
 
     ``members`` (K,) are the numbers of its movable bodies in the whole assembly, in the order of the part.
     ``interfaces`` (I,) are the numbers of its interfaces in the whole assembly, and ``flipped`` (I,) tells which of
-    them point the other way there. ``content`` stands for all that answers on the part depend on: it equals that of the
-    part of an edited assembly in which the group is unchanged.
+    them point the other way there. ``content`` is a key for everything on which answers for the part depend: after an
+    edit of the assembly that does not change the group, the part has an equal key.
     """
 
     assembly: Assembly
@@ -49,11 +49,11 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class _Written:
-    """A group written in the canonical way: its ``assembly``, and where its bodies and interfaces come from.
+class _Canonical:
+    """A group in canonical form: its ``assembly``, and the origin of its bodies and interfaces.
 
-    ``order`` (K,), ``interfaces`` (I,) and ``flipped`` (I,) are as in ``Part``, but count the bodies and interfaces of
-    the group alone, in the order of the whole assembly.
+    ``order`` (K,), ``interfaces`` (I,) and ``flipped`` (I,) are as the ``members``, ``interfaces`` and ``flipped`` of a
+    ``Part``, but with numbers within the group, in the order of the whole assembly.
     """
 
     assembly: Assembly
@@ -65,8 +65,8 @@ class _Written:
 def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     """Return the part of the assembly ``whole`` that consists of one of its groups, given by the names of its bodies.
 
-    At least one body of the group touches a fixed body. The part is kept with the assembly; what it is made of is kept
-    in the memory that the assembly shares with its edits, and is the same object as long as nothing in it changes.
+    At least one body of the group touches a fixed body. The part is cached in the assembly. Its content is cached in
+    the memory that the assembly shares with its edits, and is the same object as long as nothing in it changes.
     """
     part: Part | None = whole.parts.get(group)
     if part is None:
@@ -91,30 +91,30 @@ def _part(whole: Assembly, group: tuple[str, ...]) -> Part:
     about = (whole.scene.gravity.tobytes(), whole.scene.name, whole.tolerances.rule, whole.detected)
     key = (*map(Same, (*still, *moving, *interfaces)), overlaps, occluded, table, excluded, *about)
 
-    def write() -> _Written:
-        return _written(whole, still, moving, interfaces, (overlaps, occluded, table, excluded))
+    def canonical() -> _Canonical:
+        return _canonical(whole, still, moving, interfaces, (overlaps, occluded, table, excluded))
 
-    written = whole.memory.recalled(("part", *key), len(group), write)
-    assembly = written.assembly
+    content = whole.memory.recalled(("part", *key), len(group), canonical)
+    assembly = content.assembly
     if assembly.absent != whole.known_names:
         assembly = replace(assembly, absent=whole.known_names)
     return Part(
         assembly,
-        np.asarray(frozen(given[written.order])),
-        np.asarray(frozen(np.array(chosen, dtype=np.int64)[written.interfaces])),
-        written.flipped,
-        Same(written),
+        np.asarray(frozen(given[content.order])),
+        np.asarray(frozen(np.array(chosen, dtype=np.int64)[content.interfaces])),
+        content.flipped,
+        Same(content),
     )
 
 
-def _written(
+def _canonical(
     whole: Assembly,
     still: list[Body],
     moving: list[Body],
     interfaces: list[Interface],
     about: tuple[tuple[Overlap, ...], tuple[tuple[str, str], ...], Friction, tuple[Excluded, ...]],
-) -> _Written:
-    """Write a group of ``moving`` bodies in the canonical way, with the fixed bodies that are ``still``."""
+) -> _Canonical:
+    """Return the canonical form of a group of ``moving`` bodies and the fixed bodies ``still`` that they touch."""
     up = whole.scene.up
     frame = own_frame(moving, up)
     com = np.array([body.com_world for body in moving])
@@ -132,7 +132,7 @@ def _written(
     kept = tuple(entry[-1] for entry in found)
     part = Assembly(scene, kept, whole.tolerances.on(scene), overlaps, occluded, whole.detected, whole.known_names)
     part.__dict__["axes"] = frame.axes
-    return _Written(
+    return _Canonical(
         part,
         order,
         np.array([entry[-3] for entry in found], dtype=np.int64),
@@ -141,14 +141,14 @@ def _written(
 
 
 def _still(whole: Assembly, pair: tuple[str, str], names: set[str]) -> bool:
-    """Tell whether both bodies of a pair are of the group or fixed."""
+    """Tell whether both bodies of a pair are in the group or fixed."""
     return all(name in names or whole.index[name] == FIXED for name in pair)
 
 
 def _place(
     interface: Interface, rank: dict[str, int], frame: Frame
 ) -> tuple[tuple[int, int], float, tuple[float, ...]]:
-    """Return what orders interfaces: the places of their bodies, then area and place of their first patch."""
+    """Return the sort key of an interface: the ranks of its bodies, its area, and the place of its first patch."""
     a, b = (rank.get(name, FIXED) for name in interface.bodies)
     patch = interface.patches[0]
     return (a, b), float(interface.area), tuple(frame.seen(patch.centroid).tolist())

@@ -29,10 +29,10 @@ from holdfast.base.values import Table, Value, items_of, sealed
 
 FORMAT = "holdfast-answer/1"
 SUFFIXES = (".json", ".npz")
-MAX_BYTES = 4_000_000_000  # of the largest answer that is read, unpacked
-SMALL = 64  # numbers of an array up to which it stands in the text of a .npz file, too, unless
-MOST_PACKED = 1100  # bytes that one byte of an archive may unpack to: more, no compression reaches
-OPEN = 2  # steps lead to it from the value that is saved: such arrays are entries, for other programs to read
+MAX_BYTES = 4_000_000_000  # size of the largest answer that is read, after unpacking
+SMALL = 64  # arrays of at most this many numbers are written into the JSON text of a .npz file, unless OPEN applies
+MOST_PACKED = 1100  # bytes to which one byte of an archive may unpack; no compression does better
+OPEN = 2  # arrays at most this many levels deep are entries of the .npz file, so that other programs can read them
 
 C = TypeVar("C", bound=type)
 
@@ -68,7 +68,7 @@ def save(value: Value, path: str | os.PathLike[str]) -> None:
 
 
 def text_of(value: Value, arrays: dict[str, Any] | None = None) -> str:
-    """Return the JSON text that stands for ``value``; its larger arrays go into ``arrays``, if that is given.
+    """Return ``value`` as JSON text; if ``arrays`` is given, the larger arrays are put there instead.
 
     Raises HoldfastError if a part cannot be saved.
     """
@@ -92,7 +92,7 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
             ) from cause
         except HoldfastError:
             raise
-        except Exception as cause:  # the readers of numbers, archives and texts pass on any error
+        except Exception as cause:  # the libraries that read numbers, archives and texts may raise anything
             problem = f"is damaged ({type(cause).__name__}: {cause!s:.80})"
             raise HoldfastError(message("answer", problem, "needs a file that an answer's save wrote")) from cause
 
@@ -124,15 +124,15 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
 class _Writer:
     """Converts values to plain data. An object that is not plain becomes a dict whose first key begins with $.
 
-    For a .npz file arrays go into ``arrays``, named after where they stand in the value: ``inner.0`` is the first part
-    of ``inner``.
+    For a .npz file, arrays go into ``arrays``. Their names say where they belong in the value: ``inner.0`` is the first
+    part of ``inner``.
     """
 
     def __init__(self, arrays: dict[str, Any] | None) -> None:
         self.arrays = arrays
         self.seen: dict[int, int] = {}
-        self.place: list[str] = []  # where in the value: names of fields, numbers of parts
-        self.kept: list[Any] = []  # so that no number of an object in ``seen`` is given to another one
+        self.place: list[str] = []  # the path to the current part of the value: names of fields, numbers of parts
+        self.alive: list[Any] = []  # keeps the objects in ``seen`` alive, so that their ids are not used again
 
     def plain(self, item: Any) -> Any:  # noqa: ANN401
         if item is None or isinstance(item, bool | np.bool_):
@@ -153,7 +153,8 @@ class _Writer:
             return self.parts(item)
         if isinstance(item, Mapping):
             kind = "$table" if isinstance(item, Table) else "$map"
-            pairs = enumerate(item.items())  # keys and parts in turn, as they are read
+            # each key is converted before its part, in the order in which they are read
+            pairs = enumerate(item.items())
             return {kind: [[self.plain(key), self.at(str(k), part)] for k, (key, part) in pairs]}
         return self.shared(item)
 
@@ -172,8 +173,8 @@ class _Writer:
         """Convert an array or a value, or refer to it if it was already written."""
         if id(item) in self.seen:
             return {"$same": self.seen[id(item)]}
-        self.seen[id(item)] = len(self.kept)
-        self.kept.append(item)
+        self.seen[id(item)] = len(self.alive)
+        self.alive.append(item)
         if isinstance(item, np.ndarray):
             return self.array(item)
         if isinstance(item, Value) and _CLASSES.get(type(item).__name__) is type(item):
@@ -296,7 +297,10 @@ def _npz(path: Path) -> tuple[Any, Mapping[str, Any]]:
 
 
 def _text(array: np.ndarray[Any, Any]) -> str:
-    """Return the text that an array of one text holds; NumPy makes broken texts of numbers that no character has."""
+    """Return the text in an array of one text; raise ValueError if one of its code points is not a character.
+
+    NumPy would make a broken text of it.
+    """
     numbers = np.frombuffer(array.tobytes(), np.dtype("u4").newbyteorder(array.dtype.byteorder))
     if array.dtype.kind != "U" or int(numbers.max(initial=0)) > sys.maxunicode:
         raise ValueError("holds no text")
@@ -304,7 +308,7 @@ def _text(array: np.ndarray[Any, Any]) -> str:
 
 
 def _check_size(archive: ZipFile, entry: ZipInfo) -> None:
-    """Raise ValueError for a part that promises more than its bytes can hold, before memory is taken for it."""
+    """Raise ValueError if an entry claims more data than its bytes can hold, before memory is allocated for it."""
     if entry.file_size > MOST_PACKED * max(entry.compress_size, 1):
         raise ValueError(f"{entry.filename!r:.40} cannot hold {entry.file_size:,} bytes")
     with archive.open(entry) as stream:

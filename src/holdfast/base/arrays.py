@@ -19,7 +19,7 @@ Int: TypeAlias = NDArray[np.int64]
 Bool: TypeAlias = NDArray[np.bool_]
 Objects: TypeAlias = NDArray[np.object_]
 
-SAFE = 1e100  # lengths of vectors between this and its inverse have squares that neither overflow nor vanish
+SAFE = 1e100  # the squares of lengths between 1 / SAFE and SAFE neither overflow nor underflow
 LONGEST_NAME = 500  # largest number of characters of the name of a body, a material or a scene
 NO_NUMBERS = (
     str,
@@ -30,7 +30,7 @@ NO_NUMBERS = (
     np.datetime64,
     np.timedelta64,
     type(None),
-)  # what numpy would take for numbers all the same
+)  # types that NumPy would convert to numbers, but that are refused
 
 
 def frozen(array: Array) -> Array:
@@ -39,8 +39,8 @@ def frozen(array: Array) -> Array:
     return array
 
 
-def kept(array: Array) -> Array:
-    """Return the same array if it is read-only, else a read-only copy, because its owner may write to it later."""
+def read_only(array: Array) -> Array:
+    """Return ``array`` itself if it is read-only, otherwise a read-only copy, as its owner may still write to it."""
     return frozen(array.copy()) if array.flags.writeable else array
 
 
@@ -81,7 +81,7 @@ def checked_sizes(
     within: Range,
     error: type[HoldfastError] = SceneError,
 ) -> Float:
-    """Return ``checked`` numbers that all lie in the range ``within``: lengths, factors, nothing that may be zero."""
+    """Return the array that ``checked`` accepts, after checking that all numbers are positive and in ``within``."""
     array = checked(value, shape, where, error=error)
     wrong = (array < within.least) | (array > within.largest)
     if wrong.any():
@@ -96,10 +96,10 @@ def checked_rows(
     *,
     within: Range | None = None,
 ) -> tuple[Float, bool]:
-    """Return ``checked`` numbers (size,) or (n, size) as rows (n, size), and whether a single row was given."""
+    """Check numbers of shape (size,) or (n, size); return them as rows (n, size), and whether it was a single row."""
     try:
         single = np.ndim(value) == 1
-    except ValueError:  # no array at all: told of below
+    except ValueError:  # not an array: ``checked`` raises the error
         single = False
     return checked(value, (size,) if single else (None, size), where, within=within).reshape(-1, size), single
 
@@ -154,10 +154,10 @@ def checked_number(
 ) -> float:
     """Return ``value`` as a finite float after checking its limits.
 
-    It is at least ``minimum``, greater than ``above`` and less than ``below``; None means no such limit. With
-    ``within``, a number that has to be greater than 0 lies in this range, and any other one is no larger, with either
-    sign, than its upper end. Raises ``error`` if the check fails, also for a text that reads like a number; ``where``
-    names the argument.
+    It must be at least ``minimum``, greater than ``above`` and less than ``below``; None means no such limit. If
+    ``within`` is given, its magnitude must not exceed the upper end of that range and, if ``above`` is given too, the
+    number must not be below the lower end. Raises ``error`` if the check fails; a text is never a number, even if it
+    looks like one. ``where`` names the argument.
     """
     limits = ((">=", minimum), (">", above), ("<", below))
     bounds = " and ".join(f"{sign} {end:g}" for sign, end in limits if end is not None)
@@ -200,7 +200,7 @@ def checked_whole(
 
 
 def checked_truth(value: Any, where: str, error: type[HoldfastError] = SceneError) -> bool:  # noqa: ANN401
-    """Return ``value`` as a bool after checking that it is True or False: the text "no" would count as True."""
+    """Return ``value`` as a bool after checking that it is True or False; Python would take the text "no" as true."""
     if not isinstance(value, bool | np.bool_):
         raise error(message(where, f"is {quoted(value)}", "needs True or False"))
     return bool(value)
@@ -248,8 +248,8 @@ def checked_items(
 def checked_name(value: Any, where: str) -> str:  # noqa: ANN401 - anything a caller may pass
     """Return a name after checking that it is a text with at most LONGEST_NAME characters, and not blank.
 
-    Lone surrogates, which no file can hold, are refused. All other characters are taken: they are made fit to be shown
-    where they are shown (``base/text.py``).
+    Lone surrogates are refused, because no file can hold them. All other characters are accepted; ``base/text.py``
+    makes them printable where they are shown.
     """
     if not isinstance(value, str) or not value.strip():
         raise SceneError(message(where, f"is {quoted(value)}", "needs a non-empty text"))
@@ -263,7 +263,7 @@ def checked_name(value: Any, where: str) -> str:  # noqa: ANN401 - anything a ca
 
 
 def objects(values: Sequence[Any]) -> Objects:
-    """Return a read-only array (n,) of any objects, so that rows of answers can be selected and compared together."""
+    """Return a read-only object array (n,) of ``values``, so that NumPy can select and compare rows of answers."""
     array = np.empty(len(values), dtype=object)
     for k, value in enumerate(values):
         array[k] = value
@@ -273,8 +273,8 @@ def objects(values: Sequence[Any]) -> Objects:
 def unit(vector: Float) -> Float:
     """Return ``vector`` (..., 3) divided by its length along the last axis.
 
-    Very long and very short vectors are first divided by their largest component, or their squares would overflow or
-    vanish.
+    Very long and very short vectors are first divided by their largest component, because their squares would otherwise
+    overflow or underflow.
     """
     with np.errstate(over="ignore", under="ignore"):
         length = np.linalg.norm(vector, axis=-1, keepdims=True)

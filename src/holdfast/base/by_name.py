@@ -1,4 +1,4 @@
-"""What is known by name and may be added to from outside: engines, formats of scene files."""
+"""A registry of things known by name, to which users can add their own: engines and formats of scene files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ V = TypeVar("V")
 
 
 class Registry(Mapping[str, V]):
-    """A mapping from names to what is registered under them; ``kind`` says what that is, in messages."""
+    """A mapping from names to registered values; ``kind`` says in error messages what the values are."""
 
     def __init__(self, kind: str, known: Mapping[str, V] | None = None) -> None:
         self._kind = kind

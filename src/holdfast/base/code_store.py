@@ -1,12 +1,13 @@
-"""Machine code on disk: it is kept, and is never used after its source has changed.
+"""A disk cache of machine code that is never used after its source has changed.
 
 Numba's own disk cache only looks at the file of the compiled function. If a function that it calls, or a constant that
-it reads, changes in another file, Numba keeps running the old machine code. Here, all machine code lies in a folder
-whose name is a hash of everything that it may depend on: the sources of all modules that take part in compiled code,
-and the versions of Python, Numba, llvmlite and NumPy. The processor is part of the key of every entry.
+it reads, changes in another file, Numba keeps running the old machine code. Here, all machine code is in a folder whose
+name is a hash of everything that it may depend on: the sources of all modules with compiled functions or with constants
+that these use, and the versions of Python, Numba, llvmlite and NumPy. The processor is part of the key of every entry.
 
-To load machine code is to run it, so it is taken only from folders and files that belong to the user or to root, and
-that nobody else may write. Where others may, nothing is kept, and every process compiles for itself.
+Loading machine code means running it. It is therefore loaded only from folders and files that belong to the user or to
+root and that nobody else can write to. If others can write there, nothing is cached and every process compiles for
+itself.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from holdfast.base.owners import OTHERS_WRITE, read_ours, why_not_our_folders
 from holdfast.base.progress import report
 
 FOLDER_VARIABLE = "HOLDFAST_CACHE_DIR"  # environment variable that names another folder for machine code
-KEPT = 16  # number of folders of machine code that are kept, so that several checkouts can be used at a time
+MOST_FOLDERS = 16  # number of folders of machine code in the cache, so that several checkouts can share it
 DIGEST = 32  # length in bytes of the SHA-256 checksum in front of every file of machine code
 COMPILING = "compiling once for this machine, about 20 s"
 
@@ -45,7 +46,7 @@ _PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^\s*from (holdfast[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 _CONSTANT = re.compile(r"\b[A-Z][A-Z0-9_]+\b")
 _OWN = ("compiled.py", "linking.py", "code_store.py")
-_LEVELS = 3  # of folders below which a file lies: of all versions, of this one, of its module
+_LEVELS = 3  # nested folders that contain a file of machine code: all versions, this version, the module
 
 
 def machine_code_folder() -> Path:
@@ -122,7 +123,7 @@ class _Results(CompileResultCacheImpl):  # type: ignore[misc]
 
     def rebuild(self, target_context: Any, payload: Any) -> Any:  # noqa: ANN401
         needed, size, reduced = payload
-        if not linkable(needed):  # what it refers to was compiled for other types since
+        if not linkable(needed):  # a function that it refers to has since been compiled for other types
             return None
         cres = super().rebuild(target_context, reduced)
         cres.library.size = size
@@ -130,10 +131,11 @@ class _Results(CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
-    """Every file of machine code begins with its checksum: a damaged one must never be run.
+    """The files of one function. Each begins with its checksum, because damaged machine code must never be run.
 
-    Numba numbers the files of a function's types in the order of their compilation, so that two processes that compile
-    it for two types at once write both to one file, and the code for one is run on the other. No name is given twice.
+    Numba numbers the files of a function in the order in which argument types are compiled. Two processes that compile
+    it for different types at the same time would write to the same file, and code for one type would run on the other.
+    Here every file gets a unique name.
     """
 
     def _data_name(self, number: int) -> str:
@@ -175,10 +177,10 @@ class _Overloads(FunctionCache):  # type: ignore[misc]
         self._cache_file = _CheckedFile(self._cache_path, self._impl.filename_base, fingerprint())
 
     def load_entry(self, types: Types, context: Any) -> Any:  # noqa: ANN401
-        """Return the library of the entry and its constants, or None if there is none."""
+        """Return the library of the entry point for these types and its constants, or None if it is not cached."""
         codegen = context.codegen()
-        kept = self._cache_file.load(("entry", self._index_key(types, codegen)))
-        return None if kept is None else (codegen.unserialize_library(kept[0]), kept[1])
+        cached = self._cache_file.load(("entry", self._index_key(types, codegen)))
+        return None if cached is None else (codegen.unserialize_library(cached[0]), cached[1])
 
     def save_entry(self, types: Types, context: Any, library: Any, constants: list[Any]) -> None:  # noqa: ANN401
         self._impl.locator.ensure_cache_path()
@@ -187,11 +189,11 @@ class _Overloads(FunctionCache):  # type: ignore[misc]
 
 
 class CodeStore:
-    """The cache of one compiled function, as Numba's dispatcher asks it; set up at its first call."""
+    """The cache of one compiled function, as Numba's dispatcher expects it; set up at its first use."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._function = function
-        self._kept: FunctionCache | None = None
+        self._opened: FunctionCache | None = None
 
     @property
     def cache_path(self) -> str:
@@ -201,12 +203,12 @@ class CodeStore:
     def load_overload(self, signature: Any, context: Any) -> Any:  # noqa: ANN401 - Numba's own types
         """Return the machine code for these types, or None if it was never compiled or its file is damaged.
 
-        Then it is compiled next, and that is reported.
+        In the second case the caller compiles it; progress is reported before that.
         """
         try:
             found = self._inner.load_overload(signature, context) if self._ours else None
         except Exception as cause:  # a damaged file may raise anything
-            self._tell(cause)
+            self._warn_unusable(cause)
             stem = f"{self._function.__module__.rsplit('.', 1)[-1]}.{self._function.__qualname__}-"
             for path in Path(self.cache_path).glob(f"{stem}*"):
                 path.unlink(missing_ok=True)
@@ -217,29 +219,29 @@ class CodeStore:
 
     def save_overload(self, signature: Any, result: Any) -> None:  # noqa: ANN401
         """Save the machine code, or warn once if that is not possible."""
-        with _told():
+        with _warning_if_unsaved():
             if self._ours:
                 self._inner.save_overload(signature, result)
 
     def load_entry(self, types: Types, context: Any) -> Any:  # noqa: ANN401
-        """Return the library of the entry for these types and its constants, or None as above."""
+        """Return the library of the entry point for these types and its constants, or None like ``load_overload``."""
         try:
             return self._inner.load_entry(types, context) if self._ours else None
         except Exception as cause:  # a damaged file may raise anything
-            self._tell(cause)
+            self._warn_unusable(cause)
             return None
 
     def save_entry(self, types: Types, context: Any, library: Any, constants: list[Any]) -> None:  # noqa: ANN401
-        """Save the library of the entry, or warn once if that is not possible."""
-        with _told():
+        """Save the library of the entry point, or warn once if that is not possible."""
+        with _warning_if_unsaved():
             if self._ours:
                 self._inner.save_entry(types, context, library, constants)
 
     def enable(self) -> None:
-        """Asked by Numba; machine code is always kept."""
+        """Called by Numba; does nothing, as machine code is always cached."""
 
     def disable(self) -> None:
-        """Asked by Numba; machine code is always kept."""
+        """Called by Numba; does nothing, as machine code is always cached."""
 
     def flush(self) -> None:
         """Delete the saved machine code of this function."""
@@ -247,16 +249,16 @@ class CodeStore:
 
     @property
     def _inner(self) -> FunctionCache:
-        if self._kept is None:
-            self._kept = _Overloads(self._function)
-        return self._kept
+        if self._opened is None:
+            self._opened = _Overloads(self._function)
+        return self._opened
 
     @property
     def _ours(self) -> bool:
-        """Whether its folders are the user's or root's alone; if not, that is said once."""
-        return _checked(Path(self.cache_path))
+        """Whether only the user or root can write to the folders of this function; if not, warn once."""
+        return _is_ours(Path(self.cache_path))
 
-    def _tell(self, cause: Exception) -> None:
+    def _warn_unusable(self, cause: Exception) -> None:
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         problem = f"cannot be used ({type(cause).__name__}: {cause})"
         text = message(f"machine code of {name}", problem, "it is dropped and compiled again")
@@ -264,17 +266,17 @@ class CodeStore:
 
 
 @contextmanager
-def _told() -> Iterator[None]:
-    """Warn if machine code cannot be saved."""
+def _warning_if_unsaved() -> Iterator[None]:
+    """Warn if machine code cannot be saved in this block."""
     try:
         yield
     except OSError as cause:
-        _warn_unkept(str(machine_code_folder()), cause.strerror or str(cause))
+        _warn_unsaved(str(machine_code_folder()), cause.strerror or str(cause))
 
 
 @cache
-def _checked(folder: Path) -> bool:
-    """Whether a folder of machine code, and those in which it lies, are ours alone; if not, warn once."""
+def _is_ours(folder: Path) -> bool:
+    """Tell whether only the user or root can write to a folder of machine code and its parents; if not, warn once."""
     reason = why_not_our_folders(folder, _LEVELS)
     if reason:
         _warn_not_ours(reason)
@@ -289,15 +291,15 @@ def _warn_not_ours(reason: str) -> None:
 
 
 @cache
-def _warn_unkept(folder: str, reason: str) -> None:
-    """Said once: every process compiles anew where machine code cannot be kept."""
-    problem = f"cannot be written ({reason}), so every process compiles anew"
+def _warn_unsaved(folder: str, reason: str) -> None:
+    """Warn, once for each folder and reason, that machine code cannot be cached."""
+    problem = f"cannot be written ({reason}), so every process compiles for itself"
     remedy = f"name a writable folder by the environment variable {FOLDER_VARIABLE}"
     warnings.warn(message(f"machine code folder {folder}", problem, remedy), HoldfastWarning, stacklevel=7)
 
 
 def _drop_oldest(root: Path) -> None:
-    """Before a new folder is made: keep the ``KEPT`` - 1 that were made last."""
+    """Make room for one new folder: delete all but the newest ``MOST_FOLDERS`` - 1."""
     folders = sorted(root.glob("compiled-*"), key=lambda path: path.stat().st_mtime, reverse=True)
-    for path in folders[KEPT - 1 :]:
+    for path in folders[MOST_FOLDERS - 1 :]:
         shutil.rmtree(path, ignore_errors=True)

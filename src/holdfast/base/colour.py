@@ -1,4 +1,4 @@
-"""Colours as numbers: those of screens (sRGB), and the amounts of light that they stand for."""
+"""Conversion between hexadecimal colours, sRGB and linear light."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def rgb_of(hexadecimal: str) -> Rgb:
 
 
 def light_of(rgb: ArrayLike) -> NDArray[np.float64]:
-    """Return the amounts of light (..., 3), in 0..1, of sRGB colours (..., 3): what glTF calls linear."""
+    """Return the linear light (..., 3), in 0..1, of sRGB colours (..., 3); glTF stores colours this way."""
     srgb = np.asarray(rgb, dtype=float)
     return np.asarray(np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4), dtype=float)
 
 
 def srgb_of(light: ArrayLike) -> NDArray[np.float64]:
-    """Return the sRGB colours (..., 3), in 0..1, of amounts of light (..., 3); the inverse of ``light_of``."""
+    """Return the sRGB colours (..., 3), in 0..1, of linear light (..., 3); the inverse of ``light_of``."""
     linear = np.clip(np.asarray(light, dtype=float), 0.0, 1.0)
     return np.asarray(np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055), dtype=float)

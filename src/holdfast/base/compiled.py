@@ -1,4 +1,4 @@
-"""Compilation of hot loops with Numba: the one switch. Machine code is kept on disk (code_store.py)."""
+"""Decorators that compile hot loops with Numba. Machine code is cached on disk (code_store.py)."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from holdfast.base.arrays import Float
 P = ParamSpec("P")
 R = TypeVar("R")
 
-KNOWN = ("0.68.",)  # versions of Numba whose inner workings linking.py was written for and is tested with
-_DISPATCHERS: dict[Callable[..., Any], Callable[..., Any]] = {}  # of ``compilable`` functions
+KNOWN = ("0.68.",)  # versions of Numba with whose internals linking.py works
+_DISPATCHERS: dict[Callable[..., Any], Callable[..., Any]] = {}  # the dispatcher of each ``compilable`` function
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile ``function`` on its first call and keep the machine code on disk; calls release Python's global lock.
+    """Compile ``function`` on its first call and cache the machine code on disk; calls release Python's global lock.
 
-    With a version of Numba that is not KNOWN, Numba itself compiles it, anew in every process.
+    With a version of Numba that is not KNOWN, Numba compiles it as usual, in every process again.
     """
     if numba.config.DISABLE_JIT:
         return function
@@ -32,33 +32,33 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def lean(function: Callable[P, R]) -> Callable[P, R]:
-    """Mark a function, below ``compiled`` or ``compilable``, that neither makes nor returns arrays: it counts none.
+    """Mark a function that neither creates nor returns arrays, so that it is compiled without reference counting.
 
-    Numba counts in how many places an array is in use. Threads that work on the same arrays write to these counts all
-    the time and wait for each other.
+    Apply it below ``compiled`` or ``compilable``. Threads that work on the same arrays would otherwise all write to the
+    same reference counts and wait for each other.
     """
     function.lean = True  # type: ignore[attr-defined]  # linking.py asks for it
     return function
 
 
 def fused(function: Callable[P, R]) -> Callable[P, R]:
-    """Mark a function, below ``compiled``, where a product and a sum may be rounded once instead of twice.
+    """Mark a function, below ``compiled``, in which the processor may use fused multiply-add (one rounding, not two).
 
-    Processors that can do that in one step take about four fifths of the time. The last digits differ on others.
+    That saves about a fifth of the time. The last digits differ from those of processors that cannot do it.
     """
     function.fused = True  # type: ignore[attr-defined]  # linking.py asks for it
     return function
 
 
 def compilable(function: Callable[P, R]) -> Callable[P, R]:
-    """Run ``function`` in Python if Python code calls it, and compiled if a compiled function calls it.
+    """Leave ``function`` as it is for callers in Python, and compile it for callers that are compiled.
 
-    All compiled functions that call it share the same machine code; it is not compiled again within each of them.
+    All compiled callers share the same machine code.
     """
     dispatcher = compiled(function)
     if dispatcher is not function:
-        function._numba_type_ = dispatcher._numba_type_  # type: ignore[attr-defined]  # what Numba takes it for
-        _DISPATCHERS[function] = dispatcher  # Numba's type refers to it weakly
+        function._numba_type_ = dispatcher._numba_type_  # type: ignore[attr-defined]  # tells Numba which dispatcher to use
+        _DISPATCHERS[function] = dispatcher  # Numba's type has only a weak reference to it
     return function
 
 

@@ -1,8 +1,8 @@
 """The name of holdfast on package indexes, and the commands that install it with an extra."""
 
-DISTRIBUTION = "holdfast-robotics"  # what pip installs; what Python imports, and the command, are called holdfast
+DISTRIBUTION = "holdfast-robotics"  # the name for pip; the module and the command are called holdfast
 
 
 def installing(extra: str) -> str:
-    """Return the command that installs holdfast with an extra, as remedies say it."""
+    """Return the command that installs holdfast with an extra, for error messages."""
     return f"pip install '{DISTRIBUTION}[{extra}]'"

@@ -1,7 +1,7 @@
-"""Sparse matrices made of their entries at once.
+"""Sparse matrices as plain arrays of rows, columns and values, which are assembled in one step.
 
-SciPy's products with diagonals, stacks and conversions take some twenty to a hundred microseconds each, whatever the
-size, and small scenes are asked about often. Here rows, columns and values are worked on as plain arrays.
+SciPy needs twenty to a hundred microseconds for each scaling, stacking or conversion, however small the matrix. That
+would dominate queries on small scenes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from holdfast.base.arrays import Bool, Float, Int
 
 
 class Entries(NamedTuple):
-    """The ``values`` (n,) of a matrix at its ``rows`` and ``columns`` (n,), no place twice; others are zero."""
+    """The entries of a sparse matrix: ``values`` (n,) at ``rows`` (n,) and ``columns`` (n,), no position twice."""
 
     rows: Int
     columns: Int
@@ -37,25 +37,25 @@ class Entries(NamedTuple):
         return Entries(self.rows + count, self.columns, self.values)
 
     def scaled(self, rows: Float, columns: Float | None = None) -> Entries:
-        """Return the entries times factors of their ``rows`` and, if given, of their ``columns``."""
+        """Return the entries of diag(rows) · matrix, or of diag(rows) · matrix · diag(columns) if that is given."""
         values = rows[self.rows] * self.values
         return Entries(self.rows, self.columns, values if columns is None else values * columns[self.columns])
 
     @property
     def stored(self) -> Entries:
-        """The entries that are not zero: solvers take time for the others, too."""
+        """The entries without explicit zeros, which would cost solvers time."""
         kept = np.flatnonzero(self.values)
         if len(kept) == len(self.values):
             return self
         return Entries(self.rows[kept], self.columns[kept], self.values[kept])
 
     def within(self, rows: Bool) -> Entries:
-        """Return the entries in these ``rows``, which are numbered anew."""
+        """Return the entries in the rows for which the mask ``rows`` is true; the remaining rows are renumbered."""
         kept = rows[self.rows]
         return Entries((np.cumsum(rows) - 1)[self.rows[kept]], self.columns[kept], self.values[kept])
 
     def matrix(self, shape: tuple[int, int]) -> sparse.csc_matrix:
-        """Return the matrix by columns, each with its rows in order."""
+        """Return the matrix in compressed column form, with sorted row indices."""
         order = np.lexsort((self.rows, self.columns))
         starts = np.concatenate([[0], np.cumsum(np.bincount(self.columns, minlength=shape[1]))])
         return sparse.csc_matrix((self.values[order], self.rows[order], starts), shape=shape)

@@ -38,7 +38,7 @@ class HoldfastWarning(UserWarning):
 
 @contextmanager
 def located(where: str) -> Iterator[None]:
-    """Put ``where`` in front of the message of every HoldfastError raised in this block, unless it contains it."""
+    """Put ``where`` in front of the message of every HoldfastError raised in this block, unless it is already there."""
     place = one_line(where, LONGEST_PLACE)
     try:
         yield
@@ -51,7 +51,7 @@ def located(where: str) -> Iterator[None]:
 def message(where: str, problem: str, remedy: str) -> str:
     """Join the place, the problem (with its value) and the remedy into an error message of one line.
 
-    None of them can break the line, and each is cut to a length that can be read.
+    Line breaks in them are escaped, and each is shortened to a readable length.
     """
     return f"{one_line(where, LONGEST_PLACE)}: {one_line(problem)}; {one_line(remedy)}"
 

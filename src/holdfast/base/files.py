@@ -1,4 +1,4 @@
-"""Files: reading of ordinary ones within a limit, and atomic writing: a file appears complete or not at all."""
+"""Reading regular files up to a size limit, and atomic writing: a file appears complete or not at all."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _KINDS = {
 
 
 def checked_path(value: object, what: str) -> Path:
-    """Return a path from outside; raise HoldfastError, which names ``what`` should be there, if it is not one."""
+    """Return ``value`` as a Path; raise HoldfastError if it is not a path. ``what`` says what the path is for."""
     try:
         return Path(value)  # type: ignore[arg-type]
     except TypeError:
@@ -35,7 +35,7 @@ def checked_path(value: object, what: str) -> Path:
 
 @contextmanager
 def noting_files(note: Callable[[Path], None]) -> Iterator[None]:
-    """Call ``note(path)`` for every file that is about to be read within this block, or that is looked for in vain."""
+    """Call ``note(path)`` for every file that is read in this block, before it is opened, and for every missing one."""
     token = _note.set(note)
     try:
         yield
@@ -48,8 +48,8 @@ def check_ordinary(
 ) -> int:
     """Return the size of a file in bytes; raise ``error`` unless it is an ordinary file.
 
-    A pipe or a device is refused without opening it: reading it might block for ever, or never end. ``what`` says what
-    the file should be. All files that scenes consist of pass here before they are read.
+    A pipe or a device is refused without opening it, because reading it might block for ever or never end. ``what``
+    says what the file should be. Every file of a scene is checked here before it is read.
     """
     note = _note.get()
     if note is not None:
@@ -78,7 +78,7 @@ def read_ordinary(
     if size <= most:
         try:
             with open(path, "rb") as stream:
-                content = stream.read(size + 1)  # memory is taken for as many bytes as are asked for
+                content = stream.read(size + 1)  # ``read`` allocates as many bytes as it is asked for
         except OSError as cause:
             problem = f"cannot be read: {cause.strerror or cause}"
             raise error(message(str(path), problem, "needs a file that may be read")) from cause
@@ -117,7 +117,7 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
 
 
 def remove_unfinished() -> None:
-    """Remove what is being written now: for a process that is about to end in the midst of it."""
+    """Remove the temporary files of unfinished writes; for a process that is about to be ended."""
     for path in list(_unfinished):
         with suppress(OSError):
             path.unlink(missing_ok=True)

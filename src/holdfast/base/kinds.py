@@ -1,6 +1,6 @@
-"""What the fields of a value may hold, checked when a value is read from a file: kinds by annotations, shapes by name.
+"""Checks of values that are read from files: types against the annotations of the fields, array shapes as declared.
 
-A file may hold anything. What is built from it is trusted afterwards, like every value, so it is checked once here.
+A file may hold anything, and a value that was built is trusted everywhere, so its fields are checked once, here.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from holdfast.base.errors import HoldfastError, message
 
 C = TypeVar("C", bound=type)
 
-LARGEST = 1e100  # of the finite numbers that a value holds: no force, length or mass is larger
+LARGEST = 1e100  # largest finite number that a value may hold; no force, length or mass is larger
 
 _SHAPES: dict[type, dict[str, tuple[str, ...]]] = {}
 
@@ -25,8 +25,7 @@ _SHAPES: dict[type, dict[str, tuple[str, ...]]] = {}
 def shaped(**shapes: str) -> Callable[[C], C]:
     """Declare the shapes of the fields of a class (class decorator): ``points="n 3"`` is (n, 3) for any n.
 
-    A letter stands for the same number in all fields of one value. For a field that is no array, the only number is its
-    length.
+    A letter stands for the same number in all fields of one value. The shape of a tuple or list is its length.
     """
 
     def declare(cls: C) -> C:
@@ -37,7 +36,7 @@ def shaped(**shapes: str) -> Callable[[C], C]:
 
 
 def misfit(cls: type, state: Mapping[str, Any]) -> str:
-    """Say in a few words which field of ``state`` cannot be that of a ``cls``; "" if there is none."""
+    """Return a description of the first field of ``state`` that a ``cls`` cannot have; "" if all fit."""
     for name, wanted in _annotations(cls).items():
         if name in state and not fits(state[name], wanted):
             return f"{cls.__name__}.{name} is a {type(state[name]).__name__}, which it cannot be"
@@ -61,7 +60,7 @@ def check_kinds(items: Iterable[Any], kind: Any, where: str) -> None:  # noqa: A
 
 
 def fits(item: Any, wanted: Any) -> bool:  # noqa: ANN401 - anything that a file may hold, and any annotation
-    """Tell whether ``item`` can be what the annotation ``wanted`` says. NaN never can, nor a number beyond LARGEST."""
+    """Tell whether ``item`` matches the annotation ``wanted``. NaN and finite numbers beyond LARGEST never do."""
     origin, inner = typing.get_origin(wanted), typing.get_args(wanted)
     if wanted is Any or isinstance(wanted, TypeVar):
         return True
@@ -73,7 +72,7 @@ def fits(item: Any, wanted: Any) -> bool:  # noqa: ANN401 - anything that a file
         return isinstance(item, np.ndarray) and _holds(item, typing.get_args(inner[1])[0])
     if origin is tuple:
         return isinstance(item, tuple) and _each(item, inner)
-    if origin is not None:  # a mapping of ours or any
+    if origin is not None:  # a mapping or another generic class
         return isinstance(item, origin) and _pairs(item, inner)
     if wanted is float:
         return (

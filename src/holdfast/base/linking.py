@@ -1,15 +1,15 @@
-"""Compiled functions that stand on their own: each is compiled once, however many others call it.
+"""Compiled functions that are linked, not copied: each is compiled once, however many others call it.
 
-Numba copies into a compiled function all that it calls, and what that calls and so on, and optimises every copy anew;
-it compiles a function once more for every constant that it is called with; and it makes each ready to be called from
-Python, whether it ever is or not. That is most of the time it takes. Here
+Numba copies everything that a compiled function calls into it, recursively, and optimises every copy separately. It
+compiles a function again for every constant argument. And it prepares each function to be called from Python, even if
+that never happens. This takes most of the compile time. Here
 
-- only short functions are copied into their callers; callers of a longer one refer to it by a name, which is the same
-  in every process;
-- a constant is a number like any other;
-- what turns Python's values into arguments, the entry, is made when Python calls a function.
+- only short functions are copied into their callers; callers link to a longer one by its symbol name, which is the
+  same in every process;
+- a constant argument is treated like any other number;
+- the entry point, which converts Python's values to arguments, is made when Python first calls a function.
 
-So a question's cost on a new machine falls to about a third, and the same arithmetic is done as before.
+This reduces the cost of a first query on a new machine to about a third. The arithmetic is the same.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from numba.core.untyped_passes import ExtractByteCode
 
 SHORT = 6000  # bytes of machine code up to which a function is copied into its callers
 
-Types = tuple[Any, ...]  # of the arguments of a compiled function, as Numba describes them
+Types = tuple[Any, ...]  # Numba's types of the arguments of a compiled function
 
 _KERNELS: dict[str, Kernel] = {}  # by module and name
-_LONG: dict[str, Callee] = {}  # by the name of their machine code
+_LONG: dict[str, Callee] = {}  # functions that are linked, by their symbol
 _SLOW_HASH, _SLOW_EQUAL = TargetConfig.__hash__, TargetConfig.__eq__
-_hashes: dict[Any, int] = {}  # of Numba's options, by their kind
+_hashes: dict[Any, int] = {}  # hashes of Numba's option objects, by their class
 
 
 class Callee(NamedTuple):
-    """A function that machine code refers to: its module and name, its ``types``, and the name of its machine code."""
+    """A function that machine code links to: its module and ``name``, its argument ``types`` and its ``symbol``."""
 
     name: str
     types: Types
@@ -49,33 +49,33 @@ class Callee(NamedTuple):
 
 
 def size_of(library: Any) -> int:  # noqa: ANN401 - Numba's own types
-    """Bytes of the machine code of one function."""
+    """Return the size of the machine code of one function in bytes."""
     if not hasattr(library, "size"):
         library.size = len(library._get_compiled_object())
     return int(library.size)
 
 
 def callees(library: Any) -> tuple[Callee, ...]:  # noqa: ANN401
-    """The long functions that machine code refers to."""
+    """Return the functions that a library of machine code links to."""
     return tuple(
         _LONG[each.name] for each in library._final_module.functions if each.is_declaration and each.name in _LONG
     )
 
 
 def linkable(needed: tuple[Callee, ...]) -> bool:
-    """Load or compile functions, so that machine code that refers to them can be loaded; whether it can."""
+    """Load or compile the functions that cached machine code links to; tell whether it still fits them."""
     for each in needed:
         _KERNELS[each.name].get_call_template(each.types, {})
     return all(_LONG.get(each.symbol) == each for each in needed)
 
 
 def ready() -> tuple[int, int]:
-    """How many of all compiled functions have machine code in this process, and how many there are."""
+    """Return how many compiled functions have machine code in this process, and how many there are."""
     return sum(bool(each.overloads) for each in _KERNELS.values()), len(_KERNELS)
 
 
 class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Machine code that runs once a call: not worth much optimisation."""
+    """Machine code of an entry point. It runs once a call, so it is hardly optimised."""
 
     def _optimize_functions(self, ll_module: Any) -> None:  # noqa: ANN401 - Numba's own types
         ll_module.data_layout = self._codegen._data_layout
@@ -86,10 +86,10 @@ class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 class _Pipeline(Compiler):  # type: ignore[misc]
-    """Numba's, but the name of the machine code is the same in every process: a hash, not a running number.
+    """Numba's pipeline, except that symbols contain a hash instead of a running number: every process has the same.
 
-    It does not depend on where the package lies: two installations of one version share their machine code, and what
-    one of them has kept may refer to what the other has.
+    The hash does not depend on the folder of the package, so that two installations of one version share the cache and
+    can link to each other's machine code.
     """
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:  # noqa: ANN401 - Numba's own types
@@ -105,7 +105,7 @@ class _Pipeline(Compiler):  # type: ignore[misc]
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]
-    """A compiled function; ``store`` keeps its machine code and entries (compiled.py)."""
+    """A compiled function. ``store`` caches its machine code and its entry points (code_store.py)."""
 
     def __init__(self, function: Callable[..., Any], store: Any) -> None:  # noqa: ANN401
         options: dict[str, Any] = {
@@ -113,7 +113,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
             "nogil": True,
             "no_cpython_wrapper": True,
             "no_cfunc_wrapper": True,
-            "_nrt": not getattr(function, "lean", False),  # stated in any case: a callee inherits what is not
+            "_nrt": not getattr(function, "lean", False),  # always set: a callee would inherit an option that is not
             "fastmath": {"contract"} if getattr(function, "fused", False) else False,
         }
         super().__init__(function, targetoptions=options, pipeline_class=_Pipeline)
@@ -122,7 +122,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         _KERNELS[_name(function)] = self
 
     def get_call_template(self, args: Types, kws: Any) -> Any:  # noqa: ANN401
-        """Asked by Numba where a compiled function calls this one."""
+        """Called by Numba where a compiled function calls this one."""
         signature, args = self._compiler.fold_argument_types(args, kws)
         args = tuple(unliteral(each) for each in args)
         super().compile(args)
@@ -131,7 +131,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         return template, signature, args, {}
 
     def add_overload(self, cres: Any) -> None:  # noqa: ANN401
-        """Asked by Numba when machine code has been made or loaded: let long functions be referred to."""
+        """Called by Numba when machine code was compiled or loaded; registers long functions for linking."""
         args = tuple(cres.signature.args)
         self.overloads[args] = cres
         if size_of(cres.library) > SHORT:
@@ -141,8 +141,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
             _LONG[symbol] = Callee(_name(self.py_func), args, symbol)
 
     def compile(self, sig: Any) -> Any:  # noqa: ANN401
-        """Return what Python calls for arguments of these types; asked by Numba's dispatcher."""
-        with global_compiler_lock, _briskly():
+        """Called by Numba's dispatcher: return the entry point for arguments of these types."""
+        with global_compiler_lock, _fast_compilation():
             args = tuple(unliteral(each) for each in sig)
             if args not in self._entries:
                 super().compile(args)
@@ -153,9 +153,9 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     def _entry(self, args: Types) -> Any:  # noqa: ANN401
         cres = self.overloads[args]
         context = self.targetctx.subtarget(enable_nrt=True)
-        kept = self._cache.load_entry(args, context)
-        if kept is not None:
-            library, cres.environment.consts[:] = kept
+        cached = self._cache.load_entry(args, context)
+        if cached is not None:
+            library, cres.environment.consts[:] = cached
             return context.get_executable(library, cres.fndesc, cres.environment)
         library = _EntryLibrary(context.codegen(), f"{cres.fndesc.qualname} entry")
         library.enable_object_caching()
@@ -167,12 +167,12 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
 
 
 @contextmanager
-def _briskly() -> Iterator[None]:
-    """Compile without what only takes time.
+def _fast_compilation() -> Iterator[None]:
+    """Switch off two things that only slow compilation down.
 
-    Numba makes so many small objects that Python spends a fifth of the time on looking for garbage. And it compares its
-    options, some forty, at every call of every function: two of them are mostly the same, and the hash, which is that
-    of their names, never changes.
+    Numba makes so many small objects that a fifth of the time would go into garbage collection. It also hashes and
+    compares its option objects, of some forty options each, at every call of every function. Most comparisons are of
+    equal options, and the hash depends on the class alone.
     """
     collecting, before = gc.isenabled(), (TargetConfig.__hash__, TargetConfig.__eq__)
     gc.disable()

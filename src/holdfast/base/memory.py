@@ -1,4 +1,4 @@
-"""A bounded memory of what was worked out and may be asked for again, safe for several threads."""
+"""A bounded, thread-safe cache of results that may be needed again."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ T = TypeVar("T")
 
 
 class Same:
-    """An object as a part of a key: equal to itself alone, whatever it holds. The key keeps it alive."""
+    """A part of a key that compares an object by identity, whatever it holds, and keeps it alive."""
 
     __slots__ = ("item",)
 
@@ -28,7 +28,7 @@ class Same:
 
 @dataclass(eq=False)
 class _Entry:
-    """One content, made by the first thread that asks while the others wait."""
+    """One cached result. The first thread that asks computes it, while the others wait."""
 
     cost: int
     made: bool = False
@@ -37,10 +37,10 @@ class _Entry:
 
 
 class Memory:
-    """Keeps contents by key while their costs add up to at most ``most``; what was not used for longest goes first.
+    """A cache of results by key, whose costs add up to at most ``most``; the least recently used are dropped first.
 
-    The content that was asked for last always stays. A content is made once, however many threads ask for it. What
-    raises is not kept.
+    The result that was asked for last always stays. A result is computed once, however many threads ask for it. If the
+    computation raises, nothing is cached.
     """
 
     def __init__(self, most: int) -> None:
@@ -50,7 +50,10 @@ class Memory:
         self._lock = Lock()
 
     def recalled(self, key: Hashable, cost: int, make: Callable[[], T], valid: Callable[[T], bool] | None = None) -> T:
-        """Return the content of ``key``, or make it now, at this ``cost``; make it anew if it is not ``valid``."""
+        """Return the result for ``key``; call ``make`` if it is not cached, or if ``valid`` is given and rejects it.
+
+        ``cost`` is what the result counts against the bound.
+        """
         entry = self._entry(key, cost)
         with entry.making:
             if not entry.made or (valid is not None and not valid(entry.content)):
@@ -64,7 +67,7 @@ class Memory:
         return content
 
     def forget(self, key: Hashable) -> None:
-        """Drop the content of ``key``, if there is one."""
+        """Drop the result for ``key``, if there is one."""
         with self._lock:
             gone = self._entries.pop(key, None)
             self._cost -= 0 if gone is None else gone.cost

@@ -1,4 +1,4 @@
-"""Whose files are: what is run unseen must belong to the user or to root, and nobody else may write it."""
+"""Ownership of files: code is loaded only from files that belong to the user or root and that nobody else can write."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class NotOursError(Exception):
-    """A file is not ours alone."""
+    """A file belongs to, or can be written by, somebody else than the user or root."""
 
 
 def why_not_ours(found: os.stat_result) -> str:
@@ -25,11 +25,14 @@ def why_not_ours(found: os.stat_result) -> str:
 
 
 def why_not_our_folders(folder: Path, count: int) -> str:
-    """Return why one of ``count`` folders, up from ``folder``, is not ours alone, with its path; "" if all are."""
+    """Return which of ``folder`` and its parents somebody else could write to, and why; "" if none.
+
+    ``count`` is the number of folders that are checked, ``folder`` included.
+    """
     for path in (folder, *folder.parents)[count - 1 :: -1]:
         try:
             reason = why_not_ours(path.stat())
-        except OSError:  # it is not there yet, or cannot be read: nothing comes from it
+        except OSError:  # it does not exist yet or cannot be read, so nothing is loaded from it
             continue
         if reason:
             return f"{path} {reason}"
@@ -37,7 +40,10 @@ def why_not_our_folders(folder: Path, count: int) -> str:
 
 
 def read_ours(path: Path) -> bytes:
-    """Return the content of a file; raise NotOursError if it is not ours alone. What is looked at is what is read."""
+    """Return the content of a file; raise NotOursError if somebody else could have written it.
+
+    The open file is checked, so it cannot be exchanged between check and reading.
+    """
     with path.open("rb") as stream:
         reason = why_not_ours(os.fstat(stream.fileno()))
         if reason:

@@ -20,7 +20,7 @@ from holdfast.base.files import checked_path
 
 Painter = Callable[..., None]  # (answer, path, **options)
 
-Glimpse = Callable[[object], str]  # a value as a small picture in HTML, "" where there is nothing to see
+Glimpse = Callable[[object], str]  # returns a value as a small picture in HTML; "" if it has no picture
 
 _GLIMPSES: list[Glimpse] = []
 _PAINTERS: dict[tuple[type, str], Painter] = {}
@@ -42,7 +42,7 @@ def paint(answer: object, path: str | os.PathLike[str], suffix: str, **options: 
 
     ``options`` are passed to the painter. Raises HoldfastError for another suffix or if no painter is registered.
     """
-    _gather()
+    _load_painters()
     if checked_path(path, "picture").suffix.lower() != suffix:
         raise HoldfastError(message(str(path), f"does not end in {suffix}", f"name a {suffix} file"))
     painter = _PAINTERS.get((type(answer), suffix))
@@ -53,17 +53,17 @@ def paint(answer: object, path: str | os.PathLike[str], suffix: str, **options: 
 
 
 def register_glimpse(function: Glimpse) -> None:
-    """Register the function that shows scenes and answers as small pictures in notebooks; the last one counts."""
+    """Register the function that draws small pictures of scenes and answers for notebooks; the last one counts."""
     _GLIMPSES.append(function)
 
 
 def glimpse(value: object) -> str:
     """Return a scene or an answer as a small picture in HTML, or "" if nothing shows it."""
-    _gather()
+    _load_painters()
     return _GLIMPSES[-1](value) if _GLIMPSES else ""
 
 
-def _gather() -> None:
+def _load_painters() -> None:
     while _SOURCES:
         _SOURCES[0]()
         _SOURCES.pop(0)

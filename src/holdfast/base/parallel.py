@@ -1,4 +1,4 @@
-"""Work in threads that report progress and can be stopped: for compiled code, which holds no lock of Python's."""
+"""Threads that report progress and can be stopped; for compiled code, which releases Python's global lock."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from holdfast.base.progress import report, unheard
 
 P = ParamSpec("P")
 R = TypeVar("R")
-Memory = TypeVar("Memory")
+Scratch = TypeVar("Scratch")
 
 OFTEN = 0.1  # [s] between two progress reports, and the longest wait before a stop is noticed
 
@@ -27,20 +27,21 @@ def cores() -> int:
 
 
 def free_threads() -> int:
-    """Return how many threads work may be shared among: one for each core, and one in all within a thread."""
+    """Return how many threads may be started: one for each core, but only one inside a thread that is started here."""
     return 1 if _shared.get() else cores()
 
 
 def in_parallel(
-    stage: str, run: Callable[[Iterable[int], Memory], None], memories: Sequence[Memory], count: int, total: int
+    stage: str, run: Callable[[Iterable[int], Scratch], None], scratch: Sequence[Scratch], count: int, total: int
 ) -> None:
-    """Let threads with a memory each run over ``count`` rows, each taking the next row; report how far they are.
+    """Process ``count`` rows in as many threads as there are items in ``scratch``, and report progress.
 
-    Reports are of the ``total`` that is in all rows, in equal parts. Whatever is raised, here or in a thread, stops
-    all of them after the rows that they are at. What is done for a row has no threads of its own, and its reports are
-    not heard.
+    Each thread calls ``run(rows, own)`` once, with its own item of ``scratch`` and an iterator that hands out the next
+    row that no thread has taken. Progress is reported in shares of ``total``, to which all rows contribute equally. An
+    error in this thread or another one stops all of them after their current rows. Code in the threads starts no
+    further threads, and its progress reports are suppressed.
     """
-    ahead, done, stop = iter(range(count)), [0] * len(memories), Event()
+    ahead, done, stop = iter(range(count)), [0] * len(scratch), Event()
 
     def rows(number: int) -> Iterator[int]:
         for row in ahead:  # Python's global lock lets one thread at a time take a row
@@ -52,10 +53,10 @@ def in_parallel(
     def work(number: int) -> None:
         _shared.set(True)
         with unheard():
-            run(rows(number), memories[number])
+            run(rows(number), scratch[number])
 
     report(stage, 0, total)
-    calls = [_Call(work, number) for number in range(len(memories))]
+    calls = [_Call(work, number) for number in range(len(scratch))]
     try:
         for call in calls:
             while (result := call.ended(OFTEN)) is None:
@@ -67,13 +68,13 @@ def in_parallel(
 
 
 def answers_in_parallel(stage: str, ask: Callable[[int], R], threads: int, count: int, total: int) -> list[R]:
-    """Return what ``ask`` answers for each number below ``count``, asked in so many threads.
+    """Return ``[ask(0), ..., ask(count - 1)]``, computed in ``threads`` threads.
 
-    Reports and errors are those of ``in_parallel``.
+    Progress reports and errors are those of ``in_parallel``.
     """
     found: dict[int, R] = {}
 
-    def run(numbers: Iterable[int], memory: None) -> None:
+    def run(numbers: Iterable[int], _: None) -> None:
         for number in numbers:
             found[number] = ask(number)
 
@@ -82,7 +83,7 @@ def answers_in_parallel(stage: str, ask: Callable[[int], R], threads: int, count
 
 
 def left_if_stopped(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-    """Call a function in a thread and return its result; if the user stops the program, it is left to itself."""
+    """Call a function in a thread and return its result; if the user interrupts the program, do not wait for it."""
     call = _Call(function, *args, **kwargs)
     while (result := call.ended(OFTEN)) is None:
         pass
@@ -90,10 +91,10 @@ def left_if_stopped(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs)
 
 
 def begin(function: Callable[[], object]) -> None:
-    """Call a function in a thread that nobody waits for: it makes early what others will ask for, and keeps it.
+    """Start a function in a thread that nobody waits for, to fill a cache before its content is needed.
 
-    It has no threads of its own, and its reports are not heard. What it raises is raised again where others ask for the
-    same.
+    The function starts no further threads, its progress reports are suppressed, and its errors are dropped: whoever
+    needs the same content later meets the same error.
     """
 
     def run() -> None:
@@ -122,7 +123,10 @@ class _Call(Generic[R]):
         Thread(target=run, daemon=True).start()
 
     def ended(self, seconds: float) -> Callable[[], R] | None:
-        """What returns its result, or raises what it raised, once it has ended; None if that takes longer."""
+        """Wait for at most ``seconds`` [s]; return None if the call has not ended.
+
+        Otherwise return a function that returns its result or raises its error.
+        """
         try:
             return self._answer.get(timeout=seconds)
         except Empty:

@@ -1,7 +1,7 @@
-"""Progress reports of long computations: whatever may take seconds reports, and the command line shows it.
+"""Progress reports of long computations. Everything that may take seconds reports; the command line shows the reports.
 
-What a listener raises stops the computation, which leaves nothing half done behind: that is how it is cancelled. A
-deadline stops it the same way.
+A listener cancels a computation by raising an exception, which leaves nothing half done behind. A deadline stops it the
+same way.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def report(stage: str, done: int, total: int) -> None:
 
 
 def keep_to_time() -> None:
-    """Raise OutOfTimeError if a deadline has passed; for work between reports that has no stage of its own."""
+    """Raise OutOfTimeError if a deadline has passed; for work that makes no progress reports of its own."""
     if time.perf_counter() > _deadline.get():
         raise OutOfTimeError
 
@@ -51,7 +51,7 @@ def until(deadline: float) -> Iterator[None]:
 
 
 def reported(stage: str, items: Sequence[T]) -> Iterator[T]:
-    """Yield the items, and report each one that is done with."""
+    """Yield the items, and report progress before each one and after the last."""
     for number, item in enumerate(items):
         report(stage, number, len(items))
         yield item
@@ -70,7 +70,7 @@ def listening(listener: Listener) -> Iterator[None]:
 
 @contextmanager
 def unheard() -> Iterator[None]:
-    """Let no listener hear of what is done within this block; a deadline still holds."""
+    """Suppress the progress reports made in this block; a deadline still holds."""
     token = _listener.set(None)
     try:
         yield

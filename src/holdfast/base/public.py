@@ -67,7 +67,8 @@ class PublicValue(Value):
 def in_notebook(value: object, summary: Summary) -> str:
     """Return a value as HTML for notebooks: its picture, if it has one, above its summary.
 
-    Letters have the colour of the page, and pictures their own ground, so that both are seen on light and on dark.
+    Text has the colour of the page and pictures have a background of their own, so both are readable on light and dark
+    pages.
     """
     return f"<div>{glimpse(value)}{as_html(type(value).__name__, summary)}</div>"
 
@@ -75,7 +76,7 @@ def in_notebook(value: object, summary: Summary) -> str:
 def as_html(kind: str, summary: Summary) -> str:
     """Return a summary as a small piece of HTML.
 
-    Every text is escaped and cut to a sensible length. Rows are left out if the HTML would become too large.
+    Every text is escaped and shortened to a sensible length. Rows are left out if the HTML would become too large.
     """
     head = f"<b>{kind}</b> {escaped(summary.headline, 2 * LONGEST_CELL)}"
     left = LARGEST_PAGE - len(head)

@@ -1,4 +1,4 @@
-"""The public names of a module: its stub (``.pyi``) is the one list of them, for type checkers and at run time alike.
+"""The public names of a module, taken from its stub (``.pyi``), for type checkers and at run time alike.
 
 Each name is imported when it is first used, so that importing such a module costs next to nothing.
 """
@@ -17,9 +17,9 @@ from holdfast.base.errors import nearest_of
 
 @cache
 def homes_in_stub(file: str) -> dict[str, str]:
-    """Return the module that each public name of ``file`` comes from, by name, as its stub says.
+    """Return the module from which the stub of ``file`` imports each public name, by name.
 
-    The stub stands beside the file. A submodule that it imports from its own package has that package as its home.
+    The stub is in the same folder. A submodule that it imports from its own package has that package as its home.
     """
     tree = ast.parse(Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
     imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]

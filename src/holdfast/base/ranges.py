@@ -1,7 +1,7 @@
-"""The ranges of all numbers from outside: what lies beyond them is a mistake, or more than double precision can carry.
+"""The ranges of numbers that users may give. A number outside them is a mistake or too extreme for double precision.
 
 They are wide: from a thousandth of a millimetre to a thousand kilometres, from a microgram to a million tonnes. Squares
-and products of such numbers, as they stand in inertias and torques, neither overflow nor vanish.
+and products of such numbers, as in inertias and torques, neither overflow nor underflow.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Range(NamedTuple):
-    """The range of one kind of number: the least and the largest size of what is not zero, and the unit."""
+    """The range of one kind of number: the least and the largest magnitude of numbers other than zero, and the unit."""
 
     least: float
     largest: float
@@ -38,6 +38,6 @@ STIFFNESS = Range(1e-9, 1e15)
 SCALE = Range(1e-9, 1e9)
 EXPONENT = Range(0.0, 1e3)
 ANGLE = Range(0.0, 1e4, "degrees")
-BETWEEN = Range(0.0, 180.0, "degrees")  # the angle of two directions, or by which two orientations differ
+BETWEEN = Range(0.0, 180.0, "degrees")  # the angle between two directions or two orientations
 MOST_SEED = 2**63 - 1  # seeds are whole numbers from 0
 MANY = 1_000_000_000  # counts beyond this mean a mistake, too

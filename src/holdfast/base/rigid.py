@@ -17,8 +17,8 @@ from holdfast.base.compiled import compilable, lean
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.ranges import ANGLE, PLACE
 
-BESIDE = 1.2345  # sizes are often powers of two: their power of two is taken of something beside them
-FAR = 1e6  # [-] entries of a rotation are cut to this, far from rigid, before they are squared
+BESIDE = 1.2345  # sizes are multiplied by it before their binary exponent is taken, as many are powers of two
+FAR = 1e6  # [-] entries of a rotation are clipped to this before they are squared; it is far from rigid
 RIGID_TOLERANCE = 1e-5  # [-] largest entry of |RᵀR - 1|; scanned poses are printed with about six digits
 _LAST_ROW = frozen(np.array([0.0, 0.0, 0.0, 1.0]))
 _LAST_ROW_TOLERANCE = frozen(np.array([1e-12, 1e-12, 1e-12, RIGID_TOLERANCE]))
@@ -39,15 +39,15 @@ class Frame(NamedTuple):
         return np.asarray(self.origin + points @ self.axes)
 
 
-# (4, 4): turns y, which is up in files of graphics, to z
+# (4, 4), rotates the y axis, which is up in graphics files, to the z axis
 Y_TO_Z = frozen(np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]))
 WORLD = Frame(frozen(np.zeros(3)), frozen(np.eye(3)))
 
 
 def snapped(values: Float, size: Float | float, bits: int) -> Float:
-    """Round values to a number of binary digits relative to ``size``, which is given for each of them or for all.
+    """Round values to ``bits`` binary digits relative to ``size``, which is one number or one for each value.
 
-    What rounding did to them before, and what depends on the axes and units of the world, is lost.
+    This removes earlier rounding errors, and differences that come from the axes and units of the world.
     """
     _, power = np.frexp(np.maximum(BESIDE * np.asarray(size), 1e-300))
     step = np.ldexp(1.0, power - (bits + 1))
@@ -90,7 +90,7 @@ def pose(
 
     The body turns about the fixed axes x, y and z of the world, in this order: R = Rz(yaw) Ry(pitch) Rx(roll), as in
     URDF and SDF. Multiples of 90 degrees give exact zeros and ones. Raises GeometryError for anything but finite
-    numbers within reach.
+    numbers in range.
     """
     return pose_at((x, y, z), (roll, pitch, yaw), "pose")
 
@@ -128,7 +128,7 @@ def pose_from(position: Float, quaternion: Float) -> Float:
     if not 0 < largest < np.inf:
         problem = f"is the quaternion {quaternion.tolist()}"
         raise GeometryError(message("orientation", problem, "needs finite numbers that are not all zero"))
-    scaled = quaternion / largest  # its squares are numbers, too
+    scaled = quaternion / largest  # so that its squares do not overflow
     w, x, y, z = scaled / np.linalg.norm(scaled)
     pose = np.eye(4)
     pose[:3, :3] = [
@@ -141,7 +141,7 @@ def pose_from(position: Float, quaternion: Float) -> Float:
 
 
 def cross(a: Float, b: Float) -> Float:
-    """Return a x b of vectors (..., 3), to the last digit as ``np.cross``, which takes some three times as long."""
+    """Return a x b of vectors (..., 3). The digits are those of ``np.cross``, which takes about three times as long."""
     found = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
     x, y, z, u, v, w = a[..., 0], a[..., 1], a[..., 2], b[..., 0], b[..., 1], b[..., 2]
     found[..., 0], found[..., 1], found[..., 2] = y * w - z * v, z * u - x * w, x * v - y * u
@@ -183,7 +183,7 @@ def tangents(normal: Float) -> tuple[Float, Float]:
 
 
 def _tangents_of_one(x: float, y: float, z: float) -> tuple[Float, Float]:
-    """Return the tangents of one normal, to the last digit as from arrays, whose calls take far longer for it."""
+    """Return the tangents of one normal, with the same digits as for arrays of normals, in far less time."""
     sx, sy = (1.0, 0.0) if abs(x) < 0.9 else (0.0, 1.0)
     along = sx * x + sy * y + 0.0 * z
     ax, ay, az = sx - along * x, sy - along * y, 0.0 - along * z

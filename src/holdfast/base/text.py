@@ -1,8 +1,8 @@
-"""Names and other texts from outside, made fit to be shown.
+"""Makes names and other texts from users safe to display.
 
-Every name that leaves holdfast, for a terminal, a page, a picture or an error message, goes through ``one_line``: it
-cannot move the cursor, turn the direction of reading, break a line or fill a screen. What a medium reads as markup is
-left to that medium: pages take ``escaped``, terminals ``rich.text.Text``, pictures text without formulas.
+Every name that holdfast shows on a terminal, a page, a picture or in an error message goes through ``one_line``: it
+cannot move the cursor, reverse the reading direction, break a line or fill a screen. Markup is escaped for each medium:
+pages use ``escaped``, terminals ``rich.text.Text``, and pictures text without formulas.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ DOTS = "..."  # stands for what was left out
 def one_line(text: object, most: int = LONGEST_LINE) -> str:
     r"""Return ``text`` on one line of at most ``most`` characters, all of them printable.
 
-    Spaces of any kind become plain spaces. Line breaks, control characters, characters that turn the direction of
-    reading, lone surrogates and whatever else has no glyph are written as in Python, ``\n`` or ``\u202e``. Of a longer
-    text the middle is left out, as file names and numbers stand at its ends.
+    Spaces of any kind become plain spaces. Line breaks, control characters, characters that reverse the reading
+    direction, lone surrogates and all others without a glyph are escaped as in Python, ``\n`` or ``\u202e``. The middle
+    of a longer text is left out, because file names and numbers are at its ends.
     """
     given = text if isinstance(text, str) else str(text)
     if len(given) > most:
@@ -46,15 +46,15 @@ def quoted(value: object, most: int = LONGEST_NAME) -> str:
 
 
 def escaped(text: object, most: int = LONGEST_LINE) -> str:
-    """Return ``one_line`` of a text for HTML, without anything that a page reads as markup.
+    """Return ``one_line`` of a text, escaped for HTML.
 
-    It is for texts, not for attributes: quotes stay.
+    It is for text, not for attributes: quotes are not escaped.
     """
     return html.escape(one_line(text, most), quote=False)
 
 
 def listed(names: Collection[str], most: int = 6) -> str:
-    """Return the first of some names, at most ``most``, each fit to be shown, and how many more there are."""
+    """Return the first ``most`` names as one text, each made printable, with the number of the others."""
     more = f" and {len(names) - most:,} more" if len(names) > most else ""
     return ", ".join(one_line(name, LONGEST_ITEM) for name in islice(names, most)) + more
 

@@ -45,7 +45,7 @@ class Value:
 
     def __repr__(self) -> str:
         text = ", ".join(f"{name}={shown(getattr(self, name))}" for name in _names_of(self, "repr"))
-        return f"{type(self).__name__}({cut(text, LONGEST)})"
+        return f"{type(self).__name__}({shortened(text, LONGEST)})"
 
 
 class Table(Mapping[K, V]):
@@ -106,7 +106,7 @@ def sealed(item: T) -> T:
     """Make all arrays in ``item`` read-only, in place, and return it."""
     if isinstance(item, np.ndarray):
         item.setflags(write=False)
-    elif item is None or isinstance(item, str | int | float):  # by far most of the others, and quickly told
+    elif item is None or isinstance(item, str | int | float):  # most fields hold these, and the check is quick
         return item
     elif isinstance(item, tuple | list):
         for part in item:
@@ -159,18 +159,18 @@ def shown(item: Any) -> str:  # noqa: ANN401
         return np.array2string(item, precision=6, separator=", ").replace("\n", "")
     if isinstance(item, Value):
         name = getattr(item, "name", None)
-        return f"<{type(item).__name__}{f' {cut(repr(name), 60)}' if isinstance(name, str) else ''}>"
+        return f"<{type(item).__name__}{f' {shortened(repr(name), 60)}' if isinstance(name, str) else ''}>"
     if isinstance(item, tuple | list):
         inner = ", ".join(shown(part) for part in item[:SHOWN])
         more = f", ... {len(item) - SHOWN} more" if len(item) > SHOWN else ""
         return f"({inner}{more})"
     if isinstance(item, Mapping):
-        pairs = [f"{cut(repr(key), 60)}: {shown(part)}" for key, part in list(item.items())[:SHOWN]]
+        pairs = [f"{shortened(repr(key), 60)}: {shown(part)}" for key, part in list(item.items())[:SHOWN]]
         pairs += [f"... {len(item) - SHOWN} more"] if len(item) > SHOWN else []
         return "{" + ", ".join(pairs) + "}"
-    return cut(repr(item), 200)
+    return shortened(repr(item), 200)
 
 
-def cut(text: str, most: int) -> str:
-    """Return ``text`` cut to at most ``most`` characters, ending in dots if it was cut."""
+def shortened(text: str, most: int) -> str:
+    """Return ``text`` with at most ``most`` characters, ending in dots if it was longer."""
     return text if len(text) <= most else text[: most - 3] + "..."

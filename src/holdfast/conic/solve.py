@@ -14,8 +14,8 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.parallel import left_if_stopped
 from holdfast.conic.program import ConeProgram
 
-LARGEST = 1e100  # numbers whose squares, and products with data, are still numbers
-LONG = 20_000  # entries of A beyond which a solve may take more than a tenth of a second: Ctrl-C does not wait for it
+LARGEST = 1e100  # numbers up to this can be squared and multiplied by data without overflow
+LONG = 20_000  # with more entries in A a solve may take over 0.1 s, so Ctrl-C does not wait for it
 
 
 class Outcome(Enum):
@@ -66,8 +66,8 @@ class Prepared:
         settings = clarabel.DefaultSettings()
         settings.verbose = False
         settings.max_iter = max_iterations
-        settings.max_threads = 1  # summation order, and with it the last digits, stay the same from run to run
-        settings.presolve_enable = False  # the solver takes new entries only for the program as it was given
+        settings.max_threads = 1  # with one thread, the summation order and the last digits are the same in every run
+        settings.presolve_enable = False  # the solver accepts new entries only without presolve
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
         cones = [_CONES[kind](size) for kind, size in program.cones]
         self._program = program
@@ -78,7 +78,7 @@ class Prepared:
 
     def change(self, entries: Int, values: Float) -> None:
         """Set stored entries of A to ``values`` (k,); ``entries`` (k,) are their positions in ``A.data``."""
-        if not self._changed:  # the caller's program stays as it is
+        if not self._changed:  # do not change the caller's program
             self._program, self._changed = replace(self._program, A=self._program.A.copy()), True
         self._program.A.data[entries] = values
         self._solver.update(A=(entries, values))
@@ -107,13 +107,13 @@ def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int
 
 
 def _upper(P: sparse.csc_matrix) -> sparse.csc_matrix:
-    """Return the upper triangle: P itself where it is diagonal, as it mostly is."""
+    """Return the upper triangle of P, or P itself if it has no entries below the diagonal."""
     columns = np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))
     return P if (P.indices <= columns).all() else sparse.triu(P, format="csc")
 
 
 def _within_numbers(values: Float) -> Float:
-    """Return ``values``, shrunk to LARGEST if they are larger: a certificate is a direction of any length."""
+    """Return ``values``, scaled down to LARGEST if they are larger; the length of a certificate does not matter."""
     largest = float(np.abs(values).max(initial=0.0))
     return values * (LARGEST / largest) if LARGEST < largest < np.inf else values
 
@@ -126,7 +126,7 @@ _CONES = {
 
 
 class _Rows(NamedTuple):
-    """What it takes to check solutions of a program, whatever the entries of A: their places (nnz,), and its cones."""
+    """The positions (nnz,) of the entries of A and the runs of cones, to check solutions while the entries change."""
 
     rows: Int
     columns: Int
@@ -140,13 +140,14 @@ class _Rows(NamedTuple):
 
 
 def violation(program: ConeProgram, x: Float, known: _Rows | None = None) -> float:
-    """Return the largest violation of the cones by b - A x; SciPy's product takes three times as long.
+    """Return the largest violation of the cones by b - A x.
 
-    ``known`` is ``_Rows.of(program)``, to avoid computing it again.
+    ``known`` can pass ``_Rows.of(program)``, to avoid computing it again.
     """
-    if not np.abs(x).max(initial=0.0) <= LARGEST:  # a solver that went astray: products with it have no meaning
+    if not np.abs(x).max(initial=0.0) <= LARGEST:  # the solver diverged, and products with x may overflow
         return np.inf
     places = _Rows.of(program) if known is None else known
+    # SciPy's product takes three times as long
     slack = program.b - np.bincount(places.rows, program.A.data * x[places.columns], len(program.b))
     worst, row = 0.0, 0
     for kind, size, count in places.runs:

@@ -1,4 +1,4 @@
-"""Opposing triangles of two surfaces, clipped against each other within a gap and an angle (compiled)."""
+"""Clipping of opposing triangles of two surfaces against each other, within a gap and an angle (compiled)."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.contacts.facing_polygons import Piece
-from holdfast.contacts.skin import Skin
+from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.polygon import keep_half_plane
 
-MAX_CORNERS = 12  # triangle against triangle gives at most 6, each bound of the gap adds one
-PIECES = 256  # that one call of compiled code has room for
-AT_ONCE = 50_000  # pairs that one call of compiled code is given
+MAX_CORNERS = 12  # two triangles share at most 6 corners, and each limit of the gap adds one
+PIECES = 256  # largest number of pieces that one call of compiled code can write
+AT_ONCE = 50_000  # number of pairs that are passed to one call of compiled code
 
 
-def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, angles: Angles) -> list[Piece]:
-    """Where faces of ``pairs`` (m, 2) lie opposite each other, up to ``gap`` apart or ``depth`` into each other [m]."""
+def clip_faces(a: SearchMesh, b: SearchMesh, pairs: Int, *, gap: float, depth: float, angles: Angles) -> list[Piece]:
+    """Return where faces of ``pairs`` (m, 2) face each other, up to ``gap`` apart or ``depth`` into each other [m]."""
     limits, pieces = np.array([gap, depth, *angles.cosine(np.array([False, True]))]), []
     corners, counts = np.zeros((PIECES, MAX_CORNERS, 3)), np.zeros(PIECES, dtype=np.int64)
     normals, heights, curved = np.zeros((PIECES, 3)), np.zeros((PIECES, 2)), np.zeros(PIECES, dtype=np.bool_)
@@ -36,7 +36,7 @@ def clip_faces(a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, angles
 @compiled
 @lean
 def plane_between(normal_a: Float, normal_b: Float, axes: Float) -> None:
-    """Write the direction from a to b halfway between the normals, then two tangents, as rows of ``axes`` (3, 3)."""
+    """Write to the rows of ``axes`` (3, 3) the mean normal of two faces, pointing from a to b, and two tangents."""
     normal, t1, t2 = axes[0], axes[1], axes[2]
     length = 0.0
     for k in range(3):
@@ -69,10 +69,10 @@ def _clip_pair(
     normal: Float,
     heights: Float,
 ) -> int:
-    """Clip one pair in the plane halfway between them: corners to ``out`` (c, 3), direction to ``normal`` (3,).
+    """Clip one pair of triangles, seen along their mean normal; return the number of corners, 0 if they do not meet.
 
-    ``heights`` (2,) takes the least and largest separation; ``room`` (4, MAX_CORNERS, 3) is scratch memory. Returns
-    the number of corners, 0 where they do not meet.
+    The corners, halfway between the triangles, are written to ``out`` (c, 3), the mean normal to ``normal`` (3,), and
+    the least and the largest separation to ``heights`` (2,). ``room`` (4, MAX_CORNERS, 3) is scratch memory.
     """
     corners, kept, flat_b, axes = room[0], room[1], room[2], room[3]
     plane_between(normal_a, normal_b, axes)
@@ -87,7 +87,7 @@ def _clip_pair(
                 corners[i, m] += (tri_a[i, k] - tri_a[0, k]) * axes[m + 1, k]
                 flat_b[i, m] += (tri_b[i, k] - tri_a[0, k]) * axes[m + 1, k]
     count = 3
-    # b is seen from below along the normal, so its corners run clockwise there
+    # b is seen from below along the normal, so its corners are in clockwise order
     for i in range(3):
         j = (i + 2) % 3
         ex = flat_b[j, 0] - flat_b[i, 0]
@@ -95,7 +95,7 @@ def _clip_pair(
         count = keep_half_plane(corners, kept, count, -ey, ex, ey * flat_b[i, 0] - ex * flat_b[i, 1])
         if count < 3:
             return 0
-    # heights of the two planes along the normal, linear in the coordinates: a: ax x + ay y, b: bx x + by y + level
+    # heights of the two planes along the normal: ax x + ay y for a, and bx x + by y + level for b
     slope_a, slope_b = dot3(normal_a, normal), dot3(normal_b, normal)
     ax, ay = -dot3(normal_a, t1) / slope_a, -dot3(normal_a, t2) / slope_a
     bx, by = -dot3(normal_b, t1) / slope_b, -dot3(normal_b, t2) / slope_b
@@ -120,8 +120,8 @@ def _clip_pair(
 @compiled
 @lean
 def _clip_all(
-    a: Skin,
-    b: Skin,
+    a: SearchMesh,
+    b: SearchMesh,
     pairs: Int,
     limits: Float,
     room: Float,
@@ -131,9 +131,9 @@ def _clip_all(
     heights: Float,
     curved: Bool,
 ) -> tuple[int, int]:
-    """Clip pairs, as many as there is room for; returns how many pieces were found, in how many pairs.
+    """Clip as many pairs as there is room for; return the number of pieces, and of pairs that were clipped.
 
-    ``limits`` (4,) are gap, depth and the cosines of the angles of flat faces and of those of which one is curved;
+    ``limits`` (4,) are gap, depth and the cosines of the angle for two flat faces and for pairs with a curved face.
     ``room`` is as in ``_clip_pair``.
     """
     gap, depth = limits[0], limits[1]

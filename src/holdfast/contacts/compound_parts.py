@@ -1,4 +1,4 @@
-"""On which part of a compound something lies, and what of it lies inside other parts."""
+"""Parts of compounds: the part on which a contact lies, and what of a contact is hidden inside other parts."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound
 
-ROUNDING = 1e-9  # of the size of a body and its distance from the origin: what is less deep is not inside
+ROUNDING = 1e-9  # relative to size and distance from the origin: least depth at which a point is inside a part
 
 
 def nearest_part(body: Body, points: Float) -> Int:
-    """Return the number (n,) of the part to whose share of the body's surface each of ``points`` (n, 3) is nearest.
+    """Return the number (n,) of the part on whose portion of the surface the nearest point to each of ``points`` lies.
 
-    Of two parts at the same distance it is the first one. A body that is no compound has one part, number 0.
+    ``points`` (n, 3) [m] are in the world frame. Of two parts at the same distance, the first one counts. A body that
+    is not a compound has one part with the number 0.
     """
     if not isinstance(body.shape, Compound):
         return np.zeros(len(points), dtype=np.int64)
@@ -31,10 +32,10 @@ def nearest_part(body: Body, points: Float) -> Int:
 
 
 def exposed(body: Body, part: int, ends: Float) -> list[tuple[float, float]]:
-    """Return which pieces of a point or a line (1 or 2, 3) lie inside no other part of a body than ``part``.
+    """Return the pieces of a point or a line (1 or 2, 3) that do not lie inside parts of a body other than ``part``.
 
-    Each is given by the shares of the line's length at which it begins and ends; that of a point is (0, 0). What lies
-    on the surface of another part is not inside it.
+    Each piece is given by the shares of the line's length at which it begins and ends; a point is (0, 0). A piece on
+    the surface of another part is not inside it.
     """
     whole = [(0.0, float(len(ends) - 1))]
     if not isinstance(body.shape, Compound):
@@ -70,11 +71,12 @@ def _inside(points: Float, surface: Surface, least: float) -> Bool:
 
 
 def _crossings(ends: Float, surface: Surface) -> Float:
-    """Return shares (n,) of a line (2, 3) at which it crosses the planes of near triangles, so maybe a surface."""
+    """Return shares (n,) of a line (2, 3) at which it crosses planes of nearby triangles, and perhaps the surface."""
     corners = surface.vertices[surface.faces]
     near = ((corners.min(1) <= ends.max(0)) & (corners.max(1) >= ends.min(0))).all(1)
     normals = surface.normals[near]
     slope = normals @ (ends[-1] - ends[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = ((corners[near, 0] - ends[0]) * normals).sum(1) / slope
-    return np.asarray(shares[(shares > 0) & (shares < 1)])  # not where it runs along a plane, which is no number
+    # this drops infinities and NaN, where the line is parallel to a plane
+    return np.asarray(shares[(shares > 0) & (shares < 1)])

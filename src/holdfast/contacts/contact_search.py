@@ -1,4 +1,4 @@
-"""The whole search for contacts and overlaps of a scene, which keeps what it found before between unchanged bodies."""
+"""The search for all contacts and overlaps of a scene, which reuses earlier results between unchanged bodies."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from holdfast.scene.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What was found in a scene with these ``bodies`` by name, at these ``tolerances``.
+    """The contacts and overlaps of a scene with these ``bodies`` (by name), at these ``tolerances``.
 
-    ``patches`` tells where each pair of bodies touches as if there were no third ones, ``shown`` what third ones leave
-    of that, and ``by_pair`` the interfaces with their status. Pairs are in the order of the bodies.
+    ``patches`` holds where each pair of bodies would touch if there were no third bodies, ``shown`` what third bodies
+    leave of that, and ``by_pair`` the interfaces with their status. Pairs are in the order of the bodies.
     """
 
     tolerances: Tolerances
@@ -40,7 +40,7 @@ class Found:
         return tuple(pair for pair, shown in self.shown.items() if not shown.interfaces)
 
     def without(self, gone: Collection[str]) -> Found:
-        """Return the same without these bodies, none of which hid anything from others."""
+        """Return the same without the bodies ``gone``, none of which may have hidden a contact of two others."""
         return Found(
             self.tolerances,
             {name: body for name, body in self.bodies.items() if name not in gone},
@@ -52,10 +52,10 @@ class Found:
 
 
 def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) -> Found:
-    """Find all contacts and overlaps of a scene, the same as if nothing had been found ``before``.
+    """Find all contacts and overlaps of a scene; the result does not depend on ``before``, which only saves time.
 
-    What was found before between two bodies is kept if both are the same objects now and the tolerances are as they
-    were. An interface is kept as long as it shows the same patches; others see how much of it third bodies hide.
+    The earlier result between two bodies is reused if both are the same objects and the tolerances are unchanged. An
+    interface stays the same object if third bodies leave the same patches visible as before.
     """
     if before is not None and tolerances.rule != before.tolerances.rule:
         before = None

@@ -1,16 +1,17 @@
-"""Cuboids that lie flat on each other, or certainly do not touch: all pairs of a scene at once (compiled).
+"""Closed-form contacts of cuboids that are flush or certainly apart, for all pairs of a scene at once (compiled).
 
-Most bodies of pallets, shelves and walls are boxes, and most pairs of near boxes are one of these two. Their contact
-is then known in closed form, without a look at triangles, edges and corners:
+Most bodies of pallets, shelves and walls are boxes, and most pairs of nearby boxes are of one of two kinds, for which
+the contact is known without searching triangles, edges and corners:
 
-- ``APART``: along the normal of one face they are more than the gap apart; or their edges are parallel and they
-  overlap along one axis at most, like boxes that meet at an edge or at a corner. A face, an edge or a corner would then
-  have to touch at a sharp rim, where nothing touches.
-- ``FLUSH``: the plane of a face of each separates them, to within rounding. The contact is what the two rectangles
-  share. All other faces stand upright on the plane or lie beyond the gap, which is where patches answer for all edges
-  and corners (flush.py).
+- ``APART``: they are more than the gap apart along the normal of a face; or their edges are parallel and they overlap
+  along one axis at most, as boxes that meet at an edge or a corner do. Such boxes could only touch at a sharp rim,
+  which is not a contact.
+- ``FLUSH``: a face of each lies in one plane, up to rounding, and the plane separates them. The contact is the
+  intersection of the two rectangles. All other faces are perpendicular to the plane or beyond the gap, so that the
+  patch accounts for all edges and corners (flush.py).
 
-All others are left to the search through triangles (``detect.find_patches``), which finds the same for these two.
+All other pairs are left to the search through triangles (``detect.find_patches``), which finds the same contacts for
+these two kinds.
 """
 
 from __future__ import annotations
@@ -29,14 +30,14 @@ from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.polygon import keep_half_plane
 
 OTHER, APART, FLUSH = 0, 1, 2
-MOST = 8  # corners that two rectangles can share
-SAME = 1e-3  # of the negligible width: nearer corners are one
+MOST = 8  # largest number of corners of the intersection of two rectangles
+SAME = 1e-3  # relative to the negligible width: corners that are closer are merged
 
 
 class Near(NamedTuple):
-    """Two cuboids whose boxes come near each other; all lengths in metres.
+    """Two cuboids whose bounding boxes are near each other; all lengths are in metres.
 
-    Surfaces touch up to ``gap`` apart; ``size`` is that of the smaller body, and narrower contacts than ``negligible``
+    Surfaces touch up to ``gap`` apart. ``size`` is that of the smaller body, and contacts narrower than ``negligible``
     are rounding.
     """
 
@@ -48,7 +49,7 @@ class Near(NamedTuple):
 
 
 def patches_of(pairs: Sequence[Near]) -> list[tuple[Patch, ...] | None]:
-    """Return the contacts of each pair, with normals into the second; None where triangles have to be looked at."""
+    """Return the patches of each pair, with normals into the second body; None if triangles have to be searched."""
     if not pairs:
         return []
     known = {id(body): body for near in pairs for body in (near.a, near.b)}
@@ -70,11 +71,11 @@ def patches_of(pairs: Sequence[Near]) -> list[tuple[Patch, ...] | None]:
 
 
 def _kinds(a: Float, b: Float, limits: Float) -> tuple[Int, Int]:
-    """Tell how pairs of bodies ``a`` and ``b`` (m, 5, 3) meet: (m,) OTHER, APART or FLUSH, the last by planes alone.
+    """Classify pairs of cuboids ``a`` and ``b`` (m, 5, 3) as OTHER, APART or FLUSH (m,).
 
-    Rows of a body are its centre, three axes and half lengths; ``limits`` (m, 3) are gap, size and negligible width.
-    Also returned are the axis of each body (m, 2) along which those that are flush touch. Sums are over three numbers,
-    so that no pair depends on the others.
+    The rows of a cuboid are its centre, its three axes and its half lengths. ``limits`` (m, 3) are gap, size and
+    negligible width. Also returns the axis of each body (m, 2) along which flush bodies touch; whether their rectangles
+    intersect is not tested. Sums are over three numbers, so that rounding in a pair does not depend on other pairs.
     """
     gap, size, negligible = limits.T
     tiny = ROUNDING * size
@@ -82,7 +83,7 @@ def _kinds(a: Float, b: Float, limits: Float) -> tuple[Int, Int]:
     slopes = np.abs((a[:, 1:4, None] * b[:, None, 1:4]).sum(3))  # (m, axes of a, axes of b)
     overlap = half_a + (slopes * half_b[:, None]).sum(2) - np.abs((a[:, 1:4] * arm).sum(2))  # along the axes of a
     back = half_b + (slopes * half_a[:, :, None]).sum(1) - np.abs((b[:, 1:4] * arm).sum(2))
-    leaning = np.sort(slopes, axis=2)[:, :, 1]  # 0 where an axis of a is parallel to one of b
+    leaning = np.sort(slopes, axis=2)[:, :, 1]  # 0 if an axis of a is parallel to one of b
     nearest = slopes.argmax(2)
     thickness = 2 * np.minimum(half_a, np.take_along_axis(half_b, nearest, axis=1))
     level = (leaning <= UPRIGHT) & (np.abs(overlap) <= tiny[:, None]) & (thickness > (gap + tiny)[:, None])
@@ -98,10 +99,10 @@ def _kinds(a: Float, b: Float, limits: Float) -> tuple[Int, Int]:
 
 @compiled
 def _share_all(bodies: Float, pairs: Int, along: Int, same: Float, counts: Int, corners: Float, planes: Float) -> None:
-    """Find what the faces of ``pairs`` (m, 2) of ``bodies`` (n, 5, 3) share that are flush ``along`` (m, 2) their axes.
+    """Intersect the flush faces of ``pairs`` (m, 2) of ``bodies`` (n, 5, 3), given by their axes ``along`` (m, 2).
 
-    Corners nearer than ``same`` (m,) are one. ``corners`` (m, MOST, 3) takes as many as ``counts`` (m,) tells, and
-    ``planes`` (m, 5) normal, least and largest separation.
+    Corners closer than ``same`` (m,) are merged. The first ``counts`` (m,) of ``corners`` (m, MOST, 3) are written, and
+    to ``planes`` (m, 5) the normal, the least and the largest separation.
     """
     room, axes = np.zeros((2, 2 * MOST, 2)), np.zeros((3, 3))
     for pair in range(len(pairs)):
@@ -114,10 +115,10 @@ def _share_all(bodies: Float, pairs: Int, along: Int, same: Float, counts: Int, 
 def _shared(
     a: Float, b: Float, k: int, m: int, same: float, axes: Float, room: Float, corners: Float, plane: Float
 ) -> int:
-    """What the face of a along its k-th axis and that of b along its m-th share; returns the number of corners.
+    """Intersect the face of a along its k-th axis with that of b along its m-th; return the number of corners.
 
-    They are written to ``room[0]`` in the plane's frame, relative to the centre of a, and to ``corners`` in the world,
-    where they begin at the first one along the plane's first tangent.
+    The corners are written to ``room[0]`` in the frame of the plane, relative to the centre of a, and to ``corners`` in
+    the world frame. The first corner is the lowest along the first tangent of the plane.
     """
     flat, kept = room[0], room[1]
     normal_a, normal_b, arm = np.empty(3), np.empty(3), np.empty(3)
@@ -129,7 +130,7 @@ def _shared(
         normal_a[i], normal_b[i] = side * a[1 + k, i], other * b[1 + m, i]
     plane_between(normal_a, normal_b, axes)
     one, two = (k + 1) % 3, (k + 2) % 3
-    for corner in range(4):  # counter-clockwise seen from outside where the side is +1
+    for corner in range(4):  # counter-clockwise seen from outside if ``side`` is +1
         x = a[4, one] if corner == 0 or corner == 3 else -a[4, one]
         y = side * (a[4, two] if corner < 2 else -a[4, two])
         for t in range(2):
@@ -149,7 +150,7 @@ def _shared(
 @compiled
 @lean
 def _tidied(flat: Float, kept: Float, count: int, same: float) -> int:
-    """Drop corners within ``same`` of the next one, or of the line through their neighbours, and begin at the first."""
+    """Drop corners within ``same`` of the next one or of the line through their neighbours; rotate to the lowest."""
     for pass_ in range(2):
         n = 0
         for i in range(count):
@@ -193,7 +194,7 @@ def _lifted(
     corners: Float,
     plane: Float,
 ) -> None:
-    """Write the corners halfway between the two faces, the normal and the separation of the faces."""
+    """Write the corners in the world frame, halfway between the faces, and the normal and separation of the faces."""
     level_a = side * a[4, k] * dot3(a[1 + k], axes[0])
     level_b = -b[4, m] * abs(dot3(b[1 + m], axes[0]))
     for i in range(3):

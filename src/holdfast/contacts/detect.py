@@ -1,4 +1,4 @@
-"""Contact detection: finds the interfaces between bodies, within a gap and an angle tolerance."""
+"""Contact detection: the interfaces between bodies, within a gap and an angle tolerance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,15 @@ from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round_contacts import feet, meet_smoothly, not_at
-from holdfast.contacts.skin import LARGE, Skin, in_reach, near_boxes, near_but_facets, near_faces, near_facets
+from holdfast.contacts.search_mesh import (
+    LARGE,
+    SearchMesh,
+    in_common_box,
+    near_boxes,
+    near_but_facets,
+    near_faces,
+    near_facets,
+)
 from holdfast.contacts.tolerances import Tolerances, plain_gap
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -51,9 +59,9 @@ class Contacts(Value):
 
 
 class Touching(NamedTuple):
-    """Where two bodies touch, as if there were no third ones.
+    """Where two bodies would touch if there were no third bodies.
 
-    ``parts`` are the patches of each pair of sets of their parts that may touch, ``patches`` those of all together.
+    ``parts`` holds the patches of each pair from ``Scene.touching``, and ``patches`` all of them together.
     """
 
     parts: tuple[tuple[Body, Body, tuple[Patch, ...]], ...]
@@ -61,9 +69,9 @@ class Touching(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """A pair of bodies that is ``touching``, what is ``left`` behind third bodies, and its ``interfaces``.
+    """Where two bodies are ``touching``, what third bodies have ``left`` of that, and the resulting ``interfaces``.
 
-    ``left`` holds the patches of each of ``touching.parts``. Where nothing is left, there are no interfaces.
+    ``left`` holds the remaining patches of each of ``touching.parts``. If nothing is left, there are no interfaces.
     """
 
     touching: Touching
@@ -74,7 +82,7 @@ class Shown(NamedTuple):
 def find_contacts(scene: Scene, tolerances: Tolerances, *, merge: bool = True) -> Contacts:
     """Find all interfaces between bodies of which at least one is movable, in the order of the bodies.
 
-    Where poses are uncertain, no interface is certain. Many patches between two bodies are merged into few, unless
+    If poses are uncertain, no interface is certain. Many patches between two bodies are merged into few, unless
     ``merge`` is False.
     """
     shown = show(scene, tolerances, find_all_patches(scene, tolerances), merge=merge)
@@ -91,10 +99,10 @@ def find_all_patches(
     same: Collection[str] = (),
     near: Sequence[tuple[Body, Body]] | None = None,
 ) -> dict[Pair, Touching]:
-    """Find where all pairs of bodies touch, as if there were no third ones, in the order of the bodies.
+    """Find where all pairs of bodies would touch if there were no third bodies, in the order of the bodies.
 
-    Between the bodies named in ``same`` it is as in ``known``. All other pairs that come ``near`` enough to touch are
-    sought unless they are given, as ``neighbours`` finds them.
+    Between bodies named in ``same``, the result is taken from ``known``. ``near`` can pass all other pairs that are
+    near enough to touch, as ``neighbours`` yields them.
     """
     pairs = list(neighbours(scene, tolerances.widest(scene), same)) if near is None else near
     found: dict[Pair, list[tuple[Body, Body, tuple[Patch, ...]]]] = {}
@@ -112,9 +120,9 @@ def _patches_between(
 ) -> Iterator[tuple[Body, Body, tuple[Patch, ...]]]:
     """Yield each of the pairs of bodies with the patches where they touch.
 
-    Cuboids are looked at all together first, and triangles where that does not tell.
+    All pairs of cuboids are classified first; triangles are searched only for the remaining pairs.
     """
-    skins: dict[int, Skin] = {}
+    meshes: dict[int, SearchMesh] = {}
     own = [tolerances.between(scene.body(a.name), scene.body(b.name)) for a, b in pairs]
     known = of_cuboids(pairs, own)
     uses = Counter(id(body) for k, pair in enumerate(pairs) if known[k] is None for body in pair)
@@ -122,18 +130,18 @@ def _patches_between(
         patches = known[k]
         if patches is None:
             for body in (a, b):
-                if id(body) not in skins:
-                    skins[id(body)] = Skin.of(body)
-            patches = find_patches(a, b, skins[id(a)], skins[id(b)], own[k])
+                if id(body) not in meshes:
+                    meshes[id(body)] = SearchMesh.of(body)
+            patches = find_patches(a, b, meshes[id(a)], meshes[id(b)], own[k])
             for body in (a, b):
                 uses[id(body)] -= 1
                 if not uses[id(body)]:
-                    del skins[id(body)]  # skins are large
+                    del meshes[id(body)]  # free the memory
         yield a, b, patches
 
 
 def of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Tolerances]) -> list[tuple[Patch, ...] | None]:
-    """Return the patches of each pair of cuboids of which they are known at once, None for all other pairs."""
+    """Return the patches of each pair of cuboids with a closed-form contact, and None for all other pairs."""
     numbers, near = [], []
     for k, ((a, b), own) in enumerate(zip(pairs, tolerances, strict=True)):
         if a.cuboid is not None and b.cuboid is not None:
@@ -155,11 +163,10 @@ def show(
     *,
     merge: bool = True,
 ) -> dict[Pair, Shown]:
-    """Make interfaces of where pairs of bodies touch, less what third bodies hide of it.
+    """Return the interfaces of pairs of bodies that touch, without what third bodies hide.
 
-    If given, ``known`` is what was shown before between bodies of which only those named in ``changed`` have other
-    patches now; where a pair shows the same patches as before, its interfaces are the same objects. ``merge`` is as in
-    ``find_contacts``.
+    ``known`` can pass an earlier result; only bodies named in ``changed`` have other patches than then. If the visible
+    patches of a pair are the same as before, its interfaces are the same objects. ``merge`` is as in ``find_contacts``.
     """
     result: dict[Pair, Shown] = {}
     fronts = Fronts({pair: touching.patches for pair, touching in found.items()})
@@ -189,7 +196,7 @@ def _interfaces(
     *,
     merge: bool,
 ) -> tuple[Interface, ...]:
-    """Return the interfaces of two bodies where they are ``touching``, of which ``left`` is not hidden."""
+    """Return the interfaces of two ``bodies`` that are ``touching``; ``left`` are the patches that are not hidden."""
     rest = tuple(patch for patches in left for patch in patches)
     if not rest:
         return ()
@@ -207,15 +214,15 @@ def _interfaces(
     interfaces = []
     for mu, share in shares.items():
         few = merged(share, own.gap, own.angle) if merge else tuple(share)
-        said = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
-        interfaces.append(Interface((a.name, b.name), patches=few, flags=said, certain=certain, mu=mu))
+        all_flags = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
+        interfaces.append(Interface((a.name, b.name), patches=few, flags=all_flags, certain=certain, mu=mu))
     return tuple(interfaces)
 
 
 def by_friction(
     scene: Scene, a: Body, b: Body, patches: Sequence[Patch], gap: float
 ) -> dict[float | None, list[Patch]]:
-    """Share patches out by friction coefficient: None where it is that of the two bodies, whatever their parts."""
+    """Return the patches by friction coefficient; the key is None where the coefficient of the two bodies holds."""
     if not patches or all({*body.materials} == {body.material} for body in (a, b)):
         return {None: list(patches)} if patches else {}
     found: dict[float | None, list[Patch]] = {}
@@ -226,7 +233,7 @@ def by_friction(
 
 
 def in_order(by_pair: Mapping[Pair, T], scene: Scene) -> dict[Pair, T]:
-    """Return what is known of pairs of bodies in the order of the bodies in the scene."""
+    """Return a dict by pairs of bodies, sorted by the order of the bodies in the scene."""
     place = {body.name: k for k, body in enumerate(scene.bodies)}
     return {pair: by_pair[pair] for pair in sorted(by_pair, key=lambda pair: (place[pair[0]], place[pair[1]]))}
 
@@ -234,9 +241,8 @@ def in_order(by_pair: Mapping[Pair, T], scene: Scene) -> dict[Pair, T]:
 def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator[tuple[Body, Body]]:
     """Yield the pairs of bodies, neither both fixed nor excluded, whose bounding boxes come within ``gap`` [m].
 
-    Pairs of which both are named in ``same`` are left out. Of two bodies of which some parts alone may touch, only
-    these are yielded, as bodies with fewer parts; where several sets of parts may touch each other, a pair for each
-    (``Scene.touching``).
+    Pairs of two bodies named in ``same`` are left out. If only some parts of two bodies may touch, bodies with only
+    these parts are yielded, one pair for each set of parts that may touch each other (``Scene.touching``).
     """
     bodies = scene.bodies
     low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
@@ -248,7 +254,8 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
     order = order[asked[order]]
     if not len(order):
         return
-    wide = length[order] > LARGE * median(length.tolist())  # a floor, which is near to all: searched apart
+    # a floor is near to everything, so large bodies are searched separately
+    wide = length[order] > LARGE * median(length.tolist())
     found = []
     for part in (order[~wide], order[wide]):
         if not len(part):
@@ -263,14 +270,14 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
         yield from scene.touching(bodies[i], bodies[j])
 
 
-def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> tuple[Patch, ...]:
+def find_patches(a: Body, b: Body, mesh_a: SearchMesh, mesh_b: SearchMesh, tolerances: Tolerances) -> tuple[Patch, ...]:
     """Find the patches where two bodies touch, with normals that point into ``b``.
 
     Faces come first, then lines where no face touches, then points where neither touches.
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     breadth = NOMINAL_BREADTH * size
-    found = [] if meet_smoothly(a, b) else _on_triangles(a, b, skin_a, skin_b, tolerances)
+    found = [] if meet_smoothly(a, b) else _on_triangles(a, b, mesh_a, mesh_b, tolerances)
     if found is None:
         return ()
     exact = feet(a, b, gap=gap, depth=depth, breadth=breadth, angles=tolerances.angles)
@@ -281,41 +288,43 @@ def find_patches(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Toler
     return (*touching, *not_at(exact, found))
 
 
-def _on_triangles(a: Body, b: Body, skin_a: Skin, skin_b: Skin, tolerances: Tolerances) -> list[Patch] | None:
-    """Find the patches of two bodies as they are tessellated, None where no faces come near.
+def _on_triangles(
+    a: Body, b: Body, mesh_a: SearchMesh, mesh_b: SearchMesh, tolerances: Tolerances
+) -> list[Patch] | None:
+    """Find the patches of two tessellated bodies; None if no faces are near each other.
 
-    Bodies of many triangles mostly lie on each other by large flat faces. If these answer for all others, nobody has to
-    look at triangles.
+    Bodies of many triangles usually rest on each other with large flat faces. If these account for the whole contact,
+    no triangles have to be searched.
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
     angles = tolerances.angles
     locals_ = a.shape.surface.reduced, b.shape.surface.reduced
-    facets = near_facets(skin_a, skin_b, gap)
-    facing, left = facing_polygons(skin_a, skin_b, *locals_, facets, gap=gap, depth=depth, angles=angles)
+    facets = near_facets(mesh_a, mesh_b, gap)
+    facing, left = facing_polygons(mesh_a, mesh_b, *locals_, facets, gap=gap, depth=depth, angles=angles)
     of_facets = tuple(
-        np.isin(skin.facet, sorted({two[k] for two in facets})) for k, skin in enumerate((skin_a, skin_b))
+        np.isin(mesh.facet, sorted({two[k] for two in facets})) for k, mesh in enumerate((mesh_a, mesh_b))
     )
     if any(facing.values()) and not left:
         faces = face_patches([piece for pieces in facing.values() for piece in pieces], gap, angles, negligible)
-        near_a, near_b = (one | two for one, two in zip(in_reach(skin_a, skin_b, gap), of_facets, strict=True))
-        if lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size, by_large=True):
+        near_a, near_b = (one | two for one, two in zip(in_common_box(mesh_a, mesh_b, gap), of_facets, strict=True))
+        if lie_flat(mesh_a, mesh_b, near_a, near_b, faces, gap=gap, size=size, by_large=True):
             return faces
-    pairs = near_but_facets(skin_a, skin_b, gap)
+    pairs = near_but_facets(mesh_a, mesh_b, gap)
     if not len(pairs) and not facets:
         return None
-    mixed, small = facing_pairs(skin_a, skin_b, pairs, cos_angle=float(np.cos(np.radians(angles.flat))))
-    also, _ = facing_polygons(skin_a, skin_b, *locals_, mixed, gap=gap, depth=depth, angles=angles)
+    mixed, small = facing_pairs(mesh_a, mesh_b, pairs, cos_angle=float(np.cos(np.radians(angles.flat))))
+    also, _ = facing_polygons(mesh_a, mesh_b, *locals_, mixed, gap=gap, depth=depth, angles=angles)
     large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]
-    pairs = np.concatenate([pairs, *(near_faces(skin_a, skin_b, gap, two) for two in left)])
-    pieces = [*large, *clip_faces(skin_a, skin_b, small, gap=gap, depth=depth, angles=angles)]
+    pairs = np.concatenate([pairs, *(near_faces(mesh_a, mesh_b, gap, two) for two in left)])
+    pieces = [*large, *clip_faces(mesh_a, mesh_b, small, gap=gap, depth=depth, angles=angles)]
     faces = face_patches(pieces, gap, angles, negligible)
     near_a, near_b = of_facets
     near_a[pairs[:, 0]] = near_b[pairs[:, 1]] = True
-    if lie_flat(skin_a, skin_b, near_a, near_b, faces, gap=gap, size=size):
+    if lie_flat(mesh_a, mesh_b, near_a, near_b, faces, gap=gap, size=size):
         return faces
     lines, points = touching_features(
-        skin_a, skin_b, pairs, gap=gap, depth=depth, angles=angles, size=size, strict=negligible
+        mesh_a, mesh_b, pairs, gap=gap, depth=depth, angles=angles, size=size, strict=negligible
     )
     along = line_patches(lines, faces, gap, negligible, breadth)
     return [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]

@@ -1,4 +1,4 @@
-"""Large flat faces opposite each other: polygon against polygon, exact however many triangles they are made of."""
+"""Contacts of large flat faces, as intersections of polygons, exact however many triangles the faces consist of."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import shapely
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
 from holdfast.base.values import Value, seal
-from holdfast.contacts.skin import Skin
+from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.surface import Surface
 
-ALONG = float(np.cos(np.radians(3)))  # normals of faces that lie along each other, far closer than kin (patches.py)
-BROAD = 2.0  # of the gap: pieces of faces that are narrower may lose their edges' contacts to rounding
+ALONG = float(np.cos(np.radians(3)))  # cosine of the largest angle between faces that count as parallel
+BROAD = 2.0  # [gaps] in a narrower piece, rounding may lose the contacts of edges
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Piece(Value):
-    """A polygon halfway between two surfaces: ``rings`` (k, 3), the outline and holes; ``normal`` (3,) from a into b.
+    """A polygon halfway between two surfaces a and b that face each other.
 
-    ``heights``: least and largest separation of the surfaces there [m]; ``curved``: whether one of the two stands for a
-    curved surface.
+    ``rings`` (k, 3) [m] are its outline and holes, and ``normal`` (3,) points into b. ``heights`` [m] are the least and
+    the largest separation of the surfaces. ``curved`` is True if one of the two faces represents a curved surface.
     """
 
     rings: tuple[Float, ...]
@@ -38,10 +38,10 @@ class Piece(Value):
         seal(self)
 
 
-def facing_pairs(a: Skin, b: Skin, pairs: Int, *, cos_angle: float) -> tuple[set[tuple[int, int]], Int]:
-    """Split ``pairs`` (m, 2) of triangles: faces of which one is large and that are opposed, and what is left (n, 2).
+def facing_pairs(a: SearchMesh, b: SearchMesh, pairs: Int, *, cos_angle: float) -> tuple[set[tuple[int, int]], Int]:
+    """Split ``pairs`` (m, 2) of triangles into opposed pairs with a large face, and pairs of small faces (n, 2).
 
-    A large face meets a triangle of a small one as a whole. Large faces have their numbers, triangles -1 downwards.
+    In the first set, a large face is given by its number, and a triangle t of a small face by -1 - t.
     """
     large_a, large_b = a.facet[pairs[:, 0]], b.facet[pairs[:, 1]]
     whole = (large_a >= 0) | (large_b >= 0)
@@ -54,8 +54,8 @@ def facing_pairs(a: Skin, b: Skin, pairs: Int, *, cos_angle: float) -> tuple[set
 
 
 def facing_polygons(
-    a: Skin,
-    b: Skin,
+    a: SearchMesh,
+    b: SearchMesh,
     local_a: Surface,
     local_b: Surface,
     faces: Iterable[tuple[int, int]],
@@ -64,10 +64,10 @@ def facing_polygons(
     depth: float,
     angles: Angles,
 ) -> tuple[dict[tuple[int, int], list[Piece]], list[tuple[int, int]]]:
-    """Where pairs of ``faces``, numbered as by ``facing_pairs``, lie opposite each other, and the pairs left to search.
+    """Intersect pairs of ``faces``, numbered as by ``facing_pairs``; return the pieces, and the pairs left to search.
 
-    Of two large faces that lie along each other, the polygon answers for all edges and corners between them. All other
-    pairs of large faces are left: their triangles have to be looked at.
+    For two large parallel faces, the polygon accounts for all edges and corners between them. The triangles of all
+    other pairs of large faces still have to be searched.
     """
     pieces, left = {}, []
     for key_a, key_b in sorted(faces):
@@ -84,7 +84,7 @@ def facing_polygons(
 
 
 def _broad(pieces: Sequence[Piece], gap: float) -> bool:
-    """Tell whether there are pieces, all of them far wider than rounding errors of their corners, and than the gap."""
+    """Tell whether there are pieces and all of them are wide compared with the gap and with rounding errors."""
     for piece in pieces:
         ring = piece.rings[0]
         around = float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum())
@@ -93,29 +93,29 @@ def _broad(pieces: Sequence[Piece], gap: float) -> bool:
     return len(pieces) > 0
 
 
-def _outline(skin: Skin, local: Surface, key: int) -> tuple[list[Float], Float]:
-    """Rings in the world and the outward normal of a large face, or of a triangle, numbered -1 downwards."""
+def _outline(mesh: SearchMesh, local: Surface, key: int) -> tuple[list[Float], Float]:
+    """Return the rings in the world and the outward normal of a large face or, for a negative key, of a triangle."""
     if key < 0:
-        return [skin.triangles[-1 - key]], skin.normals[-1 - key]
-    rings = [skin.vertices[ring] for ring in local.facets.rings[key]]
+        return [mesh.triangles[-1 - key]], mesh.normals[-1 - key]
+    rings = [mesh.vertices[ring] for ring in local.facets.rings[key]]
     return rings, unit(outline_vector(rings[0] - rings[0][0]))
 
 
-def _is_curved(skin: Skin, key: int) -> bool:
-    """Whether a large face, or a triangle, numbered -1 downwards, stands for a curved surface."""
-    return bool(skin.curved[-1 - key if key < 0 else int(np.argmax(skin.facet == key))])
+def _is_curved(mesh: SearchMesh, key: int) -> bool:
+    """Tell whether a large face or, for a negative key, a triangle represents a curved surface."""
+    return bool(mesh.curved[-1 - key if key < 0 else int(np.argmax(mesh.facet == key))])
 
 
 def _shared(
     rings_a: list[Float], normal_a: Float, rings_b: list[Float], normal_b: Float, gap: float, depth: float, curved: bool
 ) -> list[Piece]:
-    """The overlap of two polygons seen along the mean of their normals, where they are near enough to each other."""
+    """Intersect two polygons, seen along their mean normal, where their separation is within gap and depth."""
     normal = unit(normal_a - normal_b)
     frame = np.array(tangents(normal))
     origin = rings_a[0][0]
 
     def plane(rings: list[Float], own: Float) -> tuple[Float, float]:
-        """Height along ``normal`` as slopes (2,) and level: h = slopes · x + level."""
+        """Return slopes (2,) and level of the height along ``normal``: h = slopes · x + level."""
         slopes = -(frame @ own) / (normal @ own)
         return slopes, float((rings[0][0] - origin) @ own / (normal @ own))
 
@@ -137,7 +137,7 @@ def _shared(
 
 
 def _kept(shape: shapely.Geometry, slope: Float, level: float) -> shapely.Geometry:
-    """The part of a shape where slope · x + level >= 0."""
+    """Return the part of a shape where slope · x + level >= 0."""
     points = shapely.get_coordinates(shape)
     if not len(points) or (points @ slope + level).min() >= 0:
         return shape
@@ -146,8 +146,8 @@ def _kept(shape: shapely.Geometry, slope: Float, level: float) -> shapely.Geomet
         return shapely.Polygon()
     along = slope / steep
     across = np.array([-along[1], along[0]])
-    reach = 2 * float(np.ptp(points, axis=0).max()) + float(np.abs(points).max())
+    extent = 2 * float(np.ptp(points, axis=0).max()) + float(np.abs(points).max())
     foot = -level / steep * along
-    corners = [foot - reach * across, foot + reach * across]
-    corners += [corners[1] + 2 * reach * along, corners[0] + 2 * reach * along]
+    corners = [foot - extent * across, foot + extent * across]
+    corners += [corners[1] + 2 * extent * along, corners[0] + 2 * extent * along]
     return shapely.intersection(shape, shapely.Polygon(corners))

@@ -1,9 +1,9 @@
 """Contacts of vertices and edges: where a corner or an edge of one surface is nearest to the other (compiled).
 
-A feature touches only where it is a local minimum of the distance along the contact normal: everything it is joined to
-goes away from the other body, up to the angle tolerance. The normal is that of the face touched, or the cross product
-of two edges. Where faces meet at a smooth angle, as on a tessellated curve, the contact may sit between them and takes
-the mean of their normals; on a sharp edge or corner it would have no normal of its own, and none is invented.
+A feature (an edge or a vertex) touches only where it is a local minimum of the distance along the contact normal: the
+surface around it leads away from the other body, up to the angle tolerance. The normal is that of the touched face, or
+the cross product of two edges. If faces meet at a smooth edge, as on a tessellated curve, the contact may be between
+them and takes the mean of their normals. On a sharp edge or corner the normal is undefined, so there is no contact.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.compiled import compilable, compiled, dot3, lean
 from holdfast.base.values import Value, seal
-from holdfast.contacts.around import (
-    Within,
+from holdfast.contacts.local_surface import (
+    FeatureLimits,
     edge_rises,
     height_over,
     inset_of,
@@ -26,25 +26,26 @@ from holdfast.contacts.around import (
     slack_at,
     vertex_rises,
 )
-from holdfast.contacts.skin import Skin
+from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.topology import FLAT, SMOOTH
 
-NEAR_PARALLEL = 0.02  # sine below which two edges have no cross product to speak of
-WIDEST = 1.001 * float(np.tan(SMOOTH / 2))  # how far beyond a face's edge a point touches, over its height, at most
-ROUNDING = 1e-9  # of the size of the smaller body
-ROW = 13  # numbers that stand for a feature: two ends (3 each), normal (3), two heights, inset, blended
-ROOM = 512  # rows that one call of compiled code may find
-AT_ONCE = 20_000  # pairs of faces that one call of compiled code is given
+NEAR_PARALLEL = 0.02  # sine of the angle below which the cross product of two edges is not reliable
+# largest distance beyond an edge at which a point touches a face, over its height
+WIDEST = 1.001 * float(np.tan(SMOOTH / 2))
+ROUNDING = 1e-9  # relative to the size of the smaller body
+ROW = 13  # numbers of a contact: two ends (3 each), normal (3), two heights, inset, blended
+ROOM = 512  # largest number of contacts that one call of compiled code can write
+AT_ONCE = 20_000  # number of pairs of faces that are passed to one call of compiled code
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Features(Value):
     """Contacts along lines and at points, halfway between the bodies.
 
-    ``ends`` (m, 2, 3) of a line, equal at a point; ``normals`` (m, 3) into b; ``heights`` (m, 2) separations at the
-    ends [m]; ``inset`` (m,) how far inside the nearest sharp edge of what is touched they lie [m]; ``blended`` (m,)
-    whether the normal is a mean of several faces'.
+    ``ends`` (m, 2, 3) [m] are the two ends of each line, which are equal for a point. ``normals`` (m, 3) point into b.
+    ``heights`` (m, 2) [m] are the separations at the ends. ``inset`` (m,) [m] is the distance from the nearest sharp
+    edge of the touched face. ``blended`` (m,) is True if the normal is the mean of several faces.
     """
 
     ends: Float
@@ -58,14 +59,14 @@ class Features(Value):
 
 
 def touching_features(
-    a: Skin, b: Skin, pairs: Int, *, gap: float, depth: float, angles: Angles, size: float, strict: float
+    a: SearchMesh, b: SearchMesh, pairs: Int, *, gap: float, depth: float, angles: Angles, size: float, strict: float
 ) -> tuple[Features, Features]:
-    """Lines and points where edges and vertices touch, among ``pairs`` (m, 2) of faces whose boxes meet.
+    """Find the lines and the points where edges and vertices touch, among ``pairs`` (m, 2) of faces whose boxes meet.
 
-    ``size`` [m] is that of the smaller body; a sharp edge is stayed away from by ``strict`` [m].
+    ``size`` [m] is that of the smaller body. Contacts within ``strict`` [m] of a sharp edge do not count.
     """
     sin_angle, sin_curved = np.sin(np.radians(angles)).tolist()
-    within = Within(gap, depth, sin_angle, sin_curved, ROUNDING * size, strict)
+    limits = FeatureLimits(gap, depth, sin_angle, sin_curved, ROUNDING * size, strict)
     room, counts, scratch = np.empty((2, ROOM, ROW)), np.zeros(2, dtype=np.int64), np.empty((2, 3))
     lines: list[Float] = []
     points: list[Float] = []
@@ -78,9 +79,9 @@ def touching_features(
             lines.append(room[0, : counts[0]].copy())
             points.append(room[1, : counts[1]].copy())
 
-    search(lambda part: _features_on_faces(a, b, part, False, within, room, counts, scratch))
-    search(lambda part: _features_on_faces(b, a, part, True, within, room, counts, scratch))
-    search(lambda part: _edges_on_edges(a, b, part, within, room[1], counts, scratch))
+    search(lambda part: _features_on_faces(a, b, part, False, limits, room, counts, scratch))
+    search(lambda part: _features_on_faces(b, a, part, True, limits, room, counts, scratch))
+    search(lambda part: _edges_on_edges(a, b, part, limits, room[1], counts, scratch))
     return _features(lines), _features(points)
 
 
@@ -91,24 +92,24 @@ def _features(parts: list[Float]) -> Features:
 
 @compiled
 @lean
-def _comes_over(one: Skin, other: Skin, i: int, j: int, within: Within) -> bool:
-    """Whether face i of ``one`` may have a corner or an edge that touches face j of ``other``: False is certain."""
+def _comes_over(one: SearchMesh, other: SearchMesh, i: int, j: int, limits: FeatureLimits) -> bool:
+    """Tell whether a vertex or an edge of face i of ``one`` may touch face j of ``other``; only False is certain."""
     m, c = other.normals[j], other.triangles[j, 0]
     low, high = np.inf, -np.inf
     for n in range(3):
         p = one.triangles[i, n]
         h = (p[0] - c[0]) * m[0] + (p[1] - c[1]) * m[1] + (p[2] - c[2]) * m[2]
         low, high = min(low, h), max(high, h)
-    if low > within.gap or high < -within.depth:
+    if low > limits.gap or high < -limits.depth:
         return False
-    reach = within.tiny + WIDEST * max(abs(low), abs(high))
+    slack = limits.tiny + WIDEST * max(abs(low), abs(high))
     for k in range(3):
         out, c = other.outward[j, k], other.triangles[j, k]
         least = np.inf
         for n in range(3):
             p = one.triangles[i, n]
             least = min(least, out[0] * (p[0] - c[0]) + out[1] * (p[1] - c[1]) + out[2] * (p[2] - c[2]))
-        if least > reach:
+        if least > slack:
             return False
     return True
 
@@ -116,12 +117,19 @@ def _comes_over(one: Skin, other: Skin, i: int, j: int, within: Within) -> bool:
 @compiled
 @lean
 def _features_on_faces(
-    one: Skin, other: Skin, pairs: Int, flipped: bool, within: Within, room: Float, counts: Int, scratch: Float
+    one: SearchMesh,
+    other: SearchMesh,
+    pairs: Int,
+    flipped: bool,
+    limits: FeatureLimits,
+    room: Float,
+    counts: Int,
+    scratch: Float,
 ) -> int:
-    """Vertices and edges of ``one`` on faces of ``other``; ``flipped`` where ``one`` is the second body.
+    """Find contacts of vertices and edges of ``one`` with faces of ``other``; ``flipped`` if ``one`` is body b.
 
-    Rows are written to ``room`` (2, n, ROW), of lines and of points, of which ``counts`` (2,) are in use. Returns how
-    many pairs were looked at before one of them was full. ``scratch`` (2, 3) is memory.
+    Lines are written to ``room[0]`` and points to ``room[1]``, each (n, ROW), and counted in ``counts`` (2,). Returns
+    the number of pairs that were searched before one of the two was full. ``scratch`` (2, 3) is scratch memory.
     """
     lines, points = room[0], room[1]
     normal, middle = scratch[0], scratch[1]
@@ -130,16 +138,16 @@ def _features_on_faces(
         if max(counts[0], counts[1]) + 3 > len(points):
             return pair
         i, j = (pairs[pair, 1], pairs[pair, 0]) if flipped else (pairs[pair, 0], pairs[pair, 1])
-        if not _comes_over(one, other, i, j, within):
+        if not _comes_over(one, other, i, j, limits):
             continue
         for k in range(3):
             if one.owns_vertex[i, k] and _vertex_on_face(
-                one, other, i, k, j, within, sign, normal, middle, points[counts[1]]
+                one, other, i, k, j, limits, sign, normal, middle, points[counts[1]]
             ):
                 counts[1] += 1
             edge = one.of_face[i, k]
             sticks_out = one.owns_edge[i, k] and FLAT < one.bend[edge] < np.inf
-            if sticks_out and _edge_on_face(one, other, edge, j, within, sign, normal, middle, lines[counts[0]]):
+            if sticks_out and _edge_on_face(one, other, edge, j, limits, sign, normal, middle, lines[counts[0]]):
                 counts[0] += 1
     return len(pairs)
 
@@ -147,16 +155,25 @@ def _features_on_faces(
 @compilable
 @lean
 def _vertex_on_face(
-    one: Skin, other: Skin, i: int, k: int, j: int, within: Within, sign: float, normal: Float, v: Float, row: Float
+    one: SearchMesh,
+    other: SearchMesh,
+    i: int,
+    k: int,
+    j: int,
+    limits: FeatureLimits,
+    sign: float,
+    normal: Float,
+    v: Float,
+    row: Float,
 ) -> bool:
-    """Whether the k-th vertex of face i of ``one`` touches face j of ``other``; then ``row`` (ROW,) tells where."""
-    for m in range(3):  # a copy: functions are compiled once more for arrays that are read-only
+    """Tell whether vertex k of face i of ``one`` touches face j of ``other``; if so, write it to ``row`` (ROW,)."""
+    for m in range(3):  # a copy, because functions are compiled again for read-only arrays
         v[m] = one.triangles[i, k, m]
     h = height_over(other, j, v)
-    if not (-within.depth <= h <= within.gap and lies_over(other, j, v, h, within.tiny, within.strict)):
+    if not (-limits.depth <= h <= limits.gap and lies_over(other, j, v, h, limits.tiny, limits.strict)):
         return False
-    blended = normal_at(other, j, v, h, within.tiny, normal)
-    if not vertex_rises(one, one.faces[i, k], normal, within):
+    blended = normal_at(other, j, v, h, limits.tiny, normal)
+    if not vertex_rises(one, one.faces[i, k], normal, limits):
         return False
     for m in range(3):
         row[m] = row[3 + m] = v[m] - h / 2 * normal[m]
@@ -170,29 +187,37 @@ def _vertex_on_face(
 @compilable
 @lean
 def _edge_on_face(
-    one: Skin, other: Skin, edge: int, j: int, within: Within, sign: float, normal: Float, middle: Float, row: Float
+    one: SearchMesh,
+    other: SearchMesh,
+    edge: int,
+    j: int,
+    limits: FeatureLimits,
+    sign: float,
+    normal: Float,
+    middle: Float,
+    row: Float,
 ) -> bool:
-    """Whether a part of an edge of ``one`` runs along face j of ``other``; then ``row`` (ROW,) tells which part."""
+    """Tell whether an edge of ``one`` touches face j of ``other`` along a line; if so, write it to ``row`` (ROW,)."""
     p, q = one.vertices[one.edges[edge, 0]], one.vertices[one.edges[edge, 1]]
     hp, hq = height_over(other, j, p), height_over(other, j, q)
     length = np.sqrt((q[0] - p[0]) ** 2 + (q[1] - p[1]) ** 2 + (q[2] - p[2]) ** 2)
-    if abs(hq - hp) > (within.sin_angle + np.sin(SMOOTH / 2)) * length:
+    if abs(hq - hp) > (limits.sin_angle + np.sin(SMOOTH / 2)) * length:
         return False
-    low, high = _part_over(other, j, p, q, hp, hq, within)
-    if (high - low) * length <= within.strict:
+    low, high = _part_over(other, j, p, q, hp, hq, limits)
+    if (high - low) * length <= limits.strict:
         return False
     t = (low + high) / 2
     for m in range(3):
         middle[m] = p[m] + t * (q[m] - p[m])
-    blended = normal_at(other, j, middle, hp + t * (hq - hp), within.tiny, normal)
+    blended = normal_at(other, j, middle, hp + t * (hq - hp), limits.tiny, normal)
     slope = 0.0
     for m in range(3):
         slope += (q[m] - p[m]) / length * normal[m]
     round_ = other.curved[j] or (one.curved[one.sides[edge, 0]] and one.curved[one.sides[edge, 1]])
-    if abs(slope) > (within.sin_curved if round_ else within.sin_angle) or not edge_rises(one, edge, normal, within):
+    if abs(slope) > (limits.sin_curved if round_ else limits.sin_angle) or not edge_rises(one, edge, normal, limits):
         return False
     inset = inset_of(other, j, middle)
-    if inset <= within.strict:  # it runs along a sharp edge
+    if inset <= limits.strict:  # it runs along a sharp edge
         return False
     for e in range(2):
         t = high if e else low
@@ -209,22 +234,24 @@ def _edge_on_face(
 
 @compilable
 @lean
-def _part_over(other: Skin, j: int, p: Float, q: Float, hp: float, hq: float, within: Within) -> tuple[float, float]:
-    """From where to where, as shares of its length, a segment from p to q lies over face j; 1 to 0 where nowhere.
+def _part_over(
+    other: SearchMesh, j: int, p: Float, q: Float, hp: float, hq: float, limits: FeatureLimits
+) -> tuple[float, float]:
+    """Return the interval of shares of its length in which a segment from p to q is over face j; (1, 0) if none.
 
-    ``hp`` and ``hq`` [m] are the heights of its ends. It is cut by -depth <= h <= gap and by the three sides of the
-    face; each of these keeps the part where f(t) = f0 + t (f1 - f0) >= 0.
+    ``hp`` and ``hq`` [m] are the heights of its ends. It is clipped by -depth <= h <= gap and by the three sides of the
+    face; each of these five keeps the part where f(t) = f0 + t (f1 - f0) >= 0.
     """
     low, high = 0.0, 1.0
     for bound in range(5):
         if bound < 2:
-            f0 = within.depth + hp if bound == 0 else within.gap - hp
-            f1 = within.depth + hq if bound == 0 else within.gap - hq
+            f0 = limits.depth + hp if bound == 0 else limits.gap - hp
+            f1 = limits.depth + hq if bound == 0 else limits.gap - hq
         else:
             out = other.outward[j, bound - 2]
             c = other.triangles[j, bound - 2]
             nearest = min(abs(hp), abs(hq)) if hp * hq > 0 else 0.0
-            slack = slack_at(other.bend[other.of_face[j, bound - 2]], nearest, within.tiny, -within.tiny)
+            slack = slack_at(other.bend[other.of_face[j, bound - 2]], nearest, limits.tiny, -limits.tiny)
             f0 = slack - (out[0] * (p[0] - c[0]) + out[1] * (p[1] - c[1]) + out[2] * (p[2] - c[2]))
             f1 = slack - (out[0] * (q[0] - c[0]) + out[1] * (q[1] - c[1]) + out[2] * (q[2] - c[2]))
         if f0 < 0 and f1 < 0:
@@ -238,12 +265,14 @@ def _part_over(other: Skin, j: int, p: Float, q: Float, hp: float, hq: float, wi
 
 @compiled
 @lean
-def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float, counts: Int, scratch: Float) -> int:
-    """Crossings of edges that stick out, inside both, with the cross product as normal, added to ``points``.
+def _edges_on_edges(
+    a: SearchMesh, b: SearchMesh, pairs: Int, limits: FeatureLimits, points: Float, counts: Int, scratch: Float
+) -> int:
+    """Find crossings of convex edges, away from their ends, and add them to ``points``; normals are cross products.
 
-    Returns how many pairs were looked at before ``points`` was full. ``scratch`` (2, 3) is memory.
+    Returns the number of pairs that were searched before ``points`` was full. ``scratch`` (2, 3) is scratch memory.
     """
-    strict = within.strict
+    strict = limits.strict
     n, back = scratch[0], scratch[1]
     for pair in range(len(pairs)):
         if counts[1] + 9 > len(points):
@@ -270,7 +299,7 @@ def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float,
                     continue
                 dx, dy, dz = r[0] - p[0], r[1] - p[1], r[2] - p[2]
                 h = (dx * n[0] + dy * n[1] + dz * n[2]) / cross
-                if abs(h) > within.gap:  # depth is never more
+                if abs(h) > limits.gap:  # the depth is never larger than the gap
                     continue
                 ud, wd, uw = ux * dx + uy * dy + uz * dz, wx * dx + wy * dy + wz * dz, ux * wx + uy * wy + uz * wz
                 determinant = uu * ww - uw * uw
@@ -282,15 +311,15 @@ def _edges_on_edges(a: Skin, b: Skin, pairs: Int, within: Within, points: Float,
                 for m in range(3):
                     n[m] /= cross
                 for sign in (1.0, -1.0):
-                    if not -within.depth <= sign * h <= within.gap:
+                    if not -limits.depth <= sign * h <= limits.gap:
                         continue
                     for m in range(3):
                         back[m] = -sign * n[m]
-                    if not edge_rises(a, ea, back, within):
+                    if not edge_rises(a, ea, back, limits):
                         continue
                     for m in range(3):
                         back[m] = sign * n[m]
-                    if not edge_rises(b, eb, back, within):
+                    if not edge_rises(b, eb, back, limits):
                         continue
                     row = points[counts[1]]
                     for m in range(3):

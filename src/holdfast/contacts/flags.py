@@ -1,4 +1,4 @@
-"""Flags of an interface, which warn that contacts depend on a tolerance, a pose or a mesh."""
+"""Flags of an interface, which warn that its contacts depend on a tolerance, a pose or a mesh."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from holdfast.contacts.interface import Patch
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.scene.body import Body
 
-SHAKY = 0.5  # separation or depth over the gap tolerance above which surfaces touch only because of the tolerance
+SHAKY = 0.5  # separation or depth, relative to the gap, above which another gap may give another contact
 DOUBTFUL = frozenset({"ambiguous_gap", "fragile", "sliver", "occluded"})  # flags of contacts that may not exist
-EXACT = 1e-3  # share of the gap up to which surfaces touch as they are, without the help of the tolerance
-ALIKE = float(np.cos(np.radians(20)))  # cosine of the angle between normals of a patch and of what it may lie on
-FRAGILE = 0.5  # share of the area of the faces that has to remain when a body is moved sideways by the gap
+EXACT = 1e-3  # separation, relative to the gap, up to which surfaces touch exactly, up to rounding
+ALIKE = float(np.cos(np.radians(20)))  # cosine of the largest angle between a patch and the triangle on which it lies
+FRAGILE = 0.5  # least share of the face area that remains when a body is moved sideways by the gap
 
 
 def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: bool) -> tuple[str, ...]:
@@ -28,8 +28,8 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     - fragile: the bodies may lose half of the contact area if one is moved sideways by the gap.
     - ambiguous_gap: surfaces are somewhere further apart, or overlap by more, than half the gap, so another gap gives
       another interface.
-    - facet: a face lies on a facet that stands for a curved surface, or a line on such a one of a mesh. If that surface
-      is smooth in truth, it touches elsewhere or along a line or at a point, and the body rolls.
+    - facet: a face lies on a facet that represents a curved surface, or a line lies on such a facet of a mesh. If the
+      real surface is smooth, it touches elsewhere, along a line or at a point, and the body may roll.
     - occluded: a third body between the two hides a part.
     - not_manifold: a surface is not closed, so the overlap is estimated.
     - orientation_unknown: it is not known which side of a surface is the inside.
@@ -55,10 +55,10 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
 
 
 def _on_facet(body: Body, patches: Sequence[Patch], outward: float) -> bool:
-    """Tell whether the middle of a face, or of a line on a mesh, lies on a triangle that stands for a curved surface.
+    """Tell whether the middle of a face, or of a line on a mesh, lies on a triangle that represents a curved surface.
 
-    Lines on shapes lie where their true surface does. ``outward`` is 1 if the normals of patches point out of the body,
-    and -1 if they point into it.
+    Lines on shapes with a known sagitta are exact and do not count. ``outward`` is 1 if the normals of the patches
+    point out of the body, and -1 if they point into it.
     """
     surface = body.shape.surface
     if not surface.curved.any():
@@ -83,8 +83,8 @@ def is_certain(patches: Sequence[Patch], flags: Sequence[str], *, gap: float, us
 
     ``gap`` is the gap of the search and ``usual`` the default gap of the scene; ``sagitta`` is how far the meshes of
     the two bodies may lie inside their true surfaces, all [m]. The bodies may not touch if they are further apart than
-    the default gap accepts, or if one of the flags DOUBTFUL is set. Flags do not count for surfaces that touch exactly
-    within a gap that is not wider than the default: what such a gap allows for is rounding, not another place.
+    the default gap accepts, or if one of the flags DOUBTFUL is set. Flags do not count if the surfaces touch exactly
+    and the gap is not wider than the default, because such a gap only allows for rounding.
     """
     apart = min((patch.separation[0] for patch in patches if patch.separation is not None), default=0.0) - sagitta
     if apart > usual:

@@ -1,4 +1,4 @@
-"""Bodies that lie flat on each other: their faces answer for all edges and corners, which nobody has to look for."""
+"""Bodies that are flush: their face patches account for all touching edges and corners, which need no search."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.skin import Skin
+from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.geometry.topology import FLAT, SMOOTH
 
-ROUNDING = 1e-9  # of the size of the smaller body: what counts as in the plane
-UPRIGHT = 1e-9  # cosine of the angle between a plane and what stands on it at a right angle
-STEEP = 0.01  # sine of the angle at which the edges of a triangle that stands on its corner rise at least
-WIDE = 1e-6  # least gap over the size of the smaller body: patches cover what lies within the gap of them
+ROUNDING = 1e-9  # relative to the size of the smaller body: distance up to which a vertex is in the plane
+UPRIGHT = 1e-9  # largest cosine of an angle that counts as right
+STEEP = 0.01  # least sine of the angle at which the edges of a triangle with one corner in the plane rise
+WIDE = 1e-6  # least gap, relative to the size of the smaller body, for which the argument holds
 
 
 def lie_flat(
-    a: Skin,
-    b: Skin,
+    a: SearchMesh,
+    b: SearchMesh,
     near_a: Bool,
     near_b: Bool,
     faces: Sequence[Patch],
@@ -28,19 +28,19 @@ def lie_flat(
     size: float,
     by_large: bool = False,
 ) -> bool:
-    """Tell whether the patches ``faces`` answer for every edge and corner that touches.
+    """Tell whether the patches ``faces`` certainly include every touching edge and corner.
 
-    ``near_a`` (F,) and ``near_b`` (G,) mark the faces of either body that come near the other, and may mark more. With
-    ``by_large``, ``faces`` are the patches of large flat faces alone, and it is asked whether they answer for all
-    other faces, too: whether none of these lies in the plane where they meet.
+    ``near_a`` (F,) and ``near_b`` (G,) mark at least the faces of either body that are near the other. With
+    ``by_large``, ``faces`` are only the patches of large flat faces, and the result is True only if no other face lies
+    in their plane either.
 
-    That is certain if one plane separates the bodies as follows. What comes near of either lies in the plane, or leaves
-    it at a right angle by a sharp rim, or is more than ``gap`` [m] beyond it. Then
+    The result is True if one plane separates the bodies in this way: each nearby face of either body lies in the plane,
+    or is perpendicular to it and leaves it at a sharp rim, or is more than ``gap`` [m] beyond it. Then
 
-    - a corner or an edge in the plane, on a face in the plane, belongs to the overlap of two faces, which is a patch;
-    - on an upright face it could only be at that face's sharp rim, where nothing touches;
-    - an upright edge begins at the plane, so that it crosses no edge of the other body between its ends;
-    - all else is further away than the gap.
+    - a corner or an edge in the plane that touches a face in the plane belongs to the overlap of two faces, a patch;
+    - a corner or an edge could touch a perpendicular face only at its sharp rim, where nothing counts as touching;
+    - a perpendicular edge ends at the plane, so it crosses no edge of the other body between its ends;
+    - everything else is farther away than the gap.
 
     ``size`` [m] is that of the smaller body.
     """
@@ -52,64 +52,65 @@ def lie_flat(
         if np.abs(patch.normal - normal).max() > UPRIGHT or np.abs((patch.polygon - origin) @ normal).max() > tiny:
             return False
     return all(
-        _leaves_squarely(skin, np.flatnonzero(near), away, origin, gap, tiny, by_large=by_large)
-        for skin, near, away in ((a, near_a, -normal), (b, near_b, normal))
+        _leaves_squarely(mesh, np.flatnonzero(near), away, origin, gap, tiny, by_large=by_large)
+        for mesh, near, away in ((a, near_a, -normal), (b, near_b, normal))
     )
 
 
 def _leaves_squarely(
-    skin: Skin, near: Int, away: Float, origin: Float, gap: float, tiny: float, *, by_large: bool
+    mesh: SearchMesh, near: Int, away: Float, origin: Float, gap: float, tiny: float, *, by_large: bool
 ) -> bool:
-    """Whether faces ``near`` (n,) of a body leave the plane through ``origin`` (3,) as told, the way of ``away``."""
-    heights = (skin.vertices - origin) @ away
+    """Tell whether the faces ``near`` (n,) of a body meet these conditions on the side ``away`` (3,) of the plane."""
+    heights = (mesh.vertices - origin) @ away
     level, beyond = np.abs(heights) <= tiny, heights > gap + tiny
-    corners = skin.faces[near]
+    corners = mesh.faces[near]
     if not (level | beyond)[corners].all():
         return False
     flat = level[corners].all(1)
-    if by_large and (skin.facet[near[flat]] < 0).any():
+    if by_large and (mesh.facet[near[flat]] < 0).any():
         return False
     upright = level[corners].any(1) & ~flat
-    slopes = skin.normals[near] @ away
+    slopes = mesh.normals[near] @ away
     if (slopes[flat] > UPRIGHT - 1).any() or (np.abs(slopes[upright]) > UPRIGHT).any():
         return False
     grounded = np.zeros(len(heights), dtype=bool)
     grounded[corners[flat]] = True
-    edges = np.unique(skin.of_face[near])
+    edges = np.unique(mesh.of_face[near])
     return (
         bool(grounded[corners[level[corners]]].all())
-        and _edges_leave(skin, edges, level, away)
-        and (_stand_steeply(skin, near[level[corners].sum(1) == 1], level, away))
+        and _edges_leave(mesh, edges, level, away)
+        and (_stand_steeply(mesh, near[level[corners].sum(1) == 1], level, away))
     )
 
 
-def _edges_leave(skin: Skin, edges: Int, level: Bool, away: Float) -> bool:
-    """Whether edges (n,) lie within a flat face, or in the plane and are sharp, or leave it upright.
+def _edges_leave(mesh: SearchMesh, edges: Int, level: Bool, away: Float) -> bool:
+    """Tell whether each of the edges (n,) is within a flat face, is sharp and in the plane, or is perpendicular to it.
 
-    Of those that leave the plane, smooth ones are sides of a round upright face: where it ends, at the plane, its rim
-    is as sharp as that of a prism.
+    A smooth edge that leaves the plane belongs to a curved perpendicular face, such as the side of a cylinder, whose
+    rim in the plane is sharp.
     """
-    bend = skin.bend[edges]
-    ends = skin.edges[edges]
+    bend = mesh.bend[edges]
+    ends = mesh.edges[edges]
     leaves = level[ends[:, 0]] != level[ends[:, 1]]
     sharp = (bend >= SMOOTH) & np.isfinite(bend)
     round_ = leaves & (bend < SMOOTH)
     if not (sharp | round_ | (bend <= FLAT)).all():
         return False
     upright = (sharp & leaves) | (round_ & (bend > FLAT))
-    along = skin.vertices[ends[upright, 1]] - skin.vertices[ends[upright, 0]]
+    along = mesh.vertices[ends[upright, 1]] - mesh.vertices[ends[upright, 0]]
     across = np.linalg.norm(np.cross(along, away), axis=1)
     if (across > UPRIGHT * np.linalg.norm(along, axis=1)).any():
         return False
     lies = level[ends].all(1) & sharp
-    beside = skin.sides[edges[lies]]
-    flat = np.all(level[skin.faces[beside]], axis=2)  # (n, 2): of the two faces beside each
+    beside = mesh.sides[edges[lies]]
+    # (n, 2): whether each of the two faces beside an edge is in the plane
+    flat = np.all(level[mesh.faces[beside]], axis=2)
     return bool(np.all(np.any(flat, axis=1)))
 
 
-def _stand_steeply(skin: Skin, standing: Int, level: Bool, away: Float) -> bool:
-    """Whether both edges of triangles (n,) with one corner in the plane rise steeply from it."""
-    corners = skin.vertices[skin.faces[standing]]
-    foot = level[skin.faces[standing]]
+def _stand_steeply(mesh: SearchMesh, standing: Int, level: Bool, away: Float) -> bool:
+    """Tell whether both edges from the corner in the plane rise steeply, for triangles (n,) with one such corner."""
+    corners = mesh.vertices[mesh.faces[standing]]
+    foot = level[mesh.faces[standing]]
     rise = corners[~foot].reshape(-1, 2, 3) - corners[foot][:, None]
     return bool((rise @ away >= STEEP * np.linalg.norm(rise, axis=2)).all())

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_number, frozen, kept, unit
+from holdfast.base.arrays import Float, checked, checked_number, frozen, read_only, unit
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import FRICTION, PLACE
@@ -22,10 +22,10 @@ from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
 
 FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size
-STRAIGHT = 1e-9  # of its diagonal: how far corners of a rectangle may be off
+STRAIGHT = 1e-9  # largest deviation of the corners of a rectangle, relative to its diagonal
 
-BITS = 40  # binary digits of the coordinates of a patch that is written in the canonical way: about twelve decimal ones
-FIRST = 30  # binary digits of them that decide where an outline begins
+BITS = 40  # binary digits of the coordinates of a patch in canonical form, about twelve decimal digits
+FIRST = 30  # binary digits of coordinates that decide at which corner an outline begins
 
 PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
@@ -45,8 +45,8 @@ class Patch(Value):
       they overlap. None if it is not known.
     - ``breadth`` [m]: a nominal width of a line or a point, which in reality has some width.
     - ``inset`` [m]: how far inside the nearest sharp edge a line or a point lies.
-    - ``spots``: where it touches, if it stands for many smaller patches, and how far off these are. The polygon is
-      then an outline around them, of corners that are spots themselves; where ``spots.bent`` they are not in one plane.
+    - ``spots``: the points at which it touches, if it replaces many smaller patches, with their deviations. The
+      polygon is then an outline around these points; if ``spots.bent``, its corners are spots and not in one plane.
     """
 
     polygon: Float
@@ -59,9 +59,9 @@ class Patch(Value):
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        set_(self, "polygon", kept(self.polygon))
-        set_(self, "normal", kept(self.normal))
-        set_(self, "holes", tuple(kept(hole) for hole in self.holes))
+        set_(self, "polygon", read_only(self.polygon))
+        set_(self, "normal", read_only(self.normal))
+        set_(self, "holes", tuple(read_only(hole) for hole in self.holes))
 
     @property
     def bent(self) -> bool:
@@ -69,14 +69,14 @@ class Patch(Value):
         return self.spots is not None and self.spots.bent
 
     def normals_at(self, points: Float) -> Float:
-        """Return the normals (n, 3) at points (n, 3) of the patch, of which those on a bent one are spots."""
+        """Return the normals (n, 3) at points (n, 3) of the patch; on a bent patch, those of the nearest spots."""
         if self.spots is None or not self.spots.bent:
             return np.broadcast_to(self.normal, points.shape)
         return np.asarray(self.spots.normals[cKDTree(self.spots.points).query(points)[1]])
 
     @property
     def rectangular(self) -> bool:
-        """Whether the patch is a rectangle without holes, on all of which the bodies touch."""
+        """Whether the patch is a rectangle without holes, and the bodies touch on all of it."""
         if len(self.polygon) != 4 or self.holes or self.spots is not None:
             return False
         a, b, c, d = self.polygon
@@ -174,16 +174,17 @@ class Patch(Value):
     def rectangle(self) -> tuple[Float, Float, Float, Float]:
         """The smallest rectangle around the outline, in the frame (t1, t2) relative to the first corner.
 
-        The rows of its axes (2, 2), the longer side first, its low and its high corner (2,) along them, and the corners
-        (m, 2) of the outline's hull, the first of them as near to the outline's first one as can be.
+        It is given by its unit axes as rows (2, 2), that of the longer side first, by its low and its high corner (2,)
+        [m] along them, and by the corners (m, 2) [m] of the outline's hull, beginning at the one nearest to the first
+        corner of the outline.
         """
         hull = self.corners
-        hull = flat.turned(hull, int(np.argmin(np.hypot(*hull.T))))  # of equal rectangles the outline's first one
+        hull = flat.turned(hull, int(np.argmin(np.hypot(*hull.T))))  # decides between equal rectangles
         axes, low, high = smallest_rectangle(hull)
         return frozen(axes), frozen(low), frozen(high), frozen(hull)
 
     def canonical(self, frame: Frame) -> Patch:
-        """Return the same patch with coordinates rounded in ``frame``, by whose axes outline and holes begin."""
+        """Return the patch with coordinates rounded in ``frame``; each ring begins at its lowest corner there."""
         size = float(np.abs(frame.seen(self.polygon)).max())
         seen = [snapped(frame.seen(ring), size, BITS) for ring in (self.polygon, *self.holes)]
         first = [int(np.lexsort(snapped(ring, size, FIRST).T[::-1])[0]) for ring in seen]
@@ -212,11 +213,11 @@ class Interface(Value):
 
     ``bodies`` are the two body names. A patch can be given by its ``polygon`` (k, 3) [m] and ``normal`` (3,) in the
     world frame, besides the ``patches``. ``status`` is "touching" or "penetrating", and ``flags`` say which contacts
-    depend on a tolerance, a pose or a mesh. ``certain`` is False if the two bodies may not touch at all, as where poses
-    are uncertain; docs/uncertainty.md says what answers make of that. ``mu`` is the friction coefficient where it is
-    not that of the two bodies, as between parts of compounds with materials of their own, and otherwise None; two
-    bodies have one interface for each coefficient between them. Raises GeometryError for a body paired with
-    itself, for no patches and for a polygon that is not usable.
+    depend on a tolerance, a pose or a mesh. ``certain`` is False if the two bodies may not touch at all, for example if
+    poses are uncertain; docs/uncertainty.md says how answers use it. ``mu`` is the friction coefficient if it differs
+    from that of the two bodies, as between parts of compounds with materials of their own, and otherwise None; two
+    bodies have one interface for each coefficient. Raises GeometryError for a body paired with itself, for no patches
+    and for a polygon that is not usable.
     """
 
     bodies: tuple[str, str]
@@ -258,11 +259,11 @@ class Interface(Value):
         set_(self, "mu", own)
 
     def canonical(self, frame: Frame, *, flipped: bool = False) -> Interface:
-        """Return the same contact, written in one way whatever way it was found.
+        """Return the same contact in canonical form, which does not depend on how it was found.
 
-        Coordinates in ``frame`` are rounded far below what they are known to, every outline begins at its first corner
-        in the order of these coordinates, and patches are in the order of these corners. If ``flipped``, the contact is
-        seen from the other body: the order of the bodies and all normals are reversed.
+        Coordinates in ``frame`` are rounded, far below their accuracy. Every outline begins at its first corner in the
+        order of these coordinates, and patches are in the order of these corners. If ``flipped``, the contact is seen
+        from the other body: the order of the bodies and all normals are reversed.
         """
         key = (frame.origin.tobytes(), frame.axes.tobytes(), flipped)
         known = self._canonical.get(key)

@@ -1,4 +1,4 @@
-"""Which parts of two bodies touch: contacts of compounds, shared out among the materials of their parts."""
+"""Division of contacts between compounds by the materials of the parts that touch."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound
 
-ALIKE = 0.9  # cosine of the angle between a patch and the triangles that it may lie on
-NEGLIGIBLE = 1e-9  # share of a patch's area: smaller pieces are rounding
+ALIKE = 0.9  # cosine of the largest angle between a patch and the triangles on which it lies
+NEGLIGIBLE = 1e-9  # share of the area of a patch; smaller pieces are rounding
 
 Materials = tuple[str | None, str | None]
 
 
 def by_material(a: Body, b: Body, patches: Sequence[Patch], gap: float) -> dict[Materials, list[Patch]]:
-    """Share the patches between two bodies out among pairs of materials, in the order in which they are found.
+    """Return the patches between two bodies by pairs of materials.
 
-    A patch that reaches over parts of several materials is cut along their borders; a line or a point belongs to the
-    part that is nearest to its middle. ``gap`` [m] is how far from a patch the surfaces may lie.
+    A patch on parts of several materials is cut along their borders; a line or a point belongs to the part that is
+    nearest to its middle. ``gap`` [m] is how far from a patch the surfaces may lie.
     """
     found: dict[Materials, list[Patch]] = {}
     for patch in patches:
@@ -57,7 +57,7 @@ def _cut(patch: Patch, body: Body, gap: float) -> list[tuple[str | None, Patch]]
 
 
 def _beside(surface: Surface, patch: Patch, gap: float) -> Float:
-    """Tell which triangles (F,) face the way of a patch, or against it, and lie within the gap of its plane."""
+    """Tell which triangles (F,) are parallel to a patch, on either side, and within the gap of its plane."""
     heights = (surface.vertices[surface.faces] - patch.polygon[0]) @ patch.normal
     depth = max(map(abs, patch.separation)) if patch.separation else 0.0
     level = np.abs(heights).min(1) <= 2 * gap + depth

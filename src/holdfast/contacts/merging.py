@@ -1,10 +1,10 @@
-"""Many small patches between two bodies, as scans have them, merged into few.
+"""Merging of many small patches between two bodies, as between scans, into few.
 
-Scanned surfaces touch in thousands of slivers. Those that lie in one plane, to within a share of the gap, and whose
-normals agree within the angle tolerance, become one patch with the normal of that plane: an uneven support. What is
-left of curved surfaces becomes one band of points, each with a normal of its own. Either way the contact is then known
-by its ``Spots``. All of them are places where the surfaces come near each other, so no support is added: the hull of an
-uneven support is that of its parts, and forces at some points of a curved contact are forces that all of it can carry.
+Scanned surfaces touch in thousands of slivers. Slivers that lie in one plane, up to a share of the gap, and whose
+normals agree within the angle tolerance, become one patch with the normal of that plane. The remaining patches, on
+curved surfaces, become one bent patch whose points have normals of their own. Either way, the contact is represented by
+its ``Spots``. All of these are points where the surfaces are near each other, so merging adds no support: the hull of a
+plane patch is that of its parts, and forces at some points of a curved contact are among those that it can carry.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from holdfast.contacts.weights import corrected
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull, corner_numbers
 
-FEW = 8  # up to so many patches of two bodies are left as they are
-MOST = 12  # two bodies with more narrow planes of contact than this touch along curved surfaces
-FACETS = 32  # patches up to which they may as well be the facets of a prism
-BROAD = 64  # so do two with more broad faces than this
-NARROW = 8.0  # width over the gap up to which a face is narrow
-RESIDUAL = 0.5  # of the gap: how far patches may lie from their plane; halfway between surfaces is known no better
-FITS = 3  # times that a plane is fitted to its patches
-LARGE = 0.1  # share of a curved contact from which on a plane remains a patch of its own
-ON_PLANE, ON_BAND = 200, 128  # the most spots of a merged patch
-STEPS = 24  # parts of the extent of a contact: patches larger than one part are sampled at several points
-INWARD = 1e-3  # of the way to the centroid that corners are moved, so that those of neighbours are apart
-LEAST = 0.02  # of the mean share that every spot gets before shares are corrected
-CANCELLED = 0.1  # length of the mean of unit normals below which it is no direction to look along
-ROUNDING = 1e-9  # of the extent
+FEW = 8  # two bodies with at most this many patches keep them
+MOST = 12  # two bodies with more planes of narrow patches than this touch along curved surfaces
+FACETS = 32  # up to this many patches may be the facets of a prism and are not merged as a curved contact
+BROAD = 64  # if there are more broad faces than this, they are merged, too
+NARROW = 8.0  # [gaps] a face with a smaller width is narrow
+RESIDUAL = 0.5  # [gaps] largest distance of patches from their plane, which is about their uncertainty
+FITS = 3  # how often a plane is fitted to its patches
+LARGE = 0.1  # a plane with at least this share of a curved contact remains a patch of its own
+ON_PLANE, ON_BENT = 200, 128  # largest number of spots of a plane patch and of a bent patch
+STEPS = 24  # patches larger than the extent of the contact over this are sampled at several points
+INWARD = 1e-3  # share of the way to the centroid by which corners are moved, so that neighbours' corners differ
+LEAST = 0.02  # share of the mean that is added to every spot before shares are corrected
+CANCELLED = 0.1  # a mean of unit normals that is shorter than this gives no direction
+ROUNDING = 1e-9  # relative to the extent of the contact
 
 
 class _Plane(NamedTuple):
-    """Patches that lie in one plane, through ``origin`` (3,) [m] with a unit ``normal`` (3,)."""
+    """Patches in one plane, through ``origin`` (3,) [m] with a unit ``normal`` (3,)."""
 
     members: list[Patch]
     origin: Float
@@ -60,7 +60,7 @@ class _Samples(NamedTuple):
 
 
 def merged(patches: Sequence[Patch], gap: float, angle: float) -> tuple[Patch, ...]:
-    """Return the contact of two bodies in few patches; up to FEW patches, and BROAD broad faces, stay as they are.
+    """Return the contact of two bodies with few patches; up to FEW patches, and up to BROAD broad faces, are unchanged.
 
     ``gap`` [m] and ``angle`` [deg] are the tolerances with which the patches were found.
     """
@@ -78,13 +78,14 @@ def merged(patches: Sequence[Patch], gap: float, angle: float) -> tuple[Patch, .
         band = [patch for plane in planes if plane.measure < least for patch in plane.members]
         planes = [plane for plane in planes if plane.measure >= least]
     joined = [patch for plane in planes for patch in _on_plane(plane)]
-    return (*broad, *joined, *([_on_band(band)] if band else []))
+    return (*broad, *joined, *([_bent(band)] if band else []))
 
 
 def _planes(patches: Sequence[Patch], residual: float, cosine: float) -> list[_Plane]:
-    """Share patches out among planes: the largest patch left names a plane, which is then fitted to its kin.
+    """Group patches by planes. The largest remaining patch defines a plane, which is then fitted to all that lie in it.
 
-    All their corners lie within ``residual`` [m] of it, and their normals within the angle of this ``cosine``.
+    All corners of a group are within ``residual`` [m] of the plane, and the cosine between the normals of its patches
+    and of the plane is at least ``cosine``.
     """
     if not patches:
         return []
@@ -96,7 +97,7 @@ def _planes(patches: Sequence[Patch], residual: float, cosine: float) -> list[_P
     sizes = np.array([patch.measure for patch in patches])
     left = np.ones(len(patches), dtype=bool)
 
-    def kin(origin: Float, normal: Float) -> Bool:
+    def members_of(origin: Float, normal: Float) -> Bool:
         off = np.maximum.reduceat(np.abs((places - origin) @ normal), starts)
         return np.asarray(left & (off <= residual) & (normals @ normal >= cosine))
 
@@ -104,12 +105,12 @@ def _planes(patches: Sequence[Patch], residual: float, cosine: float) -> list[_P
     while left.any():
         seed = int(np.argmax(np.where(left, sizes, -1.0)))
         origin, normal = centres[seed], normals[seed]
-        chosen = kin(origin, normal)
+        chosen = members_of(origin, normal)
         chosen[seed] = True
         for _ in range(FITS):
             weights = sizes * chosen
             middle, mean = weights @ centres / weights.sum(), unit(weights @ normals)
-            better = kin(middle, mean)
+            better = members_of(middle, mean)
             if not better[seed]:
                 break
             origin, normal, chosen = middle, mean, better
@@ -119,7 +120,7 @@ def _planes(patches: Sequence[Patch], residual: float, cosine: float) -> list[_P
 
 
 def _on_plane(plane: _Plane) -> list[Patch]:
-    """Return the patches of a plane as one, or as they are if there is only one or if they lie along one line."""
+    """Merge the patches of a plane; return them unchanged if there is only one, or if all lie along one line."""
     members, origin, normal = plane
     frame = np.array(tangents(normal))
     corners = np.vstack([_corners(patch) for patch in members])
@@ -151,12 +152,12 @@ def _on_plane(plane: _Plane) -> list[Patch]:
     return [Patch(origin + outline @ frame, normal, separation=_separation(members), spots=known)]
 
 
-def _on_band(members: Sequence[Patch]) -> Patch:
-    """Return patches of any normals as one band of points, each with the normal of the patch on which it lies."""
+def _bent(members: Sequence[Patch]) -> Patch:
+    """Merge patches with any normals to one bent patch, whose points have the normals of their original patches."""
     corners = np.vstack([_corners(patch) for patch in members])
     extent = float(np.linalg.norm(np.ptp(corners, axis=0)))
     points, normals, shares = _samples(members, extent / STEPS, INWARD)
-    spots = in_order(points, normals, ON_BAND)
+    spots = in_order(points, normals, ON_BENT)
     nearest = nearest_spot(points, normals, spots)
     tributary = _tributary(shares, nearest, len(spots))
     centre = points.mean(0)
@@ -177,31 +178,31 @@ def _on_band(members: Sequence[Patch]) -> Patch:
         spread=_degrees(float((normals * normals[chosen]).sum(1).min())),
     )
     mean = sizes @ ways / sizes.sum()
-    if np.linalg.norm(mean) < CANCELLED:  # all round a peg: along it
+    if np.linalg.norm(mean) < CANCELLED:  # normals all around a peg cancel, so use the direction of the peg
         mean = np.linalg.eigh((ways * sizes[:, None]).T @ ways)[1][:, 0]
     normal = unit(mean)
     return Patch(_outline(known.points, normal), normal, separation=_separation(members), spots=known)
 
 
 def _outline(points: Float, normal: Float) -> Float:
-    """Return those of the points (n, 3) that are corners of their hull, seen along a normal (3,)."""
+    """Return those of the points (n, 3) that are corners of their convex hull, seen along a normal (3,)."""
     seen = points @ np.array(tangents(normal)).T
     low, size = seen.min(0), np.ptp(seen, axis=0)
     return np.asarray(points[corner_numbers(np.ascontiguousarray((seen - low) / max(float(size.max()), 1e-300)))])
 
 
 def _tributary(shares: Float, nearest: Int, count: int) -> Float:
-    """Return the shares (n,) summed by the nearest of ``count`` spots, each of which gets at least a little."""
+    """Return the sum of ``shares`` (n,) at the nearest of ``count`` spots, with a small positive minimum for each."""
     own = np.bincount(nearest, shares, minlength=count) + LEAST * shares.sum() / count
     return np.asarray(own * (shares.sum() / own.sum()))
 
 
 def _samples(patches: Sequence[Patch], step: float, inward: float = 0.0) -> _Samples:
-    """Return points inside patches, about a ``step`` [m] apart on those that are larger, and all their corners.
+    """Return points inside patches, about a ``step`` [m] apart on larger ones, and all corners of the patches.
 
-    Corners are moved by the share ``inward`` of the way to the centroid. All corners of a patch together stand for
-    1 / (2 n² + 1) of it where n points lie along a line, or n² points on a face: so much that the second moments of a
-    line, and of a rectangle, are exact (n = 1 is Simpson's rule). A contact that only its middle carries would tilt.
+    Corners are moved by the share ``inward`` of the way to the centroid. With n points along a line, or n² points on a
+    face, all corners of a patch together stand for 1 / (2 n² + 1) of it: then the second moments of a line and of a
+    rectangle are exact (n = 1 is Simpson's rule). Without weights at the corners, a contact would tilt too easily.
     """
     points, shares = [], []
     for patch in patches:
@@ -238,7 +239,7 @@ def _inside(patch: Patch, step: float) -> Float:
 
 
 def _moments(patch: Patch, origin: Float, frame: Float) -> Float:
-    """Return the integrals (6,) of 1, x, y, x², xy and y² over a patch, seen in a plane, scaled to its own measure."""
+    """Return the integrals (6,) of 1, x, y, x², xy and y² over a patch projected to a plane, scaled to its measure."""
     if patch.kind == "face":
         found = flat.polynomial_moments([(ring - origin) @ frame.T for ring in (patch.polygon, *patch.holes)])
         return np.asarray(found * (patch.area / found[0]))

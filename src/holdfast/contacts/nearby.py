@@ -1,4 +1,4 @@
-"""Contacts that bodies would have if they were a little closer: what might hold a body that seems to fall."""
+"""Contacts that bodies would have if they were a little closer, and that might hold a body that seems to fall."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 
 from holdfast.contacts.detect import box_distance, by_friction, find_patches, of_cuboids
 from holdfast.contacts.interface import Interface, Patch
-from holdfast.contacts.skin import Skin
-from holdfast.contacts.tolerances import Tolerances, reach
+from holdfast.contacts.search_mesh import SearchMesh
+from holdfast.contacts.tolerances import Tolerances, doubtful_gap
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-WIDE = 5.0  # [deg] angle between faces that would meet flat if a pose were a little off
-GROWS = 1.2  # a contact that is larger by this factor at twice the angle lies on a curved surface, which rolls
+WIDE = 5.0  # [deg] angle between faces that would be parallel if the poses were slightly different
+GROWS = 1.2  # a contact whose area grows by this factor at twice the angle is on a curved surface, which can roll
 
 
 @dataclass(frozen=True, eq=False)
 class Nearby:
-    """The contacts of a ``scene`` at gaps up to ``reach``, beyond its ``tolerances``.
+    """The contacts of a ``scene`` at gaps beyond its ``tolerances``, up to ``doubtful_gap``.
 
     ``touching`` are the pairs of bodies that touch within the tolerances.
     """
@@ -26,33 +26,33 @@ class Nearby:
     scene: Scene
     tolerances: Tolerances
     touching: Collection[frozenset[str]]
-    _skins: dict[int, Skin] = field(default_factory=dict, init=False, repr=False)
+    _meshes: dict[int, SearchMesh] = field(default_factory=dict, init=False, repr=False)
     _known: dict[tuple[str, str, float, bool], tuple[Interface, ...]] = field(
         default_factory=dict, init=False, repr=False
     )
 
     def pairs(self, names: Collection[str], others: Collection[str]) -> list[tuple[Body, Body]]:
-        """Return the pairs of one of the bodies ``names`` and any of these or ``others`` that come within reach."""
+        """Return the pairs of a body in ``names`` and one in ``names`` or ``others`` within ``doubtful_gap``."""
         inside, among = frozenset(names), frozenset((*names, *others))
         bodies = [body for body in self.scene.bodies if body.name in among]
         found = []
         for a in (body for body in bodies if body.name in inside):
             for b in bodies:
                 new = b.name not in inside or a.name < b.name
-                if new and box_distance(a, b) <= reach(a, b) and self.scene.touching(a, b):
+                if new and box_distance(a, b) <= doubtful_gap(a, b) and self.scene.touching(a, b):
                     found.append((a, b))
         return found
 
     def contacts(self, a: Body, b: Body, gap: float, *, wide: bool) -> tuple[Interface, ...]:
-        """Return each patch of two bodies at ``gap`` [m], at most ``reach``, as an interface of its own.
+        """Return each patch of two bodies at ``gap`` [m], limited to ``doubtful_gap``, as an interface of its own.
 
-        The angle is that of the pair, or WIDE. Where two bodies touch already, a wide angle finds no more of a curved
-        surface: what rolls would else rest on the flank that it rolls over.
+        The angle tolerance is that of the pair or, if ``wide``, at least WIDE. If the bodies touch already, a wide
+        angle does not count on curved surfaces: otherwise a body that can roll would seem to rest on its side.
         """
         key = a.name, b.name, gap, wide
         if key not in self._known:
             own = self.tolerances.between(a, b)
-            gap = min(max(gap, own.gap), max(reach(a, b), own.gap))
+            gap = min(max(gap, own.gap), max(doubtful_gap(a, b), own.gap))
             angle = max(WIDE, own.angle) if wide else own.angle
             curved = wide and frozenset((a.name, b.name)) in self.touching
             found = []
@@ -72,9 +72,9 @@ class Nearby:
         if known is not None:
             return known
         for body in (a, b):
-            if id(body) not in self._skins:
-                self._skins[id(body)] = Skin.of(body)
-        return find_patches(a, b, self._skins[id(a)], self._skins[id(b)], own)
+            if id(body) not in self._meshes:
+                self._meshes[id(body)] = SearchMesh.of(body)
+        return find_patches(a, b, self._meshes[id(a)], self._meshes[id(b)], own)
 
 
 def _area(patches: tuple[Patch, ...]) -> float:

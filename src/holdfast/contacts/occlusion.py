@@ -1,4 +1,4 @@
-"""Bodies do not touch through a third: what lies behind another surface, seen from the body touched, is taken away."""
+"""Occlusion: bodies do not touch through a third one, so patches behind the surface of another body are removed."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from holdfast.contacts.interface import Patch
 from holdfast.geometry import polygon as flat
 
 Pair = tuple[str, str]
-SAME_WAY = 0.95  # cosine: patches that face the same side of a body
-ROUNDING = 1e-9  # share of the sum of two radii
-IN_FRONT = 1e-6  # of the gap: how much nearer a surface has to be to hide another
+SAME_WAY = 0.95  # cosine of the largest angle between patches on the same side of a body
+ROUNDING = 1e-9  # relative to the sum of two radii
+IN_FRONT = 1e-6  # [gaps] how much nearer a surface has to be in order to hide another one
 
 
 class Fronts:
-    """Where all pairs of bodies touch, ``found``: what may hide a part of where other pairs do."""
+    """The patches of all pairs of bodies, each of which may hide patches of other pairs."""
 
     def __init__(self, found: Mapping[Pair, Sequence[Patch]]) -> None:
         self._found = found
@@ -32,11 +32,11 @@ class Fronts:
                 self._pairs.setdefault(end, []).append(pair)
 
     def visible(self, patches: Sequence[Patch], pair: Pair, gap: float, width: float) -> list[Patch]:
-        """Return some patches of a pair less what those of other pairs hide; untouched ones are the same objects.
+        """Return the visible parts of patches of a pair; patches of which nothing is hidden are the same objects.
 
-        A patch between a and b is hidden where a third body's patch with b, or with a, covers it from nearer: within a
-        gap wider than a plate, what is above and what is below the plate would otherwise touch through it. What is left
-        and narrower than ``width`` [m] is dropped.
+        A patch between a and b is hidden where a patch of a third body with b, or with a, covers it and has a smaller
+        separation. Otherwise two bodies on either side of a plate thinner than the gap would touch through it. Parts
+        narrower than ``width`` [m] are dropped.
         """
         left: list[Patch] = []
         for patch in patches:
@@ -45,14 +45,14 @@ class Fronts:
         return left
 
     def _before(self, patch: Patch, pair: Pair, gap: float) -> list[Patch]:
-        """Return the patches of third bodies that may hide some of a patch."""
+        """Return the patches of third bodies that may hide a part of a patch."""
         if patch.separation is None:
             return []
         farthest = _level(patch) - IN_FRONT * gap
         return [
             front
             for end, inward in zip(pair, (-1.0, 1.0), strict=True)
-            if self._nearest_of(end) < farthest  # as nearly nowhere
+            if self._nearest_of(end) < farthest  # rarely true
             for front in self._screen(end).before(patch, pair, inward, farthest, gap)
         ]
 
@@ -74,14 +74,15 @@ def _hides(patch: Patch) -> bool:
 
 
 def _level(patch: Patch) -> float:
-    """The mean separation of the surfaces at a patch [m]."""
+    """Return the mean of the least and the largest separation at a patch [m]."""
     return sum(patch.separation or (0.0,)) / 2
 
 
 class _Screen(NamedTuple):
-    """The faces where a body touches as arrays, with the pairs they are of.
+    """The n face patches at which a body touches, with the pairs to which they belong.
 
-    ``normals`` into the body and centroids (n, 3), mean separations and radii (n,).
+    ``normals`` (n, 3) point into the body. ``centroids`` (n, 3), mean separations ``levels`` (n,) and ``radii`` (n,)
+    are in metres.
     """
 
     patches: list[Patch]
@@ -93,7 +94,7 @@ class _Screen(NamedTuple):
 
     @classmethod
     def of(cls, name: str, found: Mapping[Pair, Sequence[Patch]]) -> _Screen:
-        """Of the body of this name, of which all pairs are ``found``."""
+        """Return the screen of the body ``name`` from the patches of all its pairs."""
         fronts = [(patch, pair) for pair, patches in found.items() for patch in patches if _hides(patch)]
         patches = [patch for patch, _ in fronts]
         normals = np.array([patch.normal if pair[1] == name else -patch.normal for patch, pair in fronts])
@@ -103,26 +104,30 @@ class _Screen(NamedTuple):
         return cls(patches, [pair for _, pair in fronts], normals.reshape(-1, 3), centroids, levels, np.array(radii))
 
     def before(self, patch: Patch, pair: Pair, inward: float, farthest: float, gap: float) -> list[Patch]:
-        """Those of other pairs that face the same way at about the same height and may cover some of a patch.
+        """Return the patches of other pairs that may hide a part of ``patch``.
 
-        The normal of the patch times ``inward`` points into this body; only what is nearer than ``farthest`` [m] hides.
+        They face the same way, are at about the same height and have a separation below ``farthest`` [m]. ``inward`` is
+        1 if the normal of ``patch`` points into this body, and -1 otherwise.
         """
         arm = self.centroids - patch.centroid
         up = arm @ patch.normal
-        reach = (1 + ROUNDING) * (self.radii + _radius(patch, patch.centroid))
-        over = (arm * arm).sum(1) - up * up <= reach * reach
+        radius = (1 + ROUNDING) * (self.radii + _radius(patch, patch.centroid))
+        over = (arm * arm).sum(1) - up * up <= radius * radius
         alike = self.normals @ (inward * patch.normal) >= SAME_WAY
         chosen = (self.levels < farthest) & over & (np.abs(up) <= 2 * gap) & alike
         return [self.patches[k] for k in np.flatnonzero(chosen) if self.pairs[k] != pair]
 
 
 def _radius(patch: Patch, centre: Float) -> float:
-    """The distance [m] from ``centre`` (3,) to the farthest corner of a patch."""
+    """Return the distance [m] from ``centre`` (3,) to the farthest corner of a patch."""
     return float(np.linalg.norm(patch.polygon - centre, axis=1).max())
 
 
 def _less(patch: Patch, fronts: Sequence[Patch], gap: float, width: float) -> list[Patch]:
-    """What is left of a patch; a strip narrower than the gap hides nothing: neighbours overlap so by the tolerance."""
+    """Return the parts of a patch that ``fronts`` do not hide.
+
+    A strip narrower than the gap hides nothing, because neighbouring patches overlap that much within the tolerance.
+    """
     whole = _seen(patch, patch)
     hidden = []
     for front in fronts:
@@ -152,7 +157,7 @@ def _less(patch: Patch, fronts: Sequence[Patch], gap: float, width: float) -> li
 
 
 def _seen(other: Patch, patch: Patch) -> shapely.Geometry:
-    """A patch in the frame of another."""
+    """Return the patch ``other`` projected to the frame of ``patch``."""
     rings = [(ring - patch.polygon[0]) @ patch.frame.T for ring in (other.polygon, *other.holes)]
     if other.kind == "point":
         return shapely.Point(rings[0][0])

@@ -1,4 +1,4 @@
-"""Overlap, depth and distance of solids, computed independently of the search for contact patches."""
+"""Overlaps, their depths, and distances of solids, computed independently of the search for contact patches."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.detect import in_order, neighbours
-from holdfast.contacts.skin import near_boxes
+from holdfast.contacts.search_mesh import near_boxes
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
 from holdfast.geometry.solid import closed_solid
@@ -23,10 +23,10 @@ from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-MOST_DISTANCES = 3_000_000  # largest number of corner-to-triangle distances computed, which takes about 1 s
-MOST_ANGLES = 5_000_000  # largest number of solid angles summed, which takes about 0.25 s
+MOST_DISTANCES = 3_000_000  # largest number of distances from corners to triangles; they take about 1 s
+MOST_ANGLES = 5_000_000  # largest number of solid angles; they take about 0.25 s
 
-FAR_BEYOND = 150  # tolerances, 1/1000 of the bodies' size each by default, beyond which no settling is meant to help
+FAR_BEYOND = 150  # [tolerances, by default 1/1000 of the size each] deeper overlaps cannot be settled
 MISPLACED = "correct the poses: is the origin of a shape in its middle, and not at its foot?"
 
 
@@ -83,9 +83,9 @@ def find_overlaps(
 ) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts.
 
-    Between the bodies named in ``same`` they are those of ``known``. With ``drawn`` the triangles are taken for the
-    true surfaces: their sagittas explain no overlap, nor do rotations. ``near`` holds at least all other pairs whose
-    boxes meet, as ``neighbours`` finds them; they are sought unless they are given.
+    Between the bodies named in ``same``, overlaps are taken from ``known``. With ``drawn``, the triangles count as the
+    true surfaces, so that sagittas and uncertain rotations do not widen the gap. ``near`` can pass the other pairs, at
+    least all whose boxes meet, as ``neighbours`` yields them.
     """
     solids: dict[int, manifold3d.Manifold | None] = {}
     found = {overlap.bodies: overlap for overlap in known if all(name in same for name in overlap.bodies)}
@@ -129,15 +129,15 @@ def distance(a: Body, b: Body, search: float) -> float | None:
     """Return the smallest distance of two bodies [m], 0 if they meet, or None if it is larger than ``search`` [m].
 
     The distance is exact for closed surfaces. If a surface is open, it is the smallest distance from a corner of either
-    body to the other, which is never too small.
+    body to the other, which may be too large.
     """
     corners = cKDTree(b.surface_world.vertices).query(a.surface_world.vertices)[0]
-    reach = min(search, 1.001 * float(np.min(corners)) + 1e-9 * min(a.size, b.size))  # the solids are no further apart
+    limit = min(search, 1.001 * float(np.min(corners)) + 1e-9 * min(a.size, b.size))  # an upper bound of the distance
     solid_a, solid_b = solid_of(a), solid_of(b)
     if solid_a is not None and solid_b is not None:
-        gap = float(solid_a.min_gap(solid_b, reach))
+        gap = float(solid_a.min_gap(solid_b, limit))
     else:
-        gap = min(_corner_distance(a, b, reach), _corner_distance(b, a, reach))
+        gap = min(_corner_distance(a, b, limit), _corner_distance(b, a, limit))
     return gap if gap < search else None
 
 

@@ -1,4 +1,4 @@
-"""Nodes: the points that stand for a patch, with weights that integrate over it."""
+"""Nodes: points that represent a patch, with weights that integrate over it."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ from holdfast.geometry import polygon as flat
 
 Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
-CANDIDATES = 10  # random points of which the paper takes the farthest
-CELLS = 6  # a grid step, to count tributary areas by; even, so that none lies halfway between two nodes
-MANY, FEW_CELLS = 2000, 2  # grids with at least MANY nodes are counted by FEW_CELLS a step: they are fine enough
-EXACT = 1e-12  # share of a rectangle's sides by which a patch may miss its corners and still be all of it
-CURVED = np.radians(20)  # the most by which an outline turns at a corner that tessellates a curve
-NEAR = 0.3  # of a grid step from a node on the outline, within which nodes of the grid give way to it
+CANDIDATES = 10  # number of random points from which the paper chooses the farthest
+CELLS = 6  # cells for each grid step, to measure tributary areas; even, so that none is halfway between two nodes
+MANY, FEW_CELLS = 2000, 2  # for grids with at least MANY nodes, FEW_CELLS for each step are enough
+EXACT = 1e-12  # largest deviation of the corners of a rectangular patch, relative to its sides
+CURVED = np.radians(20)  # [rad] largest angle of an outline at a corner that belongs to a tessellated curve
+NEAR = 0.3  # [grid steps] grid nodes within this distance of a node on the outline are dropped
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
-LEAST = 0.02  # of the mean weight that every node of spots gets before weights are corrected
-KEPT = 1000  # grids, and shares of rectangles, at most
-MOST_BENT = 64  # the most spots of a bent patch that stand for its corners
-MOST_SAMPLED = 10_000  # interfaces whose nodes are remembered: similar assemblies share them
+LEAST = 0.02  # share of the mean weight that is added to every node of a merged patch before weights are corrected
+MOST_CACHED = 1000  # largest number of grids, and of shares of rectangles, in the caches
+MOST_BENT = 64  # largest number of spots of a bent patch that are used as its corners
+MOST_SAMPLED = 10_000  # number of interfaces whose nodes are cached, as similar assemblies share them
 
-_REMEMBERED = Memory(MOST_SAMPLED)
+_CACHE = Memory(MOST_SAMPLED)
 
 
 def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: int = 0) -> list[tuple[Float, Float]]:
-    """For each patch its nodes (n, 3) [m] and weights (n,) [m²]; ``count`` nodes are shared out by area.
+    """Return the nodes (n, 3) [m] and weights (n,) [m²] of each patch; ``count`` nodes are distributed by area.
 
-    "hull": hull corners, then farthest points; "quadrature": a grid; "corners": the hull's corners alone; "paper": at
-    random, from ``seed``, each the farthest of ten candidates, all of one weight.
+    With "hull", nodes are the corners of the hull, then farthest points; with "quadrature", a grid; with "corners",
+    only the corners of the hull; with "paper", random points from ``seed``, each the farthest of ten candidates, with
+    equal weights. Raises HoldfastError for another ``sampling`` or fewer than four nodes.
     """
     if not isinstance(sampling, str) or sampling not in get_args(Sampling):
         raise HoldfastError(
@@ -48,7 +49,7 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
     key = Same(interface), count, sampling, seed
-    return _REMEMBERED.recalled(key, 1, lambda: _sampled(interface, count, sampling, seed))
+    return _CACHE.recalled(key, 1, lambda: _sampled(interface, count, sampling, seed))
 
 
 def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:
@@ -71,14 +72,14 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
 
 
 def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
-    """All corners of the hull, whatever ``count``: they carry every force that the whole patch could carry."""
+    """Return all corners of the hull, whatever ``count``; they can carry every force that the whole patch can carry."""
     return patch.corners, np.full(len(patch.corners), patch.measure / len(patch.corners))
 
 
 def bent_sample(spots: Spots, count: int) -> tuple[Float, Float]:
-    """The first spots of a bent patch (n, 3), which are far from each other, and what they stand for (n,) [m²].
+    """Return the first ``count`` spots (n, 3) of a bent patch, which are far apart, and their weights (n,) [m²].
 
-    Their weights have the sum, the first moments and the resultant and moment of unit pressure of all spots.
+    The weights preserve the total weight, the first moments, and the resultant and moment of a unit pressure.
     """
     if count >= len(spots.points):
         return spots.points, spots.shares
@@ -92,7 +93,7 @@ def bent_sample(spots: Spots, count: int) -> tuple[Float, Float]:
 
 
 def paper_sample(patch: Patch, count: int, random: np.random.Generator) -> tuple[Float, Float]:
-    """The paper's nodes (Sec. VI-A2): each the one of ten random points that is farthest from all chosen before."""
+    """Return the nodes of the paper (Sec. VI-A2): each is the one of ten random points farthest from all before it."""
     polygon = flat.shapely_polygon(patch.rings)
     low, high = patch.rings[0].min(0), patch.rings[0].max(0)
 
@@ -115,9 +116,9 @@ def paper_sample(patch: Patch, count: int, random: np.random.Generator) -> tuple
 
 
 def thin_sample(patch: Patch, count: int) -> tuple[Float, Float]:
-    """A point itself; a line's ends with evenly spaced nodes between, at the weights of Simpson's rule.
+    """Return a point itself, or evenly spaced nodes on a line, its ends included, with the weights of Simpson's rule.
 
-    A linear pressure along the line, which is all that a rigid body can press, is then carried exactly.
+    Then a linear pressure along the line, the only one that a rigid body can exert, is represented exactly.
     """
     ends = patch.rings[0]
     if patch.kind == "point":
@@ -131,10 +132,10 @@ def thin_sample(patch: Patch, count: int) -> tuple[Float, Float]:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """A patch seen in the coordinates of its smallest rectangle, (0, 1) along both sides, the longer one first.
+    """A patch in the coordinates of its smallest rectangle, from 0 to 1 along both sides, the longer one first.
 
-    Distances are taken here: along a narrow strip farthest points would otherwise line up in its middle and miss how
-    it carries across.
+    Distances are measured in these coordinates. On a narrow strip, farthest points would otherwise all lie along its
+    middle, and moments across the strip would be lost.
     """
 
     patch: Patch
@@ -149,24 +150,25 @@ class _Sheet:
         return cls(patch, axes, low, high - low, (hull @ axes.T - low) / (high - low))
 
     def flat(self, unit: Float) -> Float:
-        """Points (n, 2) in the patch's frame."""
+        """Return points (n, 2) [m] in the frame of the patch."""
         return np.asarray((self.low + unit * self.size) @ self.axes)
 
     def kept(self, unit: Float, margin: float = 0.0) -> Float:
-        """Those of the points (n, 2) that lie on the patch, or within ``margin`` [m] of it."""
+        """Return those of the points (n, 2) that lie on the patch, or within ``margin`` [m] of it."""
         polygon = flat.shapely_polygon(self.patch.rings)
         return unit[flat.inside(polygon.buffer(margin) if margin else polygon, self.flat(unit))]
 
     def outline(self, steps: Float) -> Float:
-        """Corners of the hull, and points on the patch along its edges, none farther than a step from the next.
+        """Return the corners of the hull, and points along its edges on the patch, at most one step apart.
 
-        ``steps`` (2,) are the numbers of steps along both sides of the rectangle. Edges that tessellate a curve get no
-        points between their corners: a round rim has no edge on which a body could stand.
+        ``steps`` (2,) are the numbers of steps along both sides of the rectangle. Edges of a tessellated curve get no
+        points between their corners, because a round rim has no edge on which a body could stand.
         """
         ahead = np.roll(self.corners, -1, axis=0)
         along = (ahead - self.corners) * self.size
         angle = np.arctan2(along[:, 1], along[:, 0])
-        turn = np.abs((angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi)  # at the corner where an edge begins
+        # the angle at the corner where each edge begins
+        turn = np.abs((angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi)
         straight = np.maximum(turn, np.roll(turn, -1)) > CURVED
         pieces = np.ceil(np.linalg.norm((ahead - self.corners) * steps, axis=1) - 0.01).astype(int)
         between = [
@@ -177,7 +179,7 @@ class _Sheet:
 
     @property
     def whole(self) -> bool:
-        """Whether the patch is all of its rectangle."""
+        """Whether the patch fills its rectangle."""
         corners = np.array([[0, 0], [0, 1], [1, 1], [1, 0]])
         if len(self.patch.rings) > 1 or len(self.corners) != 4:
             return False
@@ -185,26 +187,29 @@ class _Sheet:
 
     @property
     def aspect(self) -> float:
-        """The shorter side over the longer one, the same for equal rectangles, however they lie."""
+        """The shorter side over the longer one, rounded so that equal rectangles in any pose have the same aspect."""
         return float(f"{self.size[1] / self.size[0]:.12g}")
 
     @cached_property
     def lattice(self) -> Float:
-        """Points (n, 2) spread over the patch: its spots, or such that each stands for the same area."""
+        """Points (n, 2) on the patch that represent equal areas, or its spots if it is a merged patch."""
         if self.patch.spots is not None:
             return np.asarray((_seen(self.patch, self.patch.spots) @ self.axes.T - self.low) / self.size)
         return self.spread(LATTICE, LATTICE)
 
     def spread(self, along: int, across: int) -> Float:
-        """Middles (n, 2) of so many equal cells along either side of the rectangle, those on the patch."""
+        """Return the centres (n, 2) of a grid of ``along`` x ``across`` cells that lie on the patch.
+
+        The corners of the hull are added if there are fewer than eight.
+        """
         kept = self.kept(_middles(along, across))
         return kept if len(kept) >= 8 else np.vstack([kept, self.corners])
 
 
 def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
-    """Hull corners first, then farthest points: nodes (n, 2) in the patch's frame and weights (n,).
+    """Return nodes (n, 2) in the frame of the patch, corners of the hull first, then farthest points, and weights (n,).
 
-    Corners are taken as far as half the nodes go (at least four), so that a disc keeps nodes inside.
+    At most half the nodes, but at least four, are corners, so that a disc has nodes inside, too.
     """
     sheet = _Sheet.of(patch)
     if sheet.whole and patch.spots is None:
@@ -216,38 +221,39 @@ def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
 
 
 def _hull_chosen(corners: Float, lattice: Float, count: int) -> Float:
-    """Corners (n, 2) first, then the farthest of the points of a lattice (m, 2)."""
+    """Return ``count`` nodes (n, 2): corners first, then the farthest points of a lattice (m, 2)."""
     limit = len(corners) if len(corners) <= count // 2 else max(4, count // 2)
     return _farthest(lattice, _farthest(corners, corners[:1], min(limit, count)), count)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MOST_CACHED)
 def _hull_nodes(corners: tuple[float, ...], count: int) -> Float:
-    """The nodes (n, 2) of a unit square by its corners, of which the first one decides between equally far points."""
+    """Return the nodes (n, 2) of a unit square; the order of its corners decides between equally distant points."""
     return frozen(_hull_chosen(np.array(corners).reshape(-1, 2), _middles(LATTICE, LATTICE), count))
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MOST_CACHED)
 def _hull_shares(unit: tuple[float, ...], aspect: float) -> Float:
-    """What each of these nodes has of the area of a rectangle (n,), whose sides are as 1 to ``aspect``."""
+    """Return the share (n,) of the area that each of these nodes has in a rectangle with sides 1 and ``aspect``."""
     nodes = np.array(unit).reshape(-1, 2)
     return _rectangle_shares(nodes, _owned(nodes, _middles(LATTICE, LATTICE)), aspect)
 
 
 def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
-    """A grid of about ``count`` nodes over the smallest rectangle around the patch, its boundary included.
+    """Return a grid of about ``count`` nodes over the smallest rectangle around the patch, its boundary included.
 
-    On a rectangle the weights are close to Simpson's. Elsewhere the hull's corners are nodes, with others along its
-    straight edges a step of the grid apart (of too many, those that are farthest from each other): a body tips over
-    them, and must twist on the whole edge, not on its two ends. Where the patch is known by its spots, they are chosen
-    from these.
+    On a rectangle the weights are close to Simpson's. On other patches, nodes are also at the corners of the hull and
+    along its straight edges, a grid step apart (if there are too many, only those farthest from each other). A body
+    tips over these edges, and it must twist on the whole edge, not only on its two ends. On a merged patch the nodes
+    are chosen from its spots.
     """
     if patch.spots is not None:
         return hull_sample(patch, count)
     sheet = _Sheet.of(patch)
-    across = max(2, round(min(float(np.sqrt(count * sheet.size[0] / sheet.size[1])), count)))  # a hair has no more
+    # a very thin patch has only two rows
+    across = max(2, round(min(float(np.sqrt(count * sheet.size[0] / sheet.size[1])), count)))
     along = max(2, round(count / across))
-    # cells that no line between two nodes cuts: each belongs to one node, and equal nodes get equal areas
+    # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
     between = CELLS if count < MANY else FEW_CELLS
     grid = _grid(across, along)
     if sheet.whole:
@@ -264,33 +270,33 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
 
 
 def _middles(along: int, across: int) -> Float:
-    """The middles (n, 2) of so many equal cells along either side of the unit square."""
+    """Return the centres (n, 2) of a grid of ``along`` x ``across`` equal cells on the unit square."""
     u, v = (np.arange(along) + 0.5) / along, (np.arange(across) + 0.5) / across
     return np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MOST_CACHED)
 def _grid(across: int, along: int) -> Float:
-    """So many nodes (n, 2) along either side of the unit square, its boundary included."""
+    """Return a grid of ``across`` x ``along`` nodes (n, 2) on the unit square, its boundary included."""
     u, v = np.linspace(0, 1, across), np.linspace(0, 1, along)
     return frozen(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=MOST_CACHED)
 def _grid_shares(across: int, along: int, between: int, aspect: float) -> Float:
-    """What each node of a grid has of the area of a rectangle (n,), whose sides are as 1 to ``aspect``.
+    """Return the share (n,) of the area that each node of a grid has in a rectangle with sides 1 and ``aspect``.
 
-    Walls and pallets have hundreds of equal rectangles, so these are kept. Each node owns the cells around it,
-    ``between`` of them from one node to the next, and half of them at a side.
+    Results are cached, because walls and pallets have hundreds of equal rectangles. Each node owns the cells around it:
+    ``between`` of them along either axis, and half as many on the boundary.
     """
     grid = _grid(across, along)
     return _rectangle_shares(grid, between**2 * np.where((grid > 0) & (grid < 1), 1.0, 0.5).prod(1), aspect)
 
 
 def _rectangle_shares(unit: Float, owned: Float, aspect: float) -> Float:
-    """What nodes at ``unit`` (n, 2), which own so many equal cells (n,), have of the area of a rectangle.
+    """Return the shares (n,) of the area of a rectangle at nodes ``unit`` (n, 2) that own ``owned`` (n,) cells each.
 
-    Its sides are 1 and the ``aspect`` a, its diagonal is d. The distance to its centre has the integral
+    The sides are 1 and the ``aspect`` a, and the diagonal is d. The integral of the distance to the centre is
     [2 a d + a³ asinh(1/a) + asinh(a)] / 12.
     """
     a, d = aspect, math.hypot(1.0, aspect)
@@ -300,15 +306,15 @@ def _rectangle_shares(unit: Float, owned: Float, aspect: float) -> Float:
 
 
 def _owned(unit: Float, cells: Float, shares: Float | None = None) -> Float:
-    """How many of the ``cells`` (n, 2) are nearest to each node, or the sum of their ``shares`` (n,)."""
+    """Return how many of the ``cells`` (m, 2) are nearest to each node (n,), or the sum of their ``shares`` (m,)."""
     return np.bincount(np.asarray(cKDTree(unit).query(cells)[1]), shares, len(unit)).astype(float)
 
 
 def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
-    """``chosen`` grown to ``count`` points, each the candidate farthest from those before it.
+    """Extend ``chosen`` to ``count`` points; each new point is the candidate farthest from those before it.
 
-    Where the candidates are symmetric about the sheet's middle points come in opposite pairs: which of equally far
-    points is taken depends on how the patch is turned, and pairs keep that from showing.
+    If the candidates are symmetric about the centre, points are added in opposite pairs. Otherwise the choice among
+    equally distant points, and with it the answer, would depend on the orientation of the patch.
     """
     opposite = np.asarray(cKDTree(candidates).query(1 - candidates)[1])
     paired = np.abs(candidates[opposite] - (1 - candidates)).max() < 1e-6
@@ -326,7 +332,7 @@ def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
 
 
 def _weights(sheet: _Sheet, unit: Float, owned: Float) -> Float:
-    """Weights of nodes (n, 2) that have ``owned`` (n,) equal cells each, or as much of the area of spots."""
+    """Return weights of nodes (n, 2) that own ``owned`` (n,) equal cells or, on a merged patch, such shares of it."""
     patch, spots = sheet.patch, sheet.patch.spots
     centre = patch.moments[1:3] / patch.moments[0]
     if spots is None:
@@ -338,11 +344,12 @@ def _weights(sheet: _Sheet, unit: Float, owned: Float) -> Float:
 
 
 def _matched(nodes: Float, shares: Float, moments: Float, arm: float, scale: float) -> Float:
-    """Tributary areas, corrected as little as possible so that they integrate known moments of a patch exactly.
+    """Return tributary areas, corrected as little as possible so that they integrate known moments of a patch exactly.
 
-    They are in proportion to ``shares`` (n,). The moments are area, first and second ``moments`` (6,) (linear pressure
-    is then carried exactly) and the distance to the centroid, ``arm`` (so is uniform friction against twisting). Fewer
-    are matched where the nodes (n, 2) cannot. ``scale`` [m] is the size of the patch.
+    Before the correction they are proportional to ``shares`` (n,). ``moments`` (6,) are area, first and second moments,
+    which makes linear pressure exact. ``arm`` is the integral of the distance to the centroid, which makes uniform
+    friction against twisting exact. If the nodes (n, 2) [m] cannot match all of them, fewer are matched. ``scale`` [m]
+    is the size of the patch.
     """
     tributary: Float = shares / shares.sum() * moments[0]
     cx, cy = centre = moments[1:3] / moments[0]
@@ -353,7 +360,7 @@ def _matched(nodes: Float, shares: Float, moments: Float, arm: float, scale: flo
 
 
 def _seen(patch: Patch, spots: Spots) -> Float:
-    """The spots of a patch (n, 2) in its frame."""
+    """Return the spots (n, 2) [m] of a patch in its frame."""
     return np.asarray((spots.points - patch.polygon[0]) @ patch.frame.T)
 
 

@@ -1,4 +1,4 @@
-"""From clipped pieces and touching features to patches: kin are joined, what is covered is left out."""
+"""Patches from clipped pieces and touching features: those that belong together are joined, covered ones dropped."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from holdfast.geometry import polygon as flat
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.topology import SMOOTH
 
-HAIRLINE = 1e-3  # of the negligible width: gaps between pieces that belong together
-SAME_WAY = float(np.cos(np.radians(15)))  # normals closer than this answer for each other at the same place
-BLENDED = float(np.cos(SMOOTH))  # a mean of normals strays further from that of a face it belongs to
-STRAIGHT = float(np.cos(np.radians(2)))  # lines closer to parallel may be one
-MOST_POINTS = 16  # points of one direction kept for a pair: their hull first, then the farthest
+HAIRLINE = 1e-3  # relative to the negligible width: gaps between pieces that belong together
+SAME_WAY = float(np.cos(np.radians(15)))  # cosine of the largest angle between normals of the same contact
+BLENDED = float(np.cos(SMOOTH))  # the same if one of the normals is a mean, which deviates more from those of faces
+STRAIGHT = float(np.cos(np.radians(2)))  # cosine of the largest angle between lines that may be joined
+MOST_POINTS = 16  # largest number of points with similar normals of a pair: corners of their hull, then farthest ones
 
 
 def face_patches(pieces: Sequence[Piece], gap: float, angles: Angles, negligible: float) -> list[Patch]:
-    """Pieces of one plane grow together: the largest piece left names the plane, its kin join it."""
+    """Join pieces to face patches: the largest remaining piece defines a plane, and all pieces in it are joined."""
     if not pieces:
         return []
     outlines = [piece.rings[0] for piece in pieces]
@@ -44,9 +44,9 @@ def face_patches(pieces: Sequence[Piece], gap: float, angles: Angles, negligible
         seed = left[np.argmax(extent[left])]
         offset = np.abs((centres[left] - centres[seed]) @ normals[seed])
         alike = normals[left] @ normals[seed] >= angles.cosine(curved[left] | curved[seed])
-        kin = alike & (offset <= max(gap, negligible))
-        patches += _plane_patches([pieces[k] for k in left[kin]], centres[seed], negligible)
-        left = left[~kin]
+        in_plane = alike & (offset <= max(gap, negligible))
+        patches += _plane_patches([pieces[k] for k in left[in_plane]], centres[seed], negligible)
+        left = left[~in_plane]
     return sorted(patches, key=lambda patch: -patch.area)
 
 
@@ -75,7 +75,7 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
 
 
 def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible: float, breadth: float) -> list[Patch]:
-    """Lines along one edge grow together; what lies on a face patch is left out."""
+    """Join lines along one edge to line patches, and leave out what lies on a face patch."""
     found = []
     cover = Cover(faces, gap)
     run = lines.ends[:, 1] - lines.ends[:, 0]
@@ -89,32 +89,31 @@ def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible
         at = arm @ along
         off = np.linalg.norm(arm - at[..., None] * along, axis=2).max(1)
         straight = np.abs(run[left] @ along) >= STRAIGHT * length[left]
-        kin = straight & (lines.normals[left] @ lines.normals[seed] >= SAME_WAY) & (off <= gap)
-        kin[0] = True  # the seed itself, whatever rounding says where the gap is zero
-        members = left[kin]
-        spans = np.sort(at[kin], axis=1)
+        along_it = straight & (lines.normals[left] @ lines.normals[seed] >= SAME_WAY) & (off <= gap)
+        along_it[0] = True  # the seed itself, in spite of rounding if the gap is zero
+        members = left[along_it]
+        spans = np.sort(at[along_it], axis=1)
         for low, high, whose in _joined(spans, negligible):
             ends = origin + np.outer([low, high], along)
             mine = members[whose]
             normal = unit((length[mine, None] * lines.normals[mine]).sum(0))
             heights, inset = lines.heights[mine], float(lines.inset[mine].min())
-            for part in cover.left_of(
-                ends, normal, breadth, bool(lines.blended[mine].all())
-            ):  # shorter ones are left to their ends
+            # parts shorter than the breadth are left out: their ends are contacts of points
+            for part in cover.left_of(ends, normal, breadth, bool(lines.blended[mine].all())):
                 separation = (float(heights.min()), float(heights.max()))
                 found.append(Patch(frozen(part), frozen(normal), (), separation, breadth, inset))
-        left = left[~kin]
+        left = left[~along_it]
     return found
 
 
-def _joined(spans: Float, reach: float) -> list[tuple[float, float, Int]]:
-    """The union of intervals (n, 2), those within ``reach`` joined: both ends of each part, and the intervals in it."""
+def _joined(spans: Float, apart: float) -> list[tuple[float, float, Int]]:
+    """Join intervals (n, 2) that are at most ``apart`` from each other; return the ends and members of each union."""
     order = np.argsort(spans[:, 0], kind="stable")
     result: list[tuple[float, float, Int]] = []
     members: list[int] = []
     low, high = np.inf, -np.inf
     for k in order:
-        if spans[k, 0] > high + reach and members:
+        if spans[k, 0] > high + apart and members:
             result.append((low, high, np.array(members)))
             members, low, high = [], np.inf, -np.inf
         members.append(int(k))
@@ -125,14 +124,14 @@ def _joined(spans: Float, reach: float) -> list[tuple[float, float, Int]]:
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """Patches already found, which answer for features with much the same normal that lie on them, within ``gap``."""
+    """Patches that were found before; they cover features with similar normals that lie on them, within ``gap`` [m]."""
 
     patches: Sequence[Patch]
     gap: float
 
     @cached_property
     def _balls(self) -> tuple[Float, Float, Float]:
-        """Normals (n, 3), centres (n, 3) and radii (n,) of the patches."""
+        """The normals (n, 3), centres (n, 3) and radii (n,) of the patches."""
         centres = np.array([p.polygon.mean(0) for p in self.patches]).reshape(-1, 3)
         radii = [np.linalg.norm(p.polygon - c, axis=1).max() for p, c in zip(self.patches, centres, strict=True)]
         return np.array([p.normal for p in self.patches]).reshape(-1, 3), centres, np.array(radii)
@@ -142,7 +141,7 @@ class Cover:
         return {}
 
     def _shape(self, k: int) -> shapely.Geometry:
-        """A patch widened by the gap, in its frame."""
+        """Return a patch widened by the gap, in its frame."""
         if k not in self._shapes:
             rings = self.patches[k].rings
             thin = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
@@ -151,7 +150,7 @@ class Cover:
         return self._shapes[k]
 
     def _near(self, ends: Float, normal: Float, blended: bool) -> Int:
-        """Patches that may cover some of a segment (2, 3) with a normal (3,)."""
+        """Return the numbers of the patches that may cover a part of a segment (2, 3) with a normal (3,)."""
         normals, centres, radii = self._balls
         along = ends[1] - ends[0]
         length2 = max(float(along @ along), 1e-300)
@@ -160,7 +159,7 @@ class Cover:
         return np.flatnonzero((normals @ normal >= (BLENDED if blended else SAME_WAY)) & (off <= radii + 2 * self.gap))
 
     def free(self, points: Features) -> Bool:
-        """(n,) which points lie on none of the patches."""
+        """Tell which points (n,) lie on none of the patches."""
         places = points.ends[:, 0]
         alike = np.where(points.blended, BLENDED, SAME_WAY)
         left = np.ones(len(places), dtype=bool)
@@ -176,7 +175,7 @@ class Cover:
         return left
 
     def _around(self, places: Float) -> list[Int]:
-        """For each patch, which of the points (n, 3) may lie within the gap of it, in ascending order."""
+        """Return for each patch the sorted numbers of the points (n, 3) that may be within the gap of it."""
         if not self.patches or not len(places):
             return []
         _, centres, radii = self._balls
@@ -184,7 +183,7 @@ class Cover:
         return [np.array(near, dtype=np.int64) for near in found]
 
     def uncovered(self, lines: Features) -> Int:
-        """Which lines do not lie on one of the patches from end to end."""
+        """Return the numbers of the lines that do not lie entirely on one of the patches."""
         alike = np.where(lines.blended, BLENDED, SAME_WAY)
         left = np.ones(len(lines.ends), dtype=bool)
         for k, near_by in enumerate(self._around(lines.ends.mean(1))):
@@ -199,7 +198,7 @@ class Cover:
         return np.flatnonzero(left)
 
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
-        """The parts (2, 3) of a line that lie on none of the patches."""
+        """Return the parts (2, 3) of a line, longer than ``negligible`` [m], that lie on none of the patches."""
         left: shapely.Geometry = shapely.LineString([(0.0, 0.0), (1.0, 0.0)])
         length = float(np.linalg.norm(ends[1] - ends[0]))
         for k in self._near(ends, normal, blended):
@@ -223,7 +222,7 @@ class Cover:
 
 
 def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth: float) -> list[Patch]:
-    """Points that no face or line covers, one for each place and direction, nearest first."""
+    """Return point patches for points that no face or line covers, one for each place and direction, nearest first."""
     places = points.ends[:, 0]
     free = Cover(others, gap).free(points)
     order = np.argsort(np.abs(points.heights[:, 0]), kind="stable")
@@ -242,7 +241,7 @@ def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth
 
 
 def _spread(places: Float, normals: Float, members: Int, apart: float) -> list[Int]:
-    """Groups of points of one direction that lie within ``apart`` of each other; of too many groups, some are kept."""
+    """Group points with similar normals within ``apart`` [m]; of more than MOST_POINTS groups, some are chosen."""
     groups: list[list[int]] = []
     centres: list[Float] = []
     for k in members:
@@ -253,25 +252,25 @@ def _spread(places: Float, normals: Float, members: Int, apart: float) -> list[I
             groups.append([int(k)])
             centres.append(places[k])
     if len(groups) > MOST_POINTS:
-        spots = np.array(centres)
+        places_of = np.array(centres)
         frame = np.array(tangents(unit(normals[members].mean(0))))
-        kept = thinned((spots - spots[0]) @ frame.T, MOST_POINTS)
-        groups = [groups[k] for k in kept]
+        chosen = thinned((places_of - places_of[0]) @ frame.T, MOST_POINTS)
+        groups = [groups[k] for k in chosen]
     return [np.array(group) for group in groups]
 
 
-def thinned(spots: Float, count: int) -> list[int]:
-    """Indices of at most ``count`` of points (n, 2): corners of their hull as far as they go, then the farthest."""
-    hull = shapely.convex_hull(shapely.MultiPoint(spots))
+def thinned(points: Float, count: int) -> list[int]:
+    """Return the indices of at most ``count`` of the points (n, 2): corners of their hull, then farthest points."""
+    hull = shapely.convex_hull(shapely.MultiPoint(points))
     corners = np.array(hull.exterior.coords)[:-1] if isinstance(hull, shapely.Polygon) else np.array(hull.coords)
-    pool = [int(np.argmin(((spots - c) ** 2).sum(1))) for c in corners]
+    pool = [int(np.argmin(((points - c) ** 2).sum(1))) for c in corners]
     chosen = [pool[0]]
-    distance = ((spots - spots[chosen[0]]) ** 2).sum(1)
-    for candidates in (np.array(sorted(set(pool))), np.arange(len(spots))):
+    distance = ((points - points[chosen[0]]) ** 2).sum(1)
+    for candidates in (np.array(sorted(set(pool))), np.arange(len(points))):
         while len(chosen) < count:
             best = int(candidates[np.argmax(distance[candidates])])
             if distance[best] <= 0:
                 break
             chosen.append(best)
-            distance = np.minimum(distance, ((spots - spots[best]) ** 2).sum(1))
+            distance = np.minimum(distance, ((points - points[best]) ** 2).sum(1))
     return chosen

@@ -1,9 +1,9 @@
 """Exact contact of balls, cylinders, capsules and ellipsoids: with flat faces, sharp edges and corners, and each other.
 
-Found on tessellated surfaces, such a contact lies at the nearest vertex, up to half an edge from where it is, or it is
-as wide as a facet. A part of a compound that is round touches as a whole body would, but for what of it lies inside
-other parts. The flat ends of cylinders are faces like others: a round body may lie on them, and they meet faces as
-polygons do.
+On a tessellated surface such a contact would be at the nearest vertex, up to half an edge from its true place, or it
+would be as wide as a facet. A round part of a compound touches like a whole body, except where it is hidden inside
+other parts. The flat ends of cylinders are ordinary faces: a round body may rest on them, and they meet faces as
+polygons.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ import shapely
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents
 from holdfast.contacts.compound_parts import exposed, nearest_part
-from holdfast.contacts.crisp import on_edges
-from holdfast.contacts.eggs import Egg, meet
+from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
 from holdfast.contacts.interface import Patch
+from holdfast.contacts.sharp_edges import on_edges
 from holdfast.contacts.swept import Meeting, Swept
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.facets import COPLANAR
@@ -30,13 +30,13 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound
 from holdfast.scene.round_shapes import Round, round_of
 
-ALIKE = float(np.cos(np.radians(20)))  # cosine of the angle between normals of patches that may stand for one contact
-ROUNDING = 1e-9  # of a face's size: how far beyond its outline a point may lie
-SAME = 1 - 1e-9  # cosine of the angle between the axis of a cylinder and the normal of its own end: rounding
+ALIKE = float(np.cos(np.radians(20)))  # cosine of the largest angle between normals of the same contact
+ROUNDING = 1e-9  # relative to the size of a face: how far beyond its outline a point may lie
+SAME = 1 - 1e-9  # cosine between the axis of a cylinder and the normal of its own end, up to rounding
 
 
 class Smooth(NamedTuple):
-    """A round body, or a round part of one: its ``number``, its ``shape``, and its ``pose`` (4, 4) in the world."""
+    """A round body, or round part ``number`` of a body, with its ``shape`` and its ``pose`` (4, 4) in the world."""
 
     body: Body
     number: int
@@ -44,24 +44,24 @@ class Smooth(NamedTuple):
     pose: Float
 
     @property
-    def placed(self) -> Swept | Egg:
-        """The ball or disc swept along its axis, or the ellipsoid, in the world."""
+    def placed(self) -> Swept | PlacedEllipsoid:
+        """The shape in the world: a ball or disc swept along its axis, or an ellipsoid."""
         shape = self.shape
         if not shape.is_swept:
-            return Egg.of(self.pose, shape.radii)
+            return PlacedEllipsoid.of(self.pose, shape.radii)
         half = shape.half * self.pose[:3, 2]
         return Swept(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
 
     @property
-    def reach(self) -> float:
-        """How far it reaches from its centre [m], at most."""
+    def outer_radius(self) -> float:
+        """An upper bound of the distance [m] from its centre to its surface."""
         return self.shape.half + float(self.shape.radii.max())
 
 
 class _Near(NamedTuple):
-    """What counts as near: ``gap`` and ``depth`` [m] of true surfaces, ``seen`` [m] of tessellated ones.
+    """Tolerances of contacts: ``gap`` and ``depth`` [m] of true surfaces, and the gap ``seen`` [m] of tessellated ones.
 
-    ``cos_angle`` is that of the angle between flat faces, ``cos_curved`` that of curved ones.
+    ``cos_angle`` is the cosine of the angle tolerance for flat faces, and ``cos_curved`` that for curved ones.
     """
 
     gap: float
@@ -73,39 +73,39 @@ class _Near(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """Where a round body or part comes nearest to a flat or round face, an edge or a corner, within the tolerance.
+    """An exact contact of a round body or part with a face, an edge, a corner or another round part.
 
     ``ends`` (1 or 2, 3) [m] is a point or a line halfway between the surfaces, ``normal`` (3,) points into the second
-    body, and ``heights`` (1 or 2,) [m] are the distances there, negative where the bodies overlap. ``reach`` [m] is how
-    far from there its tessellation may seem to touch.
+    body, and ``heights`` (1 or 2,) [m] are the distances there, negative where the bodies overlap. Patches of the
+    tessellated surfaces within ``mesh_radius`` [m] represent the same contact.
     """
 
     of: Smooth
     ends: Float
     normal: Float
     heights: Float
-    reach: float
+    mesh_radius: float
 
     def patch(self, breadth: float) -> Patch:
-        """Return the contact."""
+        """Return the contact as a patch with this ``breadth`` [m]."""
         low, high = float(self.heights.min()), float(self.heights.max())
         return Patch(self.ends, self.normal, (), (low, high), breadth)
 
-    def is_near(self, points: Float, normal: Float, reach: float) -> Bool:
-        """Tell which points (n, 3) of a surface with this ``normal`` (3,) lie within ``reach`` [m]."""
+    def is_near(self, points: Float, normal: Float, distance: float) -> Bool:
+        """Tell which points (n, 3) of a surface with this ``normal`` (3,) lie within ``distance`` [m]."""
         start, along = self.ends[0], self.ends[-1] - self.ends[0]
         arm = points - start
         t = np.clip(arm @ along / max(float(along @ along), 1e-300), 0, 1)
-        near = np.linalg.norm(arm - t[:, None] * along, axis=1) <= reach
+        near = np.linalg.norm(arm - t[:, None] * along, axis=1) <= distance
         return np.asarray(near & (float(self.normal @ normal) >= ALIKE))
 
 
 def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: Angles) -> list[Foot]:
-    """Find where round bodies and parts touch the other body, from -depth to gap [m] above it.
+    """Find the exact contacts of round bodies and parts with the other body, at heights from -depth to gap [m].
 
-    They touch flat faces, sharp edges and corners, and other round parts. Faces that are part of a tessellated curved
-    surface do not count, nor does a flat end of a cylinder that lies along the face, to within the angle. Where two
-    parts of one body touch at the same place, to within ``breadth`` [m], the first one counts.
+    They are contacts with flat faces, sharp edges and corners, and other round parts. Faces of a tessellated curved
+    surface do not count, nor does a flat end of a cylinder that is parallel to the face, within the angle tolerance. If
+    two parts of one body touch at the same place, within ``breadth`` [m], the first one counts.
     """
     found: list[Foot] = []
     seen = gap + a.shape.surface.sagitta + b.shape.surface.sagitta
@@ -119,31 +119,33 @@ def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: 
     for one, two in product(round_a, round_b):
         found += _between_rounds(one, two, near)
     several: list[Foot] = []
-    for foot in sorted(found, key=lambda foot: -len(foot.ends)):  # an end of a line is no point of its own
+    for foot in sorted(
+        found, key=lambda foot: -len(foot.ends)
+    ):  # lines first, so that an end of a line does not count as a point
         if not any(each.is_near(foot.ends, foot.normal, breadth).all() for each in several):
             several.append(foot)
     return several
 
 
 def meet_smoothly(a: Body, b: Body) -> bool:
-    """Tell whether two bodies are balls, capsules or ellipsoids: smooth, so that ``feet`` finds all their contacts."""
+    """Tell whether both bodies are balls, capsules or ellipsoids, so that ``feet`` finds all their contacts."""
     shapes = [round_of(body.shape) for body in (a, b)]
     return all(shape is not None and not shape.has_flat_ends for shape in shapes)
 
 
 def not_at(feet: Sequence[Foot], patches: Sequence[Patch]) -> list[Patch]:
-    """Return the patches that do not stand for one of the contacts ``feet``: near it, and on the same round part."""
+    """Return the patches that do not represent one of the contacts ``feet``, by place and part."""
     return [patch for patch in patches if not any(_stands_for(patch, foot) for foot in feet)]
 
 
 def _stands_for(patch: Patch, foot: Foot) -> bool:
-    if not foot.is_near(patch.polygon, patch.normal, foot.reach).any():
+    if not foot.is_near(patch.polygon, patch.normal, foot.mesh_radius).any():
         return False
     return bool((nearest_part(foot.of.body, patch.polygon) == foot.of.number).all())
 
 
 def _smooth_parts(body: Body) -> Iterator[Smooth]:
-    """Yield the round parts of a body that are not hidden in others, or the whole body if it is round."""
+    """Yield the round parts of a compound that are not hidden inside others, or the whole body if it is round."""
     if not isinstance(body.shape, Compound):
         whole = round_of(body.shape)
         if whole is not None:
@@ -163,9 +165,9 @@ def _has_flat_faces(shape: object) -> bool:
 
 
 def _is_flat(body: Body, point: Float, normal: Float) -> bool:
-    """Tell whether a face of a body, with a point (3,) and the ``normal`` (3,), is none of those of its round parts.
+    """Tell whether the face of a body at a ``point`` (3,), with this ``normal`` (3,), is flat.
 
-    The ends of cylinders are flat.
+    Faces of round parts represent curved surfaces, except for the ends of cylinders.
     """
     shape, turn = body.shape, body.pose[:3, :3]
     if isinstance(shape, Compound):
@@ -215,53 +217,54 @@ def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot
 
 
 def _between_rounds(one: Smooth, two: Smooth, near: _Near) -> Iterator[Foot]:
-    """Yield where two round parts touch, but for what of it lies inside other parts of their bodies."""
+    """Yield the contact of two round parts, without what lies inside other parts of their bodies."""
     a, b = one.placed, two.placed
     found = meet(a, b, gap=near.gap, depth=near.depth, cos_twist=near.cos_curved, cos_side=near.cos_angle)
     if found is not None:
-        yield from _shown([one, two], found, found.normal, one.reach + two.reach, near.seen)
+        yield from _shown([one, two], found, found.normal, one.outer_radius + two.outer_radius, near.seen)
 
 
 def _on_edges(of: Smooth, other: Body, sign: float, near: _Near) -> Iterator[Foot]:
-    """Yield where a round part touches sharp edges and corners of another body, unless inside parts of its own."""
+    """Yield the contacts of a round part with sharp edges and corners, except inside other parts of its own body."""
     local = other.shape.surface.reduced
-    if local.roughness.slope or not len(local.crisp):
+    if local.roughness.slope or not len(local.sharp_edges):
         return
     for found in on_edges(
         of.placed,
         other.reduced_world,
-        local.crisp,
+        local.sharp_edges,
         gap=near.gap,
         depth=near.depth,
         cos_twist=near.cos_curved,
         cos_side=near.cos_angle,
     ):
-        yield from _shown([of], found, -sign * found.normal, 2 * of.reach, near.seen)
+        yield from _shown([of], found, -sign * found.normal, 2 * of.outer_radius, near.seen)
 
 
 def _shown(of: Sequence[Smooth], found: Meeting, normal: Float, whole: float, seen: float) -> Iterator[Foot]:
-    """Yield what of a contact of round parts ``of`` lies inside no other part of their bodies.
+    """Yield what of a contact of round parts ``of`` does not lie inside other parts of their bodies.
 
-    ``whole`` [m] is no less than the bodies' size, and ``seen`` [m] how far tessellated surfaces may be apart there.
+    ``whole`` [m] is an upper bound of ``mesh_radius``, and ``seen`` [m] is the gap of the tessellated surfaces.
     """
-    reach = min(whole, max(2 * seen, float(np.sqrt(8 * seen / max(found.bend, 1e-300)))))
+    mesh_radius = min(whole, max(2 * seen, float(np.sqrt(8 * seen / max(found.bend, 1e-300)))))
     for spans in product(*(exposed(each.body, each.number, end) for each, end in zip(of, found.ends, strict=False))):
         start, stop = max(span[0] for span in spans), min(span[1] for span in spans)
         if start <= stop:
             middle = _between(found.ends.mean(0), start, stop)
-            yield Foot(of[0], middle, normal, _between(found.heights, start, stop), reach)
+            yield Foot(of[0], middle, normal, _between(found.heights, start, stop), mesh_radius)
 
 
 def _between(values: Float, start: float, stop: float) -> Float:
-    """Return the values at two shares of the way from the first to the last of one or two rows; one row if equal."""
+    """Interpolate between the first and the last row of ``values`` at two shares; return one row if they are equal."""
     shares = np.unique([start, stop])
     return np.asarray(values[0] + np.multiply.outer(shares, values[-1] - values[0]))
 
 
 def _on_face(ends: Float, triangles: Float, normal: Float) -> Float:
-    """Return which part of a point or a line (1 or 2, 3) lies on a face: where it begins and ends, as shares (0 to 2,).
+    """Return where a point or a line with ``ends`` (1 or 2, 3) enters and leaves a face, as shares of the line.
 
-    The face is given as triangles (n, 3, 3); across its gaps the line goes on.
+    The shares are (2,), equal for a point, or (0,) if the line does not meet the face. The face is given as triangles
+    (n, 3, 3); its holes are ignored.
     """
     frame = np.array(tangents(normal))
     origin = triangles[0, 0]
@@ -275,17 +278,17 @@ def _on_face(ends: Float, triangles: Float, normal: Float) -> Float:
 
 
 def _curved_rim(edges: Int, bend: Float) -> Int:
-    """Return those of the edges (n, 3) of a flat region at which the surface bends as a curved one does."""
+    """Return those of the edges (n, 3) of a flat region at which a curved surface begins."""
     rim = np.unique(edges)
     angle = np.abs(bend[rim])
     return np.asarray(rim[(angle > FLAT) & (angle < SMOOTH)])
 
 
 def _clear(ends: Float, edges: Float, spread: float) -> bool:
-    """Tell whether a contact at ``ends`` (1 or 2, 3) is ``spread`` [m] clear of edges (n, 2, 3) of a curved surface."""
+    """Tell whether a contact at ``ends`` (1 or 2, 3) is farther than ``spread`` [m] from all ``edges`` (n, 2, 3)."""
     if not len(edges):
         return True
     lines = shapely.linestrings(edges)
     here = shapely.linestrings(ends[None]) if len(ends) > 1 else shapely.points(ends)
-    flat_apart = np.asarray(shapely.distance(lines, here))  # in the plane x, y alone: never more than the distance
+    flat_apart = np.asarray(shapely.distance(lines, here))  # in x and y only: a lower bound of the distance
     return bool(flat_apart.min() > spread)

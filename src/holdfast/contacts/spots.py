@@ -1,4 +1,4 @@
-"""Spots: the places at which a merged patch touches, each with a normal and a share of the contact."""
+"""Spots: the points that represent a merged patch, each with a normal and a share of the contact."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Int, kept, unit
+from holdfast.base.arrays import Float, Int, read_only, unit
 from holdfast.base.kinds import shaped
 from holdfast.base.rigid import Frame, snapped
 from holdfast.base.values import Value
 
-TURNED = 0.5  # normals that differ by 2 are apart by this share of the extent: both sides of a lip keep spots
-TOGETHER = 4_000_000  # distances that are held at a time
+TURNED = 0.5  # distance of points with opposite normals, relative to the extent, so that both sides of a lip get spots
+TOGETHER = 4_000_000  # number of distances that are in memory at a time
 
 
 @archived
 @shaped(points="m 3", normals="m 3", shares="m")
 @dataclass(frozen=True, eq=False, repr=False)
 class Spots(Value):
-    """The m places at which a patch that stands for many smaller ones touches, in the order of farthest points.
+    """The m points that represent a patch merged from many smaller ones, ordered so that early ones are far apart.
 
-    - ``points`` (m, 3) [m] and unit ``normals`` (m, 3), which point into the second body. Every point is one where the
-      surfaces come near each other, moved onto the plane of the patch unless ``bent``.
-    - ``shares`` (m,) [m²]: the part of the contact that each spot stands for; lines and points count as ``breadth``
-      wide. Their moments are those of the contact: area and first moments, and of one plane the second moments.
-    - ``bent``: whether the normals differ. If not, they are that of the patch, in whose plane all points lie.
-    - ``area`` [m²]: of the faces alone.
-    - ``residual`` [m]: how far the contact that they stand for lies from the plane or, if ``bent``, from them.
-    - ``spread`` [deg]: how far the normals of that contact are turned from those of the spots.
+    - ``points`` (m, 3) [m] and unit ``normals`` (m, 3), which point into the second body. At every point the surfaces
+      are near each other. Unless the patch is ``bent``, points are projected to its plane.
+    - ``shares`` (m,) [m²]: the area of the contact that each spot represents; lines and points count as ``breadth``
+      wide. They preserve the area and the first moments of the contact and, in one plane, the second moments.
+    - ``bent``: True if the normals differ; otherwise all are the normal of the patch, and all points are in its plane.
+    - ``area`` [m²]: the area of the merged faces, without lines and points.
+    - ``residual`` [m]: the largest distance of the merged patches from the plane or, if ``bent``, from the spots.
+    - ``spread`` [deg]: the largest angle between the normals of the merged patches and of the spots.
     """
 
     points: Float
@@ -42,7 +42,7 @@ class Spots(Value):
 
     def __post_init__(self) -> None:
         for name in ("points", "normals", "shares"):
-            object.__setattr__(self, name, kept(getattr(self, name)))
+            object.__setattr__(self, name, read_only(getattr(self, name)))
 
     def flipped(self) -> Spots:
         """Return the same spots seen from the other body."""
@@ -56,9 +56,9 @@ class Spots(Value):
 
 
 def in_order(points: Float, normals: Float, count: int) -> Int:
-    """Return the numbers of at most ``count`` of the points (n, 3): each is the farthest from those before it.
+    """Return the numbers of at most ``count`` of the points (n, 3), each the farthest from those before it.
 
-    The first is the farthest from the mean. Points at one place with different ``normals`` (n, 3) are apart.
+    The first is the farthest from the mean. Points with different ``normals`` (n, 3) count as farther apart.
     """
     places = _places(points, normals)
     away = ((places - places.mean(0)) ** 2).sum(1)
@@ -82,6 +82,6 @@ def nearest_spot(points: Float, normals: Float, spots: Int) -> Int:
 
 
 def _places(points: Float, normals: Float) -> Float:
-    """Return points (n, 6) whose distances are those of places and normals together."""
+    """Return points (n, 6) whose distances combine those of the places and of the normals."""
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     return np.hstack([points, normals * (TURNED / 2 * extent)])

@@ -1,7 +1,7 @@
-"""Where balls, capsules and the sides of cylinders come nearest to each other, and to edges, in closed form.
+"""Nearest points of balls, capsules and sides of cylinders to each other and to edges, in closed form.
 
-Each is a ball, or a disc, swept along a piece of an axis: the nearest points of two axes are those of the surfaces, but
-for the radii. That of an edge is zero.
+Each of these is a ball or a disc swept along a segment of its axis; for an edge the radius is zero. The nearest points
+of two surfaces follow from those of the axes by the radii.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ import numpy as np
 
 from holdfast.base.arrays import Float, unit
 
-PARALLEL = 0.1  # sine of the angle between two axes up to which bodies may touch along a line
-TINY = 1e-9  # of the radii: distances of axes below it have no direction, shorter lines are points
+PARALLEL = 0.1  # sine of the largest angle between two axes at which bodies may touch along a line
+TINY = 1e-9  # relative to the radii: closer axes have no direction between them, shorter lines are points
 
 
 class Swept(NamedTuple):
     """A ball of ``radius`` [m] swept from ``centre`` - ``half`` to ``centre`` + ``half`` (3,) [m].
 
-    ``flat``: whether the ends are flat, as those of a cylinder, and only the side counts.
+    ``flat`` is True if the ends are flat, as those of a cylinder; then only the side counts.
     """
 
     centre: Float
@@ -29,13 +29,13 @@ class Swept(NamedTuple):
 
     @property
     def along(self) -> Float:
-        """(3,) the unit direction of the axis; zero for a ball."""
+        """The unit direction (3,) of the axis; zero for a ball."""
         length = float(np.linalg.norm(self.half))
         return self.half / length if length else self.half
 
     @property
     def extent(self) -> Float:
-        """(3,) [m] half the size of the box around it, along the axes of the world."""
+        """Half the size (3,) [m] of the bounding box, along the axes of the world."""
         return np.asarray(np.abs(self.half) + self.radius)
 
     @property
@@ -57,7 +57,7 @@ class Swept(NamedTuple):
         return 1 / self.radius
 
     def share(self, point: Float) -> float:
-        """Return where on the axis it comes nearest to a point (3,): from -1 to 1, as a multiple of ``half``."""
+        """Return the point of the axis nearest to a point (3,), as a multiple of ``half`` from -1 to 1."""
         length2 = float(self.half @ self.half)
         return float(np.clip((point - self.centre) @ self.half / length2, -1, 1)) if length2 else 0.0
 
@@ -67,11 +67,11 @@ class Swept(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """Where two swept bodies come nearest: at a point, or along a line where both ends are near enough.
+    """The contact of two round bodies, at a point or along a line.
 
     ``ends`` (2, 1 or 2, 3) [m] are points on the surface of the first and of the second, ``normal`` (3,) points into
-    the second, ``heights`` (1 or 2,) [m] are the distances, negative where they overlap, and ``bend`` [1/m] is the
-    least curvature of the gap between them, across the line or in any direction from the point.
+    the second, ``heights`` (1 or 2,) [m] are the distances, negative where they overlap. ``bend`` [1/m] is the
+    curvature of the gap between the bodies across the line or, at a point, the least curvature in any direction.
     """
 
     ends: Float
@@ -81,11 +81,12 @@ class Meeting(NamedTuple):
 
 
 def meeting(one: Swept, two: Swept, *, gap: float, depth: float, cos_twist: float, cos_side: float) -> Meeting | None:
-    """Return where two swept bodies touch, up to ``gap`` apart and ``depth`` into each other [m], None if nowhere.
+    """Return where two swept bodies touch, up to ``gap`` apart and ``depth`` into each other [m]; None if they do not.
 
-    They touch along a line if both ends of what of them lies side by side are near enough, and the normals there
-    enclose no more than the angle of ``cos_twist``, and else where they are nearest. The normal has to stand on the
-    sides of those with flat ends, to within the angle of ``cos_side``. What overlaps by a rim need not do so by a side.
+    They touch along a line if they are near enough at both ends of the part in which they lie side by side, and if the
+    cosine of the angle between the normals there is at least ``cos_twist``. Otherwise they may touch where they are
+    nearest. The normal must be perpendicular to the side of a body with flat ends, within an angle whose cosine is
+    ``cos_side``. An overlap at a rim does not count, as the sides need not overlap there.
     """
     nearest = _nearest(one, two)
     for pairs in (_side_by_side(one, two), [nearest]):
@@ -110,7 +111,7 @@ def meeting(one: Swept, two: Swept, *, gap: float, depth: float, cos_twist: floa
 
 
 def _nearest(one: Swept, two: Swept) -> tuple[float, float]:
-    """Return where the axes come nearest to each other, as shares of each."""
+    """Return the nearest points of the two axes, each as a multiple of ``half`` from -1 to 1."""
     a, b = one.half, two.half
     aa, bb, ab = float(a @ a), float(b @ b), float(a @ b)
     apart = two.centre - one.centre
@@ -122,7 +123,10 @@ def _nearest(one: Swept, two: Swept) -> tuple[float, float]:
 
 
 def _side_by_side(one: Swept, two: Swept) -> list[tuple[float, float]]:
-    """Return the shares of both axes where what of them lies side by side begins and ends, none if nothing does."""
+    """Return the ends, as shares of both axes, of the part in which two nearly parallel axes lie side by side.
+
+    The list is empty if there is none.
+    """
     length2 = float(one.half @ one.half)
     if not length2 or not two.half.any() or np.linalg.norm(np.cross(one.along, two.along)) > PARALLEL:
         return []
@@ -134,11 +138,11 @@ def _side_by_side(one: Swept, two: Swept) -> list[tuple[float, float]]:
 
 
 class Curved(Protocol):
-    """A smooth body, as ``Swept`` is one."""
+    """A smooth body, such as ``Swept``."""
 
     @property
     def thickness(self) -> float:
-        """How far it reaches from its axis or its centre [m]; 0 for an edge."""
+        """The largest distance [m] of its surface from its axis or its centre; 0 for an edge."""
 
     def curvature(self, normal: Float, least: float) -> Float:
         """Return the curvature (3, 3) [1/m] of its surface where that has a unit ``normal`` (3,).
@@ -149,5 +153,6 @@ class Curved(Protocol):
 
 def gap_bends(one: Curved, two: Curved, normal: Float) -> Float:
     """Return the least and the greatest curvature (2,) [1/m] of the gap between two surfaces along a normal (3,)."""
-    least = TINY * (one.thickness + two.thickness)  # an edge has no radius, and 1/0 would drown the other's
+    # an edge has no radius, and its infinite curvature would hide the other
+    least = TINY * (one.thickness + two.thickness)
     return np.asarray(np.linalg.eigvalsh(one.curvature(normal, least) + two.curvature(normal, least))[1:])

@@ -16,29 +16,29 @@ from holdfast.base.values import Value
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-RELATIVE_GAP = 1e-3  # plain gap over the usual size of the movable bodies
-USUAL_OVER_SMALLEST = 5  # largest ratio of the usual size to the smallest size; up to it the usual size is the median
+RELATIVE_GAP = 1e-3  # plain gap, relative to the usual size of the movable bodies
+USUAL_OVER_SMALLEST = 5  # the usual size is the median size, but at most this many times the smallest size
 DEFAULT_ANGLE = 1.0  # [deg] plain angle tolerance
 SIGMAS = 4  # number of standard deviations of a pose, or of rough surfaces, that the gap allows for
 SLOPES = 2  # number of standard deviations of the facets of rough surfaces that the angle allows for
 ROUGHEST_GAP = 0.01  # largest gap that follows from rough surfaces, relative to the size of the smaller body
 ROUGHEST_ANGLE = 5.0  # [deg] largest angle that follows from rough surfaces
-REACH, RELATIVE_REACH = 0.01, 0.1  # [m] and relative to the size of the smaller body: see ``reach``
+DOUBTFUL_GAP, RELATIVE_DOUBTFUL_GAP = 0.01, 0.1  # [m], and relative to the size of the smaller body
 THINNEST = 0.5  # limit of a capped gap and of the depth of contacts, relative to the thickness of the thinner body
 STEEPEST = 45.0  # [deg] largest angle tolerance that follows from uncertain poses
 
 
 class Angles(NamedTuple):
-    """How far two faces may be from parallel [deg]: ``flat`` ones, and those of which one is ``curved``.
+    """The angle tolerance [deg] of two ``flat`` faces, and of two faces of which one is ``curved``.
 
-    A face is curved if it stands for a curved surface (``Surface.curved``).
+    A face is curved if it represents a curved surface (``Surface.curved``).
     """
 
     flat: float
     curved: float
 
     def cosine(self, curved: Bool) -> Float:
-        """Return the cosine that holds for each of some pairs of faces, where ``curved`` tells which kind they are."""
+        """Return the cosine of the angle tolerance for each pair of faces, of which ``curved`` tells the kind."""
         flat, bent = np.cos(np.radians(self))
         return np.asarray(np.where(curved, bent, flat))
 
@@ -59,10 +59,11 @@ class Tolerances(Value):
     - ``by_pair``: if True, no gap was given. The gap of a pair then follows from its two bodies alone (``plain_gap``,
       and the roughness of both), and ``gap`` is only the plain gap of a body of usual size. ``angle_by_pair`` says
       the same of the angle.
-    - ``rough``: if False, the roughness of surfaces counts for nothing.
-    - ``spread`` [m]: deviations of poses that are added to the gap, as independent of it.
-    - ``curved`` [deg]: the angle of faces of which one stands for a curved surface, if it is not ``angle``. For a pair
-      it leaves out ``tilt``: a curved surface that is turned touches elsewhere, but no wider.
+    - ``rough``: if False, the roughness of surfaces is ignored.
+    - ``spread`` [m]: deviations of poses, which are added to the gap as independent deviations (root of squares).
+    - ``curved`` [deg]: the angle for pairs of faces of which one represents a curved surface, if it is not ``angle``.
+      For a pair of bodies it does not include ``tilt``, because a curved surface that is turned touches elsewhere, but
+      on no larger area.
     """
 
     gap: float
@@ -93,11 +94,11 @@ class Tolerances(Value):
 
     @property
     def rule(self) -> Tolerances:
-        """What the tolerances of every pair of bodies follow from: the same for all scenes where they go by pair."""
+        """The values that determine the tolerances of every pair; by pair, they do not depend on the scene."""
         return replace(self, gap=0.0) if self.by_pair else self
 
     def between(self, a: Body, b: Body) -> Tolerances:
-        """Return the final gap, angle and depth of one pair of bodies. Nothing has to be added to them."""
+        """Return the final gap, angle and depth of one pair of bodies, with all additions included."""
         gap = self.base(a, b)
         plain = rough_angle(a, b) if self.angle_by_pair and self.rough else self.angle
         if self.tilt:
@@ -110,7 +111,7 @@ class Tolerances(Value):
         return Tolerances(gap, angle, depth=min(gap, thin), curved=min(plain, angle))
 
     def base(self, a: Body, b: Body) -> float:
-        """Return the gap of a pair [m] without what sagittas and rotations add to it."""
+        """Return the gap of a pair [m] without the additions for sagittas and rotations."""
         gap = plain_gap(a, b) if self.by_pair else self.gap
         if self.by_pair and self.rough:
             gap = max(gap, rough_gap(a, b))
@@ -122,17 +123,20 @@ class Tolerances(Value):
         return Angles(self.angle, self.angle if self.curved is None else self.curved)
 
     def of(self, body: Body) -> float:
-        """Return how far a point may be from the surface of a body and still count as on it [m], without sagitta."""
+        """Return the largest distance [m] at which a point counts as on the surface of a body, without its sagitta."""
         surface = body.shape.surface
         return max(RELATIVE_GAP * surface.diagonal, SIGMAS * surface.roughness.height) if self.by_pair else self.gap
 
     def widened(self, metres: float, degrees: float) -> Tolerances:
-        """Return tolerances that also allow for independent deviations between two bodies, of places and rotations."""
+        """Return tolerances that also allow for independent deviations of positions [m] and rotations [deg].
+
+        The deviations are given as standard deviations between two bodies.
+        """
         tilt = float(np.hypot(self.tilt, degrees))
         return replace(self, spread=float(np.hypot(self.spread, SIGMAS * metres)), tilt=tilt, capped=True)
 
     def _swing(self, lever: float) -> float:
-        """Return how far SIGMAS times ``tilt`` moves the end of a lever of this length, both [m]."""
+        """Return how far [m] a rotation by SIGMAS times ``tilt`` moves the end of a lever of this length [m]."""
         return SIGMAS * float(np.radians(self.tilt)) * lever
 
     def widest(self, scene: Scene) -> float:
@@ -185,13 +189,13 @@ def rough_angle(a: Body, b: Body) -> float:
     return min(angle, ROUGHEST_ANGLE)
 
 
-def reach(a: Body, b: Body) -> float:
-    """Return how far apart two bodies may be seen though they touch in truth [m]: 10 mm, or a tenth of the smaller one.
+def doubtful_gap(a: Body, b: Body) -> float:
+    """Return the distance [m] up to which two bodies may really touch: 10 mm, or a tenth of the smaller one's size.
 
-    Within it no fall is proved, because poses from cameras and simulations are off by millimetres. Nothing touches
-    because of it.
+    Poses from cameras and simulations are wrong by millimetres. So a body is not proved to fall if a contact within
+    this distance could hold it. It does not make any bodies touch.
     """
-    return min(REACH, RELATIVE_REACH * min(a.shape.surface.diagonal, b.shape.surface.diagonal))
+    return min(DOUBTFUL_GAP, RELATIVE_DOUBTFUL_GAP * min(a.shape.surface.diagonal, b.shape.surface.diagonal))
 
 
 def _thin(a: Body, b: Body) -> float:
@@ -201,7 +205,7 @@ def _thin(a: Body, b: Body) -> float:
 def tolerances_of(
     scene: Scene, gap: float | None, angle: float | None, sigma: tuple[float, float] | None
 ) -> Tolerances:
-    """Return the tolerances of a scene from what ``assemble`` was given, with what it was not given.
+    """Return the tolerances of a scene from the arguments of ``assemble``, with defaults for those that are None.
 
     ``sigma`` are the standard deviations of poses, [m] and [deg]. Raises HoldfastError if a number is out of range.
     """

@@ -1,4 +1,4 @@
-"""Weights of nodes, corrected so that sums over the nodes are integrals over what they stand for."""
+"""Correction of node weights, so that sums over the nodes equal integrals over the patch that they represent."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from scipy.linalg.lapack import dpotrf, dpotrs  # scipy's own functions take ten
 
 from holdfast.base.arrays import Float
 
-MET = 1e-5  # relative error of an integral that counts as matched
+MET = 1e-5  # largest relative error of an integral that counts as matched
 RANK = 1e-10  # singular values below this share of the largest count as zero
-REGULAR = 1e-6  # of its diagonal, which every pivot of a matrix exceeds that is far from singular
-LEAST_SHARES = (0.1, 0.01)  # no corrected weight falls below this share of the given one; the larger if it can
+REGULAR = 1e-6  # least pivot, relative to the diagonal, of a matrix that is far from singular
+LEAST_SHARES = (0.1, 0.01)  # least ratio of a corrected weight to the given one; the second is used if the first fails
 
 
 def corrected(weights: Float, basis: Float, wanted: Float, matched: Sequence[int]) -> Float:
@@ -31,8 +31,8 @@ def corrected(weights: Float, basis: Float, wanted: Float, matched: Sequence[int
 
 
 def _corrected(tributary: Float, basis: Float, wanted: Float, floor: Float) -> Float | None:
-    """The weights nearest to ``tributary`` with ``basis @ weights = wanted`` and none below ``floor``; None if none."""
-    held = np.zeros(len(tributary), dtype=bool)  # at the floor
+    """Return the weights nearest to ``tributary`` with ``basis @ weights = wanted``, none below ``floor``; or None."""
+    held = np.zeros(len(tributary), dtype=bool)  # weights that are fixed at the floor
     base = metric = tributary
     while len(held) - held.sum() > len(wanted):
         weights = base + metric * (_multipliers((basis * metric) @ basis.T, wanted - basis @ base) @ basis)
@@ -47,9 +47,10 @@ def _corrected(tributary: Float, basis: Float, wanted: Float, floor: Float) -> F
 
 
 def _multipliers(A: Float, b: Float) -> Float:
-    """The shortest x with A x = b for a symmetric ``A`` (m, m) that is not negative but may be singular.
+    """Return the shortest x with A x = b for a positive semidefinite ``A`` (m, m).
 
-    Where it clearly is not, by the pivots of Cholesky's method, there is one such x, found in a fifth of the time.
+    If the pivots of its Cholesky factor show that it is far from singular, that factor is used, which takes a fifth of
+    the time.
     """
     factor, failed = dpotrf(A)
     if not failed and (np.diag(factor) ** 2 > REGULAR * np.diag(A)).all():

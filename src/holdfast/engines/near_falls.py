@@ -15,14 +15,14 @@ from holdfast.base.rigid import shift_twist
 from holdfast.base.text import quoted
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.nearby import WIDE, Nearby
-from holdfast.contacts.tolerances import REACH, reach
+from holdfast.contacts.tolerances import DOUBTFUL_GAP, doubtful_gap
 from holdfast.engines.contract import Engine
 from holdfast.engines.rest import find_rest
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.body import materials_of
 from holdfast.scene.scene import Scene
 
-LEVELS = (1e-3, 3e-3, REACH)  # [m] gaps at which contacts are sought, one after another
+LEVELS = (1e-3, 3e-3, DOUBTFUL_GAP)  # [m] gaps at which contacts are sought, one after another
 CLOSING = 1e-4  # speed at which a contact closes, relative to that of the bodies there, below which it does not
 MOST_TURN = math.radians(10)  # largest rotation until a contact has closed: further on a body has left its place
 BELOW = 0.5  # cosine of the angle between a normal and the vertical up to which a contact is below a body
@@ -135,7 +135,7 @@ class Reach:
         time = max(contact.separation or 0.0, 0.0) / closing[meets]
         a, b = (part.scene.body(name) for name in contact.bodies)
         turn = float(np.linalg.norm(relative[3:]))
-        return bool(((time * speed[meets] <= reach(a, b)) & (time * turn <= MOST_TURN)).any())
+        return bool(((time * speed[meets] <= doubtful_gap(a, b)) & (time * turn <= MOST_TURN)).any())
 
     def _part(self, names: Sequence[str], supports: Collection[str]) -> Assembly | None:
         """Return the group with its contacts, its supports held fixed; None if there are none within reach."""

@@ -1,4 +1,4 @@
-"""Areas and normals of triangles and of flat outlines, from the vectors that stand for them."""
+"""Areas and normals of triangles and of flat outlines, from their area vectors."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.geometry.polygon import turned
 
-NO_AREA = 1e-300  # [m²] a triangle with less has no direction: its normal is 0
+NO_AREA = 1e-300  # [m²] a triangle with a smaller area has the normal 0
 
 
 def area_vectors(vertices: Float, faces: Int) -> Float:
-    """(F, 3) of triangles ``faces`` (F, 3) over ``vertices`` (V, 3): as long as their area [m²], along their normals.
+    """Return the area vectors (F, 3) [m²] of triangles ``faces`` (F, 3) over ``vertices`` (V, 3) [m].
 
-    Normals go by the right-hand rule around the corners.
+    Each is as long as the area of its triangle and points along the normal, by the right-hand rule.
     """
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return np.cross(b - a, c - a) / 2
 
 
 def areas_of(vertices: Float, faces: Int) -> Float:
-    """(F,) areas of triangles [m²]."""
+    """Return the areas (F,) [m²] of triangles."""
     return np.asarray(np.linalg.norm(area_vectors(vertices, faces), axis=1))
 
 
 def normals_of(vertices: Float, faces: Int) -> Float:
-    """(F, 3) unit normals of triangles; 0 where a triangle has no area."""
+    """Return the unit normals (F, 3) of triangles; 0 for a triangle without area."""
     vectors = area_vectors(vertices, faces)
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), NO_AREA))
 
 
 def outline_vector(ring: Float) -> Float:
-    """(3,) area vector of a flat outline (k, 3), counter-clockwise seen from its tip [m²] (Newell)."""
+    """Return the area vector (3,) [m²] of a flat outline (k, 3), counter-clockwise seen from its tip (Newell)."""
     x, y, z = ring.T
-    u, v, w = turned(ring, 1).T  # np.cross takes four times as long, and all pieces ask
+    u, v, w = turned(ring, 1).T  # np.cross takes four times as long, and this is called for every piece
     return np.array([(y * w - z * v).sum(), (z * u - x * w).sum(), (x * v - y * u).sum()]) / 2

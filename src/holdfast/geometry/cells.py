@@ -18,28 +18,29 @@ from holdfast.geometry.polygon import keep_half_plane
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
 
-# [rad] between neighbouring triangles of one facet. Wider than that of ``Facets``: coordinates in files have six or
-# seven digits, and a grid may cover a face whose outline would be too rough for contact.
+# [rad] largest angle between neighbouring triangles of one facet. It is wider than that of ``Facets``, because
+# coordinates in files have six or seven digits, and a grid does not need so exact an outline as a contact.
 COPLANAR = float(np.arccos(1 - 1e-8))
-SMALL = 1.5  # spacings: a facet that is no larger either way is not cut by a grid of its own
-WHOLE = 0.999  # share of a square of the grid: a cell with less is ragged, its centroid may lie outside the surface
-ROUNDING = 1e-9  # of a spacing, or of the area of a square
-AT_ONCE = 20_000  # cells of a grid that one call of compiled code cuts triangles by
-WAYS = 1.2  # normals that round to the same multiples of 1 / WAYS face about the same way
-SCAN = 5000  # least number of small triangles of a curved surface that counts as a scan
-PACKED = 0.9  # of a spacing: least distance of two seeds, for cells of about a square spacing
-FACING = 1.2  # of a spacing: what normals that differ by 1 count as; seeds 45 degrees apart are far enough
-LEAST_MEAN = 0.1  # length of the mean normal of a cell below which it is none
+SMALL = 1.5  # [spacings] a facet that is smaller than this in every direction gets no grid of its own
+WHOLE = 0.999  # share of a grid square; the centroid of a cell that covers less may lie outside the surface
+ROUNDING = 1e-9  # relative to a spacing, or to the area of a grid square
+AT_ONCE = 20_000  # grid cells that one call of compiled code intersects with triangles
+WAYS = 1.2  # normals whose components round to the same multiples of 1 / WAYS count as alike
+SCAN = 5000  # a surface with at least this many small triangles on curved parts is treated as a scan
+PACKED = 0.9  # [spacings] least distance of two seeds; cells then have about the area of a square spacing
+FACING = 1.2  # [spacings] distance that a unit difference of normals counts as: seeds 45 degrees apart may coincide
+LEAST_MEAN = 0.1  # a mean normal of a cell that is shorter than this is not used
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Cells(Value):
-    """C pieces of a surface, each with a query point.
+    """The C cells of a surface, each with a query point.
 
-    ``points`` (C, 3) [m] with outward unit ``normals`` (C, 3). The pieces are made of ``triangles`` (T, 3) over
-    ``vertices`` (V, 3) [m]; ``cell`` (T,) is the piece that each belongs to. On scans normals are smoothed:
-    each is the mean over its piece, and ``turned`` (C,) [deg] is its angle to the triangle on which the point lies.
+    ``points`` (C, 3) [m] are the query points, with outward unit ``normals`` (C, 3). The cells consist of ``triangles``
+    (T, 3) over ``vertices`` (V, 3) [m], and ``cell`` (T,) is the number of the cell to which each triangle belongs. On
+    scans, the normal of a cell is the mean over its triangles, and ``turned`` (C,) [deg] is its angle to the normal of
+    the triangle on which the point lies.
     """
 
     points: Float
@@ -54,12 +55,12 @@ class Cells(Value):
 
     @property
     def areas(self) -> Float:
-        """(C,) area of each cell [m²]."""
+        """The area (C,) [m²] of each cell."""
         areas = areas_of(self.vertices, self.triangles)
         return frozen(np.asarray(np.bincount(self.cell, areas, minlength=len(self.points)), dtype=np.float64))
 
     def chosen(self, keep: Bool) -> Cells:
-        """Only the cells where ``keep`` (C,) is true."""
+        """Return only the cells for which ``keep`` (C,) is true."""
         number = np.cumsum(keep) - 1
         kept = keep[self.cell]
         cell = number[self.cell[kept]]
@@ -69,9 +70,10 @@ class Cells(Value):
 
 
 def surface_cells(surface: Surface, spacing: float) -> Cells:
-    """Flat facets are cut by a grid along their smallest rectangle; small triangles of curved ones are clustered.
+    """Divide a surface into cells of about ``spacing`` [m].
 
-    On scans, which have SCAN or more of these, the points are spread evenly and the normals are smoothed.
+    Large flat facets are cut by a grid along their smallest rectangle, and small triangles are clustered. On curved
+    parts of a scan (SCAN or more small triangles), points are spread evenly and normals are smoothed.
     """
     facet = surface.topology.regions(COPLANAR)
     parts: list[Cells] = []
@@ -88,29 +90,32 @@ def surface_cells(surface: Surface, spacing: float) -> Cells:
     bend = np.abs(surface.topology.bend)[surface.topology.of_face]
     curved = small & ((bend > COPLANAR) & (bend < SMOOTH)).any(1)
     curved &= curved.sum() >= SCAN
-    for cut, members in ((_smoothed, curved), (_clustered, small & ~curved)):
+    for divide, members in ((_smoothed, curved), (_clustered, small & ~curved)):
         if members.any():
-            parts.append(cut(surface, np.flatnonzero(members), spacing))
+            parts.append(divide(surface, np.flatnonzero(members), spacing))
     return _joined(parts)
 
 
-def blocked(cells: Cells, obstacle: Surface, reach: float) -> Bool:
-    """(C,) whether ``obstacle`` stands less than ``reach`` [m] in front of a cell, so that nothing fits between."""
+def blocked(cells: Cells, obstacle: Surface, room: float) -> Bool:
+    """Tell for each cell (C,) whether ``obstacle`` is less than ``room`` [m] in front of its point."""
     result = np.zeros(len(cells.points), dtype=bool)
-    low, high = obstacle.vertices.min(0) - reach, obstacle.vertices.max(0) + reach
+    low, high = obstacle.vertices.min(0) - room, obstacle.vertices.max(0) + room
     near = np.flatnonzero(((cells.points >= low) & (cells.points <= high)).all(1))
     if not len(near):
         return result
     triangles = obstacle.vertices[obstacle.faces]
-    bottom, top = cells.points[near].min(0) - reach, cells.points[near].max(0) + reach
+    bottom, top = cells.points[near].min(0) - room, cells.points[near].max(0) + room
     triangles = triangles[((triangles.max(1) >= bottom) & (triangles.min(1) <= top)).all(1)]
-    result[near] = _hit(cells.points[near], cells.normals[near], triangles, reach)
+    result[near] = _hit(cells.points[near], cells.normals[near], triangles, room)
     return result
 
 
 @compiled
-def _hit(points: Float, normals: Float, triangles: Float, reach: float) -> Bool:
-    """Whether the segment from each point along its normal, ``reach`` long, meets a triangle (Möller-Trumbore)."""
+def _hit(points: Float, normals: Float, triangles: Float, length: float) -> Bool:
+    """Tell whether the segment of this ``length`` [m] from each point along its normal meets a triangle.
+
+    The method is that of Möller and Trumbore (1997).
+    """
     result = np.zeros(len(points), dtype=np.bool_)
     for i in range(len(points)):
         d0, d1, d2 = normals[i, 0], normals[i, 1], normals[i, 2]
@@ -127,16 +132,16 @@ def _hit(points: Float, normals: Float, triangles: Float, reach: float) -> Bool:
             q0, q1, q2 = s1 * e2 - s2 * e1, s2 * e0 - s0 * e2, s0 * e1 - s1 * e0
             v = (d0 * q0 + d1 * q1 + d2 * q2) / det
             along = (f0 * q0 + f1 * q1 + f2 * q2) / det
-            if u >= 0.0 and v >= 0.0 and u + v <= 1.0 and 0.0 <= along <= reach:
+            if u >= 0.0 and v >= 0.0 and u + v <= 1.0 and 0.0 <= along <= length:
                 result[i] = True
                 break
     return result
 
 
 def _gridded(corners: Float, normal: Float, spacing: float) -> Cells:
-    """Cells of one flat facet, given as triangles (n, 3, 3): the squares of a grid, cut off at the facet's outline.
+    """Return the cells of one flat facet, given as triangles (n, 3, 3): grid squares, clipped at the outline.
 
-    The point of a cell is its centroid, or that of its largest piece where it is ragged.
+    The point of a cell is its centroid or, if the cell is clipped, the centroid of its largest piece.
     """
     origin = corners[0, 0]
     frame = np.array(tangents(normal))
@@ -172,7 +177,7 @@ def _gridded(corners: Float, normal: Float, spacing: float) -> Cells:
 
 
 def _centroids(pieces: Float, sizes: Int) -> tuple[Float, Float]:
-    """Areas (m,) and centroids (m, 2) of convex pieces (m, 8, 2)."""
+    """Return the areas (m,) and centroids (m, 2) of convex pieces (m, 8, 2) with ``sizes`` (m,) corners."""
     areas, centres = np.zeros(len(pieces)), np.zeros((len(pieces), 2))
     base = pieces[:, 0]
     for k in range(1, pieces.shape[1] - 1):
@@ -185,7 +190,7 @@ def _centroids(pieces: Float, sizes: Int) -> tuple[Float, Float]:
 
 
 def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int, Int]:
-    """Triangles (n, 3, 2) cut by a grid: pieces (m, 8, 2), their corner counts and cell numbers."""
+    """Cut triangles (n, 3, 2) by a grid; return the pieces (m, 8, 2), corner counts (m,) and cell numbers (m,)."""
     first = np.maximum(np.floor(triangles.min(1) / step - ROUNDING), 0).astype(np.int64)
     last = np.minimum(np.ceil(triangles.max(1) / step + ROUNDING), counts).astype(np.int64)
     most = np.maximum(last - first, 0).prod(1)
@@ -204,7 +209,7 @@ def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int
 def _cut_by_grid(
     triangles: Float, step: Float, columns: int, first: Int, last: Int, pieces: Float, sizes: Int, cells: Int
 ) -> int:
-    """Cut each triangle by the cells from its ``first`` to before its ``last`` (n, 2); returns how many pieces."""
+    """Cut triangle t by the cells from ``first[t]`` up to, not including, ``last[t]``; return the number of pieces."""
     found = 0
     room = np.zeros((8, 2))
     for t in range(len(triangles)):
@@ -226,9 +231,9 @@ def _cut_by_grid(
 
 
 def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
-    """Triangles in one cube of a lattice that face about the same way share a cell.
+    """Return cells of triangles that are in the same cube of a lattice and have similar normals.
 
-    Its point is the centre of the triangle nearest to their common centroid.
+    The point of a cell is the centre of the triangle that is nearest to the centroid of the cell.
     """
     corners = surface.vertices[surface.faces[members]]
     normals = surface.normals[members]
@@ -249,9 +254,10 @@ def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
 
 
 def _smoothed(surface: Surface, members: Int, spacing: float) -> Cells:
-    """Small triangles around seeds that are spread evenly over the surface share a cell, if they face about one way.
+    """Return cells of triangles around evenly spread seeds; each belongs to the seed nearest in place and normal.
 
-    Its normal is the mean of theirs, by area. Its point is the centre of the triangle nearest to their centroid.
+    The normal of a cell is the mean of its triangles, weighted by area. Its point is the centre of the triangle that is
+    nearest to the centroid of the cell.
     """
     corners = surface.vertices[surface.faces[members]]
     normals, areas = surface.normals[members], surface.areas[members]
@@ -273,9 +279,9 @@ def _smoothed(surface: Surface, members: Int, spacing: float) -> Cells:
 
 
 def _spread(places: Float, apart: float) -> Int:
-    """Return the numbers of as many of the points (n, d) as fit, all more than ``apart`` from each other.
+    """Return the numbers of a maximal subset of the points (n, d) in which all distances exceed ``apart``.
 
-    They are taken in the order of their coordinates, which packs them, and leaves no point further from all of them.
+    Points are tried in the order of their coordinates, which packs the subset densely.
     """
     tree = cKDTree(places)
     free = np.ones(len(places), dtype=bool)
@@ -288,7 +294,7 @@ def _spread(places: Float, apart: float) -> Int:
 
 
 def _joined(parts: list[Cells]) -> Cells:
-    """All cells in one value, vertices and cells numbered on."""
+    """Join several sets of cells into one; vertices and cells are renumbered."""
     offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
     numbers = np.cumsum([0] + [len(part.points) for part in parts])
     return Cells(

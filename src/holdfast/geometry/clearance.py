@@ -1,4 +1,4 @@
-"""How far a straight rod is from triangles."""
+"""The distance of straight rods from a surface."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.geometry.surface import Surface
 
-PIECE = 200_000  # pairs of a rod and an edge that are measured at a time
+PIECE = 200_000  # number of pairs of a rod and an edge that are processed at a time, to limit memory
 
 
 def rod_clearance(start: Float, along: Float, surface: Surface) -> Float:
-    """Return the distances (n,) [m] of rods from a surface: each leads from ``start`` (n, 3) to ``start + along``.
+    """Return the distances (n,) [m] of rods from a surface; rods lead from ``start`` (n, 3) to ``start + along`` [m].
 
-    The nearest points of a rod and a triangle are an end of the rod and a point of the triangle, or points of the rod
-    and of an edge, unless the rod goes through the triangle.
+    Unless a rod passes through a triangle, the nearest points are either an end of the rod and a point of the triangle,
+    or a point of the rod and a point of an edge.
     """
     triangles = surface.vertices[surface.faces]
     best = np.minimum(distance_to_surface(start, surface), distance_to_surface(start + along, surface))
@@ -32,7 +32,10 @@ def rod_clearance(start: Float, along: Float, surface: Surface) -> Float:
 
 
 def _between_segments(p: Float, u: Float, q: Float, v: Float) -> Float:
-    """Distances of segments p + s u and q + t v, 0 <= s, t <= 1 (Ericson, Real-Time Collision Detection, 5.1.9)."""
+    """Return the distances of segments p + s u and q + t v with 0 <= s, t <= 1.
+
+    Source: Ericson, Real-Time Collision Detection, section 5.1.9.
+    """
     r = p - q
     a, b, e = (u * u).sum(-1), (u * v).sum(-1), (v * v).sum(-1)
     c, f = (u * r).sum(-1), (v * r).sum(-1)
@@ -45,7 +48,7 @@ def _between_segments(p: Float, u: Float, q: Float, v: Float) -> Float:
 
 
 def _through(start: Float, along: Float, triangles: Float) -> Bool:
-    """Whether rods (n, 3) go through triangles (m, 3, 3): the signs of the volumes that they span, (n, m)."""
+    """Tell which rods (n, 3) pass through which triangles (m, 3, 3), as (n, m), by signs of volumes."""
     a, b, c = (triangles[None, :, k] - start[:, None] for k in range(3))
     way = along[:, None]
     sides = np.stack([(np.cross(x, y) * way).sum(-1) for x, y in ((a, b), (b, c), (c, a))])

@@ -1,4 +1,4 @@
-"""Closed parts of a mesh that touch or overlap: told apart at the edges they share, and joined to one solid."""
+"""Closed parts of a mesh that touch or overlap: separated at shared edges, and joined to one solid."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     import manifold3d
 
 SAME_ANGLE = 1e-6  # [rad] faces around an edge that are closer than this lie on each other
-NEEDLE = 1e-9  # height of a triangle over its length below which its direction across an edge is not known
-LEAST_SHARE = 1e-9  # of areas and volumes: smaller differences are rounding
+NEEDLE = 1e-9  # height over length of a triangle; for a thinner one the direction across its edge is undefined
+LEAST_SHARE = 1e-9  # relative differences of areas and volumes below this are rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Joined(Value):
     """One solid made of several closed parts.
 
-    ``vertices`` (V, 3) [m] and ``faces`` (F, 3) bound it; ``parts`` of those given met others; ``shared`` [m³] is
-    how much less volume it has than all parts together.
+    ``vertices`` (V, 3) [m] and ``faces`` (F, 3) are its surface, ``parts`` is the number of parts that meet others, and
+    ``shared`` [m³] is the volume of all parts together less that of the solid.
     """
 
     vertices: Float
@@ -39,10 +39,11 @@ class Joined(Value):
 
 
 def parts_as_given(faces: Int, merged: Int) -> tuple[Int, Int] | None:
-    """Weld a mesh within its parts only, which are what the vertex numbers of ``faces`` (F, 3) hold together.
+    """Weld vertices only within parts, that is, among faces that the vertex numbers of ``faces`` (F, 3) connect.
 
-    ``merged`` (F, 3) are the same faces after vertices at the same place were made one. Returns which of these each new
-    vertex is (n,) and the faces (m, 3) over new vertices, or None if not every edge then has two faces.
+    ``merged`` (F, 3) are the same faces after all vertices at the same place were merged. Returns, for each new vertex,
+    the number (n,) of its merged vertex, and the faces (m, 3) over the new vertices. Returns None if an edge then has
+    other than two faces.
     """
     _, label = _connected(int(faces.max()) + 1, faces[:, [0, 1]].ravel(), faces[:, [1, 2]].ravel())
     keys, numbers = np.unique(label[faces[:, :1]] * (int(merged.max()) + 1) + merged, return_inverse=True)
@@ -55,19 +56,20 @@ def parts_as_given(faces: Int, merged: Int) -> tuple[Int, Int] | None:
 def parts_by_winding(points: Float, faces: Int) -> tuple[Int, Int] | None:
     """Split the vertices of a mesh where more than two faces meet at an edge, so that each edge has two faces.
 
-    Around an edge, the two faces stay together that bound the same wedge of solid; which side of a face is solid is
-    told by its winding. ``points`` (V, 3) and ``faces`` (F, 3) have no two vertices at the same place. Returns which of
-    ``points`` each new vertex is (n,) and the faces (m, 3) over new vertices, or None if the faces are not wound alike
-    or solids overlap at an edge.
+    Around an edge, the two faces that bound the same wedge of solid stay together; the winding of a face tells which of
+    its sides is solid. No two of the ``points`` (V, 3) are at the same place. Returns, for each new vertex, the number
+    (n,) of its point, and the faces (m, 3) over the new vertices. Returns None if the winding is not consistent or if
+    solids overlap at an edge.
     """
     first = faces.argmin(1)[:, None]
     faces = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1)
-    faces = faces[_distinct(faces)]  # two faces on each other remain if they are wound in opposite senses
+    faces = faces[_distinct(faces)]  # of coincident faces, two with opposite winding remain
     corners = points[faces] - points.mean(0)
     if np.linalg.det(corners).sum() < 0:
         faces = faces[:, ::-1]
     edges = Edges.of(faces, len(points))
-    forward = faces.ravel() == edges.ends[edges.of_face.ravel(), 0]  # (3F,) by side
+    # (3F,) whether each side runs along its edge, and not against it
+    forward = faces.ravel() == edges.ends[edges.of_face.ravel(), 0]
     if (2 * np.bincount(edges.of_face.ravel(), weights=forward) != edges.shared).any():
         return None
     simple = edges.first[edges.shared == 2]
@@ -81,23 +83,24 @@ def parts_by_winding(points: Float, faces: Int) -> tuple[Int, Int] | None:
         pairs.append(sides[order])
     one, other = np.concatenate(pairs).T
     starts, ends = np.concatenate([one, _following(one)]), np.concatenate([_following(other), other])
-    count, number = _connected(3 * len(faces), starts, ends)  # corners of faces that are one vertex
+    count, number = _connected(3 * len(faces), starts, ends)  # corners that belong to the same vertex
     origin = np.empty(count, dtype=np.int64)
     origin[number] = faces.ravel()
     return origin, number.reshape(-1, 3)
 
 
 def _following(sides: Int) -> Int:
-    """The next side, or corner, of the same face."""
+    """Return the next side, or corner, of the same face."""
     following: Int = sides - sides % 3 + (sides + 1) % 3
     return following
 
 
 def _wedges(ends: Float, thirds: Float, leaves: Bool) -> Int | None:
-    """Pair the n faces around an edge with ``ends`` (2, 3), each pair with solid between them; None if that fails.
+    """Pair the n faces around an edge with ``ends`` (2, 3), so that there is solid between the faces of each pair.
 
-    ``thirds`` (n, 3) are the corners opposite the edge. Counter-clockwise around the edge, a face that ``leaves`` (n,)
-    has solid before it, another one has solid behind it. Returns rows (n / 2, 2) of numbers of faces.
+    ``thirds`` (n, 3) are the corners opposite the edge. Going counter-clockwise around the edge, one leaves solid at a
+    face for which ``leaves`` (n,) is true, and enters solid at the others. Returns rows (n / 2, 2) of numbers of faces,
+    or None if the faces cannot be paired.
     """
     along = unit(ends[1] - ends[0])
     arms = thirds - ends[0]
@@ -110,7 +113,8 @@ def _wedges(ends: Float, thirds: Float, leaves: Bool) -> Int | None:
     angle[angle > 2 * np.pi - SAME_ANGLE] -= 2 * np.pi
     order = np.argsort(angle, kind="stable")
     group = np.cumsum(np.diff(angle[order], prepend=angle[order[0]]) > SAME_ANGLE)
-    order = order[np.lexsort((~leaves[order], group))]  # of faces on each other, those that leave a solid come first
+    # of coincident faces, those at which one leaves solid come first
+    order = order[np.lexsort((~leaves[order], group))]
     order = np.roll(order, -int(np.argmin(leaves[order])))
     if leaves[order[::2]].any() or not leaves[order[1::2]].all():
         return None
@@ -118,10 +122,10 @@ def _wedges(ends: Float, thirds: Float, leaves: Bool) -> Int | None:
 
 
 def joined(vertices: Float, faces: Int) -> Joined | None:
-    """Join the closed parts of a mesh that have faces in common or overlap; None if there are no such parts.
+    """Join the closed parts of a mesh that share faces or overlap; return None if there are no such parts.
 
-    Every edge has two faces. Parts are wound outward, and cavities inward. Parts that meet at edges or vertices only
-    are not joined.
+    Every edge must have two faces, parts must be wound outward and cavities inward. Parts that meet only at edges or
+    vertices are not joined.
     """
     import manifold3d
 
@@ -174,14 +178,14 @@ def _solid(vertices: Float, faces: Int) -> manifold3d.Manifold:
 
 
 def _connected(count: int, one: Int, other: Int) -> tuple[int, Int]:
-    """Return how many groups links from ``one`` to ``other`` (n,) make of ``count`` things, and the group of each."""
+    """Return the number of components of ``count`` items with links ``one`` - ``other`` (n,), and that of each item."""
     graph = coo_matrix((np.ones(len(one)), (one, other)), shape=(count, count))
     groups, label = connected_components(graph, directed=False)
     return int(groups), label.astype(np.int64)
 
 
 def _distinct(faces: Int) -> Bool:
-    """(F,) which rows of three vertex numbers name three vertices and are not those of an earlier row."""
+    """Tell which faces (F,) have three different vertices and do not repeat an earlier face."""
     proper = (faces != np.roll(faces, -1, axis=1)).all(1)
     unique = np.zeros(len(faces), dtype=bool)
     unique[np.unique(faces, axis=0, return_index=True)[1]] = True

@@ -1,4 +1,4 @@
-"""Cuboids: surfaces that bound a box, whatever way its faces are cut into triangles."""
+"""Cuboids, recognised from their surfaces however the faces are divided into triangles."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import transform
 from holdfast.base.values import Value, seal
 
-EXACT = 1e-12  # share of its diagonal by which corners may miss those of a cuboid, and cosine of its right angles
+EXACT = 1e-12  # largest deviation of corners, relative to the diagonal, and largest cosine of an angle that is right
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,7 +56,7 @@ class Cuboid(Value):
     def placed(self, pose: Float) -> Cuboid | None:
         """Return the cuboid moved by ``pose`` (4, 4), or None if that is no exact rotation.
 
-        Poses that are known to six digits shear a cuboid by as much.
+        A pose that is given with six digits is not exact: it would shear the cuboid.
         """
         rotation = pose[:3, :3]
         if np.abs(rotation @ rotation.T - np.eye(3)).max() > EXACT:

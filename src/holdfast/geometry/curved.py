@@ -1,4 +1,7 @@
-"""Which triangles of a drawn surface stand for a curved one: turned a little, it touches elsewhere, but no wider."""
+"""Finds the triangles of a tessellation that represent a curved surface.
+
+The distinction matters because a curved surface that is turned a little touches elsewhere, but on no larger area.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,14 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.geometry.facets import COPLANAR
 from holdfast.geometry.topology import FLAT, SMOOTH, Topology
 
-ALIKE = 0.25  # of a flat face's width: where it bends smoothly into narrower ones, these are the rounding of its edge
+ALIKE = 0.25  # least ratio of the widths of two faces of a curve; narrower faces are the rounded edge of a flat face
 
 
 def curved_faces(vertices: Float, faces: Int, areas: Float, topology: Topology) -> Bool:
-    """Mark the faces (F,) that bend smoothly, as a tessellated curve does, into others about as wide as they are.
+    """Mark the faces (F,) that meet neighbours of similar width at a small angle, as in a tessellated curve.
 
-    The width of a flat face is its area over the diagonal of its bounding box. The surface is given as vertices (V, 3)
-    [m], faces (F, 3) and their areas (F,).
+    The width of a flat face is its area over the diagonal of its bounding box. The surface is given by vertices (V, 3)
+    [m], faces (F, 3), their areas (F,) [m²] and its topology.
     """
     smooth = (np.abs(topology.bend) > FLAT) & (np.abs(topology.bend) < SMOOTH)
     if not smooth.any():

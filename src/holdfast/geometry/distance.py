@@ -1,4 +1,4 @@
-"""Distance of points from a triangle surface, and whether they are inside it (compiled)."""
+"""Distances of points from a triangle surface, and winding numbers, which tell whether they are inside (compiled)."""
 
 from __future__ import annotations
 
@@ -8,29 +8,30 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.geometry.surface import Surface
 
-TINY = 1e-100  # a running product is brought back to 1 beyond this and its inverse
+TINY = 1e-100  # a running product is rescaled when its size leaves the range from TINY to 1 / TINY
 
-# Points are copied below: read-only ones, such as those of a surface, would have the loops compiled a second time.
+# Points are copied below, because Numba would compile the loops a second time for read-only arrays.
 
 
 def distance_to_surface(points: Float, surface: Surface) -> Float:
-    """(n,) distance of points (n, 3) to the nearest triangle [m]."""
+    """Return the distances (n,) [m] of points (n, 3) from the nearest triangle."""
     return np.asarray(np.sqrt(_squared(np.array(points, order="C"), surface.vertices[surface.faces])))
 
 
 def winding_number(points: Float, surface: Surface) -> Float:
-    """(n,) how often the surface winds around points (n, 3): about 1 inside, 0 outside, also if it has small holes.
+    """Return how often (n,) the surface winds around points (n, 3): 1 inside and 0 outside, nearly so with small holes.
 
-    The sum of the triangles' solid angles over 4π (van Oosterom and Strackee 1983; Jacobson et al. 2013).
+    It is the sum of the triangles' solid angles over 4π (van Oosterom and Strackee 1983; Jacobson et al. 2013).
     """
     return np.asarray(_winding(np.array(points, order="C"), np.array(surface.vertices), np.array(surface.faces)))
 
 
 @compiled
 def _winding(points: Float, vertices: Float, faces: Int) -> Float:
-    """Half of each solid angle is the argument of a complex number: their product turns by the sum of them.
+    """Return the winding numbers (n,) of ``points`` (n, 3).
 
-    So it is enough to count how often the product passes the negative real axis, and to take one arcus tangent a point.
+    Half of each solid angle is the argument of a complex number, so half of their sum is the argument of the product.
+    It is enough to count how often the product crosses the negative real axis, with one arctangent for each point.
     """
     total = np.zeros(len(points))
     arms, lengths = np.empty((len(vertices), 3)), np.empty(len(vertices))
@@ -68,7 +69,7 @@ def _winding(points: Float, vertices: Float, faces: Int) -> Float:
 @compiled
 @lean
 def nearest_of(points: Float, triangles: Float, pairs: Int) -> float:
-    """The least squared distance among ``pairs`` (m, 2) of points (n, 3) and triangles (k, 3, 3)."""
+    """Return the least squared distance among ``pairs`` (m, 2) of points (n, 3) and triangles (k, 3, 3)."""
     best = np.inf
     for k in range(len(pairs)):
         best = min(best, _apart(points[pairs[k, 0]], triangles[pairs[k, 1]]))
@@ -87,7 +88,10 @@ def _squared(points: Float, triangles: Float) -> Float:
 @compiled
 @lean
 def _apart(point: Float, triangle: Float) -> float:
-    """Squared distance of a point from a triangle: inside its prism to its plane, outside to its edges."""
+    """Return the squared distance of a point from a triangle.
+
+    It is the distance from the plane inside the prism of the triangle, and from the nearest edge outside.
+    """
     ux, uy, uz = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1], triangle[1, 2] - triangle[0, 2]
     wx, wy, wz = triangle[2, 0] - triangle[0, 0], triangle[2, 1] - triangle[0, 1], triangle[2, 2] - triangle[0, 2]
     nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx

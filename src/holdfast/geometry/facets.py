@@ -1,4 +1,4 @@
-"""Flat faces of many triangles, as polygons: their outlines and holes, and a triangulation that searches fast."""
+"""Flat faces of many triangles as polygons with holes, and a triangulation of them that is fast to search."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from holdfast.base.values import Value, seal
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.topology import Topology
 
-LEAST = 5  # triangles: fewer are as well left as they are
-COPLANAR = 1e-5  # [rad] between neighbouring triangles of one facet: its outline stands for them in contact
-FLATNESS = 1e-7  # of the surface's size: vertices of a facet may leave its plane by no more
+LEAST = 5  # least number of triangles of a facet; fewer are treated one by one
+COPLANAR = 1e-5  # [rad] largest angle between neighbouring triangles of one facet, which contacts see as one polygon
+FLATNESS = 1e-7  # largest deviation of vertices from the plane of their facet, relative to the size of the surface
 
 
 @archived
@@ -22,8 +22,8 @@ FLATNESS = 1e-7  # of the surface's size: vertices of a facet may leave its plan
 class Facets(Value):
     """The large flat faces of a surface.
 
-    ``label`` (F,) number of the facet each triangle belongs to, -1 for those of none; ``rings`` one tuple a facet:
-    vertex numbers of the outline, counter-clockwise seen from outside, then of the holes, clockwise.
+    ``label`` (F,) is the number of the facet to which each triangle belongs, or -1. ``rings`` holds a tuple for each
+    facet: the vertex numbers of its outline, counter-clockwise seen from outside, then those of its holes, clockwise.
     """
 
     label: Int
@@ -34,7 +34,7 @@ class Facets(Value):
 
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float, topology: Topology) -> Facets:
-        """Groups of LEAST or more coplanar triangles whose rim is made of simple rings."""
+        """Return the facets of a surface: groups of LEAST or more coplanar triangles bounded by simple rings."""
         region = topology.regions(COPLANAR)
         inner = topology.joins(COPLANAR)
         label = np.full(len(faces), -1, dtype=np.int64)
@@ -62,7 +62,7 @@ class Facets(Value):
 
 
 def _rings(starts: Int, ends: Int) -> list[Int] | None:
-    """Closed rings of vertex numbers from their directed edges; None where a vertex is passed more than once."""
+    """Return the closed rings of vertex numbers that directed edges form; None if a vertex belongs to two of them."""
     follow = dict(zip(starts.tolist(), ends.tolist(), strict=True))
     if len(follow) != len(starts):
         return None
@@ -80,10 +80,10 @@ def _rings(starts: Int, ends: Int) -> list[Int] | None:
 
 
 def balanced(vertices: Float, faces: Int, facets: Facets) -> Int:
-    """The faces (F, 3), with every convex facet without holes triangulated anew by halving its ring.
+    """Return the faces (F, 3) with every convex facet without holes triangulated by repeated halving of its ring.
 
-    Triangles of a fan are slivers whose bounding boxes overlap, so that a point lies in the boxes of most of them; of
-    these it lies in the boxes of a few of each size.
+    The triangles of a fan are slivers with overlapping bounding boxes: a point is in the boxes of most of them. After
+    halving, it is in the boxes of only a few triangles of each size.
     """
     kept = [faces[facets.label < 0]]
     for number, (outline, *holes) in enumerate(facets.rings):

@@ -1,7 +1,7 @@
-"""Write glTF 2.0: nodes with names and triangle meshes, as one binary file (.glb) or one of text (.gltf).
+"""Writes glTF 2.0: named nodes with triangle meshes, as one binary file (.glb) or one text file (.gltf).
 
-A file holds single precision, has y up where holdfast has z up, and no normals, so that viewers show flat triangles as
-flat. Floating-point numbers in it must be finite.
+Numbers have single precision and must be finite. The y axis is up in glTF, where holdfast has z. Normals are left out,
+so that viewers show flat triangles as flat.
 """
 
 from __future__ import annotations
@@ -22,20 +22,21 @@ from holdfast.base.rigid import Y_TO_Z
 
 MAGIC: Final = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
-LARGEST: Final = float(np.finfo(np.float32).max)  # largest number that a file holds
+LARGEST: Final = float(np.finfo(np.float32).max)  # largest number that a file can hold
 _LINES, _TRIANGLES = 1, 4
-_CORNERS, _INDICES = 34962, 34963  # what a view of the buffer is for
+_CORNERS, _INDICES = 34962, 34963  # glTF constants for the use of a buffer view
 _UNSIGNED_SHORT, _UNSIGNED, _FLOAT = 5123, 5125, 5126
 _UNLIT = "KHR_materials_unlit"
 
 
 @dataclass(frozen=True)
 class Primitive:
-    """Triangles (T, 3), or segments (E, 2), of vertices (V, 3) [m], drawn with a material by its number.
+    """Triangles or segments that are drawn with one material.
 
-    ``rgb`` (V, 3) are sRGB colours in 0..1 that multiply that of the material; in their place, ``light`` (V, 3) are
-    amounts of light of any size. ``values`` are further numbers (V,) of the vertices; their names begin with an
-    underscore.
+    ``corners`` holds the vertex numbers of triangles (T, 3) or of segments (E, 2), over ``vertices`` (V, 3) [m].
+    ``material`` is a number from ``Gltf.material``. ``rgb`` (V, 3) are sRGB colours in 0..1 that multiply the colour of
+    the material; instead of them, ``light`` (V, 3) can give linear light of any amount. ``values`` are further numbers
+    (V,) of the vertices by name; the names begin with an underscore.
     """
 
     vertices: Float
@@ -47,7 +48,7 @@ class Primitive:
 
 
 class Gltf:
-    """A glTF file that is being put together."""
+    """A builder of a glTF file."""
 
     def __init__(self) -> None:
         self._lists: dict[str, list[Any]] = {
@@ -58,7 +59,7 @@ class Gltf:
         self._length = 0
 
     def material(self, rgb: Rgb, *, unlit: bool = False) -> int:
-        """Return the number of the material of this sRGB colour; an unlit one shows exactly its colour."""
+        """Return the number of the material with this sRGB colour; an unlit one is shown in exactly this colour."""
         if (rgb, unlit) not in self._materials:
             self._materials[rgb, unlit] = len(self._materials)
             look = {"baseColorFactor": [*light_of(rgb).tolist(), 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
@@ -71,12 +72,12 @@ class Gltf:
         return self._added("meshes", {"primitives": [self._primitive(each) for each in primitives]})
 
     def node(self, name: str, mesh: int, matrix: Float, extras: Mapping[str, Any] | None = None) -> None:
-        """Add a node with a mesh; ``matrix`` (4, 4) maps the mesh to the world, which has z up."""
+        """Add a node with a mesh; ``matrix`` (4, 4) maps the mesh to the world frame, in which z is up."""
         turned = (Y_TO_Z.T @ matrix + 0.0).T.ravel().tolist()
         self._added("nodes", {"name": name, "mesh": mesh, "matrix": turned} | ({"extras": extras} if extras else {}))
 
     def content(self, extras: Mapping[str, Any], *, binary: bool = True) -> bytes:
-        """Return the file; ``extras`` are what its scene says beside its nodes, as plain data."""
+        """Return the content of the file; ``extras`` is plain data that is stored with its scene."""
         scene = {"nodes": list(range(len(self._lists["nodes"]))), **({"extras": extras} if extras else {})}
         header: dict[str, Any] = {"asset": {"version": "2.0", "generator": "holdfast"}, "scene": 0, "scenes": [scene]}
         header |= {name: items for name, items in self._lists.items() if items}
@@ -119,7 +120,7 @@ class Gltf:
 
 
 def container(header: Mapping[str, Any], binary: bytes) -> bytes:
-    """Return a binary file of a header, which is plain data, and the numbers to which it refers."""
+    """Return the content of a binary file with a header, which is plain data, and the buffer to which it refers."""
     text = json.dumps(header, allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     binary += b"\0" * (-len(binary) % 4)

@@ -1,6 +1,6 @@
 """Convex hulls of points, in a plane and in space.
 
-There are three algorithms, each for what the others cannot do: exact corners within a stated tolerance
+There are three algorithms, because each does something that the others cannot: corners within a stated tolerance
 (``convex_hull``), corner numbers inside compiled code (``corner_numbers``), and facets in space (Qhull).
 """
 
@@ -13,11 +13,14 @@ from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.polygon import without_collinear
 
-SAME = 1e-7  # of a unit square: points closer than this are one corner, and turns of twice that area are none
+SAME = 1e-7  # in a unit square: closer points are the same corner; a corner that spans less area is dropped
 
 
 def convex_hull(points: Float, tolerance: float) -> Float:
-    """(m, 2) corners of the convex hull, counter-clockwise, collinear points dropped (monotone chain)."""
+    """Return the corners (m, 2) of the convex hull, counter-clockwise (monotone chain).
+
+    Corners within ``tolerance`` of the line through their neighbours are dropped.
+    """
     order = points[np.lexsort((points[:, 1], points[:, 0]))].tolist()
 
     def chain(sequence: list[list[float]]) -> list[list[float]]:
@@ -36,7 +39,11 @@ def convex_hull(points: Float, tolerance: float) -> Float:
 
 
 def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
-    """The smallest rectangle around a hull (m, 2): rows of its (2, 2) axes, longer side first, and its bounds."""
+    """Return the smallest rectangle around a hull (m, 2).
+
+    It is given by its unit axes as rows (2, 2), that of the longer side first, and its low and high bounds (2,) along
+    them.
+    """
     axes = np.empty((2, 2))
     _write_axes(hull, np.empty((len(hull), 3)), axes)
     along = hull @ axes.T
@@ -46,9 +53,9 @@ def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
 @compiled
 @lean
 def _write_axes(hull: Float, each: Float, axes: Float) -> None:
-    """Write the axes of the smallest rectangle; ``each`` (m, 3) is scratch.
+    """Write the axes of the smallest rectangle; ``each`` (m, 3) is scratch memory.
 
-    Of rectangles that are equal to within rounding it is the one along the first edge.
+    Of rectangles that are equal up to rounding, it is the one along the first edge.
     """
     largest = 0.0
     for e in range(len(hull)):
@@ -71,7 +78,7 @@ def _write_axes(hull: Float, each: Float, axes: Float) -> None:
 @compiled
 @lean
 def _extent(hull: Float, x: float, y: float) -> float:
-    """How far the hull extends along (x, y)."""
+    """Return the extent of the hull along (x, y)."""
     low, high = np.inf, -np.inf
     for i in range(len(hull)):
         along = x * hull[i, 0] + y * hull[i, 1]
@@ -80,9 +87,9 @@ def _extent(hull: Float, x: float, y: float) -> float:
 
 
 def corner_numbers(points: Float) -> Int:
-    """(k,) which of points (n, 2) are corners of their hull, counter-clockwise (Andrew's chains, compiled).
+    """Return the numbers (k,) of the points (n, 2) that are corners of their hull, counter-clockwise (Andrew).
 
-    The points fill about a unit square.
+    The points should be scaled to about a unit square.
     """
     order = np.argsort(points[:, 0] + 1e-9 * points[:, 1], kind="stable")
     chain = np.empty(2 * len(points) + 1, dtype=np.int64)
@@ -92,7 +99,7 @@ def corner_numbers(points: Float) -> Int:
 @compiled
 @lean
 def _chains(points: Float, order: Int, chain: Int) -> int:
-    """Write the corners into ``chain``, going over the points in ``order`` and back; returns their number."""
+    """Write the corners into ``chain`` by going through the points in ``order`` and back; return their number."""
     size = 0
     for side in range(2):
         floor = size + 1
@@ -111,7 +118,7 @@ def _chains(points: Float, order: Int, chain: Int) -> int:
 @compiled
 @lean
 def twice_area(points: Float, a: int, b: int, c: int) -> float:
-    """Twice the signed area."""
+    """Return twice the signed area of the triangle of points a, b and c."""
     return float(
         (points[b, 0] - points[a, 0]) * (points[c, 1] - points[a, 1])
         - (points[b, 1] - points[a, 1]) * (points[c, 0] - points[a, 0])
@@ -119,14 +126,14 @@ def twice_area(points: Float, a: int, b: int, c: int) -> float:
 
 
 def outline_numbers(points: Float) -> Int:
-    """(k,) which of points (n, 2) are corners of their hull, counter-clockwise, in the order that Qhull gives them."""
+    """Return the numbers (k,) of the corners of the hull of points (n, 2), counter-clockwise, in Qhull's order."""
     return np.asarray(ConvexHull(points).vertices, dtype=np.int64)
 
 
 def hull_edges(points: Float, flat: float) -> Int:
-    """(E, 2) numbers of the points (n, 3) that the edges of their hull join.
+    """Return the edges (E, 2) of the hull of points (n, 3), as pairs of point numbers.
 
-    Those where two triangles meet at an angle of ``flat`` [rad] or less lie within a facet: they are left out.
+    Edges at which two triangles meet at an angle of ``flat`` [rad] or less lie within a facet and are left out.
     """
     hull = ConvexHull(points)
     normals = hull.equations[:, :3]
@@ -138,9 +145,9 @@ def hull_edges(points: Float, flat: float) -> Int:
 
 
 def hull_facets(points: Float, angle: float) -> list[tuple[Float, Int]]:
-    """Outward unit normals (3,) of the facets of the hull of points (n, 3), and the numbers (k,) of their corners.
+    """Return the facets of the hull of points (n, 3): outward unit normals (3,) and the numbers (k,) of their corners.
 
-    Triangles whose normals differ by less than ``angle`` [rad] from the first of a facet belong to it.
+    Triangles belong to one facet if their normals differ by less than ``angle`` [rad] from that of its first triangle.
     """
     hull = ConvexHull(points)
     normals = hull.equations[:, :3]

@@ -1,4 +1,4 @@
-"""The gauge of the convex hull of known points, as a linear program so small that thousands are solved in a second."""
+"""Upper bounds of the gauge of a convex set from known points, by small linear programs, thousands in a second."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
 
-MOST_PIVOTS = 400  # of one program; whatever it is stopped at is a valid bound, for it is feasible throughout
+MOST_PIVOTS = 400  # pivots of one program; the bound is valid whenever it stops, as every step is feasible
 SLIGHT = 1e-9  # a point that violates a facet by less does not count
-ROUNDING = 1e-14  # of the terms of a sum: more than the rounding of every step of it
+ROUNDING = 1e-14  # relative to the terms of a sum: exceeds all rounding errors in it
 
 
 @compiled
 def hull_gauge(known: Float, price: Float, points: Float) -> tuple[Float, Float]:
     """Return upper bounds (n,) of a gauge γ at ``points`` (n, d), and the facets (n, d) that give them.
 
-    A gauge is convex and positively homogeneous, so a combination of the ``known`` points (m, d) with shares λ >= 0
-    has γ <= Σ λ γ(known), and γ of each known point is at most its ``price`` (m,): 1 for a point on the border of the
-    hull, 0 for a direction in which the hull has no end. The first 2 d known points lie along the positive and then
-    the negative axes, and what a combination misses is paid for along these. The least Σ λ price is found by the
-    simplex method, from the shares of the axes on, entering the point that a facet misses most (Dantzig's rule).
+    A gauge is convex and positively homogeneous. So γ(Σ λ x) <= Σ λ γ(x) for every combination of the ``known`` points
+    (m, d) with λ >= 0, and γ of each known point is at most its ``price`` (m,): 1 for a point on the boundary of the
+    set, 0 for a direction in which the set is unbounded. The first 2 d known points are along the positive and then the
+    negative axes; a remainder that a combination does not reach is paid for along these. The simplex method finds the
+    least Σ λ price. It begins with the points along the axes and enters the most violated point (Dantzig's rule).
 
-    A facet is the multiplier y of the least: y·x <= price at all known points, and y·point is the bound, up to
-    rounding. It is the derivative of the bound by the point where that is differentiable.
+    A facet is the dual solution y of that program: y·x <= price at all known points, and y·point is the bound, up to
+    rounding. Where the bound is differentiable, y is its derivative by the point.
     """
     count, size = points.shape
     total = len(known)
     bounds, facets = np.zeros(count), np.zeros((count, size))
-    reach = np.empty((2, size))  # price of one unit along each axis
+    unit_price = np.empty((2, size))  # of one unit along each axis, in the positive and the negative direction
     for k in range(size):
-        reach[0, k] = price[k] / known[k, k]
-        reach[1, k] = -price[size + k] / known[size + k, k]
+        unit_price[0, k] = price[k] / known[k, k]
+        unit_price[1, k] = -price[size + k] / known[size + k, k]
     for i in range(count):
         inverse, share, basis = np.zeros((size, size)), np.zeros(size), np.zeros(size, dtype=np.int64)
         for k in range(size):
@@ -53,14 +53,14 @@ def hull_gauge(known: Float, price: Float, points: Float) -> tuple[Float, Float]
                     enters, most = j, missed
             if enters < 0 or not _exchanged(inverse, share, basis, known[enters], enters):
                 break
-        bounds[i] = _paid(inverse, basis, known, price, points[i], reach)
+        bounds[i] = _paid(inverse, basis, known, price, points[i], unit_price)
         facets[i] = facet
     return bounds, facets
 
 
 @compiled
 def _exchanged(inverse: Float, share: Float, basis: Int, entering: Float, number: int) -> bool:
-    """Exchange the basis point whose share vanishes first for the entering one; tell whether there is one."""
+    """Replace the basis point whose share becomes zero first by the entering one; return False if none does."""
     size = len(share)
     column = np.empty(size)
     largest = 0.0
@@ -90,8 +90,8 @@ def _exchanged(inverse: Float, share: Float, basis: Int, entering: Float, number
 
 
 @compiled
-def _paid(inverse: Float, basis: Int, known: Float, price: Float, point: Float, reach: Float) -> float:
-    """Return what the basis pays for a point: shares once refined and none negative, and what they miss."""
+def _paid(inverse: Float, basis: Int, known: Float, price: Float, point: Float, unit_price: Float) -> float:
+    """Return the price of a point: of its shares of the basis, refined once and not negative, and of the remainder."""
     size = len(point)
     share, missing = np.zeros(size), point.copy()
     for _ in range(2):
@@ -110,6 +110,6 @@ def _paid(inverse: Float, basis: Int, known: Float, price: Float, point: Float, 
         terms = abs(point[c])
         for k in range(size):
             terms += share[k] * abs(known[basis[k], c])
-        total += max(missing[c], 0.0) * reach[0, c] + max(-missing[c], 0.0) * reach[1, c]
-        total += ROUNDING * terms * max(reach[0, c], reach[1, c])
+        total += max(missing[c], 0.0) * unit_price[0, c] + max(-missing[c], 0.0) * unit_price[1, c]
+        total += ROUNDING * terms * max(unit_price[0, c], unit_price[1, c])
     return total * (1.0 + ROUNDING)

@@ -1,4 +1,4 @@
-"""Meshes as they come, made fit for contact: welded, without doubles, wound outward; and what was done to them."""
+"""Repair of meshes for contact detection: vertices are welded, repeated faces removed, faces wound outward."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ from holdfast.geometry.topology import Edges
 if TYPE_CHECKING:
     import trimesh
 
-LEAST_ROUND = 0.005  # volume over area^(3/2), 0.094 for a ball: an open piece with less has no inside to speak of
-SCRAP = 0.01  # share of the whole area: smaller pieces that have no inside do not put a scan's orientation in doubt
-FOLD = 1e-5  # share of the whole area: a repeated face that bounds nothing is a sheet of its own if it is larger
+LEAST_ROUND = 0.005  # volume / area^(3/2), 0.094 for a ball; an open piece with less has no definite inside
+SCRAP = 0.01  # share of the total area; smaller pieces without an inside do not make a scan's orientation unknown
+FOLD = 1e-5  # share of the total area; a repeated face that bounds nothing is only removed if it is smaller
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class PlaneFit(Value):
-    """A flat region found in a noisy mesh.
+    """A flat region of a noisy mesh.
 
-    ``normal`` (3,) and ``offset`` [m] of the plane normal · x = offset in the body frame, the region's ``area`` [m²],
-    and how far its vertices were from the plane: root mean square ``residual`` and ``worst`` [m].
+    ``normal`` (3,) and ``offset`` [m] define its plane normal · x = offset in the body frame, and ``area`` [m²] is that
+    of the region. ``residual`` [m] is the root mean square distance of its vertices from the plane, and ``worst`` [m]
+    the largest.
     """
 
     normal: tuple[float, float, float]
@@ -46,11 +47,11 @@ class PlaneFit(Value):
 class MeshReport(Value):
     """What a mesh was like and what was done about it.
 
-    Counts: vertices ``welded``, ``degenerate`` and ``duplicate`` faces left out (of a fold both), faces ``flipped`` to
-    face outward, ``open_edges`` with one face, ``crowded_edges`` with more than two, connected ``pieces``.
-    ``oriented``: it is known which side is the inside. ``planes`` were fitted where the mesh was said to be noisy.
-    ``joined`` closed parts that touched or overlapped were made one solid, which has ``shared`` [m³] less volume than
-    they had together; the other counts are those before that.
+    The counts are: vertices ``welded``, ``degenerate`` and ``duplicate`` faces removed (both faces of a fold), faces
+    ``flipped`` to point outward, ``open_edges`` with one face, ``crowded_edges`` with more than two faces, connected
+    ``pieces``, and closed parts ``joined`` to one solid because they touched or overlapped; ``shared`` [m³] is the
+    volume that they had in common. The other counts are those before parts were joined. ``oriented`` is True if it is
+    known which side is the inside. ``planes`` are the flat regions that were fitted if the mesh was given as noisy.
     """
 
     welded: int = 0
@@ -80,19 +81,22 @@ class MeshReport(Value):
             "edges with more than two faces": self.crowded_edges,
             "closed parts joined": self.joined,
         }
-        told = [f"{count} {what}" for what, count in counts.items() if count]
-        told += [f"they overlapped by {self.shared:.3g} m³"] if self.shared else []
-        told += [] if self.oriented else ["which side is the inside is not known"]
+        findings = [f"{count} {what}" for what, count in counts.items() if count]
+        findings += [f"they overlapped by {self.shared:.3g} m³"] if self.shared else []
+        findings += [] if self.oriented else ["which side is the inside is not known"]
         if self.planes:
             worst = max(plane.residual for plane in self.planes)
-            told.append(f"{len(self.planes)} planes fitted, residual up to {worst * 1e3:.3g} mm")
-        return f"{self.pieces} {'piece' if self.pieces == 1 else 'pieces'}; " + ("; ".join(told) or "nothing to mend")
+            findings.append(f"{len(self.planes)} planes fitted, residual up to {worst * 1e3:.3g} mm")
+        return f"{self.pieces} {'piece' if self.pieces == 1 else 'pieces'}; " + (
+            "; ".join(findings) or "nothing to mend"
+        )
 
 
 def cleaned(vertices: Float, faces: Int, where: str) -> tuple[trimesh.Trimesh, MeshReport]:
-    """The mesh welded, without degenerate or repeated faces, wound outward as far as that can be told.
+    """Return the mesh welded, without degenerate or repeated faces, wound outward where possible; and a report.
 
-    Closed parts that share edges or faces are told apart, and those that touch or overlap are joined to one solid.
+    Closed parts that share edges or faces are separated, and those that touch or overlap are joined to one solid.
+    Raises GeometryError if no triangle has an area; ``where`` names the mesh.
     """
     import trimesh
 
@@ -101,7 +105,8 @@ def cleaned(vertices: Float, faces: Int, where: str) -> tuple[trimesh.Trimesh, M
     points, merged = np.array(solid.vertices), np.array(solid.faces, dtype=np.int64)
     welded = len(np.unique(faces)) - len(np.unique(solid.faces))
     corners = np.sort(solid.faces, axis=1)
-    proper, unique = (corners[:, 1:] != corners[:, :-1]).all(1), solid.unique_faces()  # needles hold a mesh together
+    # needles stay, as they connect a mesh
+    proper, unique = (corners[:, 1:] != corners[:, :-1]).all(1), solid.unique_faces()
     unique &= ~_folds(corners, proper, unique, np.asarray(solid.area_faces))
     solid.update_faces(proper & unique)
     solid.remove_unreferenced_vertices()
@@ -110,15 +115,16 @@ def cleaned(vertices: Float, faces: Int, where: str) -> tuple[trimesh.Trimesh, M
     report = MeshReport(welded, int((~proper).sum()), int((proper & ~unique).sum()))
     report = _oriented(solid, report)
     if report.crowded_edges and not report.open_edges:
-        solid, report = _told_apart(points, faces, merged) or (solid, report)
+        solid, report = _separated(points, faces, merged) or (solid, report)
     return (solid, report) if report.pieces < 2 or not report.closed else _joined(solid, report)
 
 
 def _folds(corners: Int, proper: Bool, unique: Bool, areas: Float) -> Bool:
-    """(F,) those of the ``unique`` faces that lie back to back with another one and bound nothing.
+    """Mark those of the ``unique`` faces (F,) that lie back to back with another face and bound nothing.
 
-    A scan whose vertices were merged has pairs of needles with the same ``corners`` (F, 3), which hang on an edge of a
-    surface that is closed without them. One of the two alone would leave open edges there, and the body no inside.
+    After vertices were merged, a scan may have pairs of needles with the same ``corners`` (F, 3), which hang on an edge
+    of a surface that is closed without them. If only one of the two was removed, the other would leave open edges, and
+    the body would have no inside.
     """
     folds = np.zeros(len(corners), dtype=bool)
     repeated = set(map(tuple, corners[proper & ~unique].tolist()))
@@ -134,11 +140,11 @@ def _folds(corners: Int, proper: Bool, unique: Bool, areas: Float) -> Bool:
     return folds
 
 
-def _told_apart(points: Float, faces: Int, merged: Int) -> tuple[trimesh.Trimesh, MeshReport] | None:
-    """The mesh as closed parts that share no vertices, and a report on it; None if it is not made of such parts.
+def _separated(points: Float, faces: Int, merged: Int) -> tuple[trimesh.Trimesh, MeshReport] | None:
+    """Return the mesh as closed parts that share no vertices, with a report; None if it does not consist of such parts.
 
-    ``faces`` (F, 3) are those given, and ``merged`` (F, 3) the same after ``points`` (V, 3) at the same place were
-    welded. The parts are those that the given vertex numbers hold together or, failing that, what the winding tells.
+    ``faces`` (F, 3) are those given, and ``merged`` (F, 3) the same faces over the welded ``points`` (V, 3). Parts are
+    separated by the given vertex numbers or, if that fails, by the winding of the faces.
     """
     import trimesh
 
@@ -155,7 +161,7 @@ def _told_apart(points: Float, faces: Int, merged: Int) -> tuple[trimesh.Trimesh
 
 
 def _joined(solid: trimesh.Trimesh, report: MeshReport) -> tuple[trimesh.Trimesh, MeshReport]:
-    """One solid of the closed parts that touch or overlap."""
+    """Join the closed parts that touch or overlap to one solid."""
     import trimesh
 
     found = joined(np.array(solid.vertices), np.array(solid.faces, dtype=np.int64))
@@ -166,14 +172,14 @@ def _joined(solid: trimesh.Trimesh, report: MeshReport) -> tuple[trimesh.Trimesh
 
 
 def _oriented(solid: trimesh.Trimesh, report: MeshReport) -> MeshReport:
-    """Wind neighbouring faces alike, then every piece outward, in place."""
+    """Wind neighbouring faces consistently, then every piece outward, in place; return the completed report."""
     faces = np.array(solid.faces, dtype=np.int64)
     count = len(faces)
     edges = Edges.of(faces, len(solid.vertices))
     first = edges.first[edges.shared == 2]
     one, two = edges.sides[first], edges.sides[first + 1]
     starts = faces.ravel()
-    against = starts[one] == starts[two]  # neighbours wound alike run along their edge in opposite senses
+    against = starts[one] == starts[two]  # neighbours that are wound alike traverse their edge in opposite directions
     one, two = one // 3, two // 3
     graph = coo_matrix((np.ones(len(one)), (one, two)), shape=(count, count)).tocsr()
     pieces, label = connected_components(graph, directed=False)
@@ -197,7 +203,7 @@ def _oriented(solid: trimesh.Trimesh, report: MeshReport) -> MeshReport:
 
 
 def _parity(graph: csr_matrix, one: Int, two: Int, against: Bool, labels: Int, pieces: int) -> Bool:
-    """(F,) faces to turn so that neighbours agree; in each piece those that are fewer."""
+    """Mark the faces (F,) to flip so that neighbours agree; in each piece, the minority is flipped."""
     count = graph.shape[0]
     differ = coo_matrix((np.where(against, 2.0, 1.0), (one, two)), shape=(count, count)).tocsr()
     differ = (differ + differ.T).tocsr()
@@ -213,10 +219,10 @@ def _parity(graph: csr_matrix, one: Int, two: Int, against: Bool, labels: Int, p
 
 
 def _turn_pieces(vertices: Float, faces: Int, flip: Bool, labels: Int, closed: Bool) -> bool:
-    """Turn pieces that are inside out, in ``flip`` (F,); whether it is known of all which side is the inside.
+    """Mark in ``flip`` (F,) the pieces that are inside out; tell whether the inside of all pieces is known.
 
-    ``labels`` (F,) number the pieces, ``closed`` (pieces,) those without a rim. A closed shell inside another stays as
-    it is: it is a cavity. An open piece is turned by the volume that it nearly bounds.
+    ``labels`` (F,) is the piece of each face, and ``closed`` (pieces,) tells which pieces have no rim. A closed shell
+    inside another one is a cavity and stays as it is. An open piece is judged by the volume that it nearly encloses.
     """
     sign = np.where(flip, -1.0, 1.0)
     corners = vertices[faces]

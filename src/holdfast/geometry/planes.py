@@ -1,4 +1,4 @@
-"""Flat regions of noisy scans: found by growing, fitted, and made flat, so that contact sees faces, not rubble."""
+"""Flat regions of noisy scans, found by region growing and moved onto fitted planes, so that contacts are faces."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.geometry.hygiene import PlaneFit
 from holdfast.geometry.surface import Surface
 
-BAND = 3.0  # standard deviations that a vertex may be from the plane of its region
-SMOOTHED = np.cos(np.radians(25))  # smoothed normals of a region stay this close to its plane's
-ABSORBED = np.cos(np.radians(60))  # and raw normals this close, where a region is filled up to its edges
+BAND = 3.0  # [standard deviations] largest distance of a vertex from the plane of its region
+SMOOTHED = np.cos(np.radians(25))  # cosine of the largest angle between smoothed normals and the plane's normal
+ABSORBED = np.cos(np.radians(60))  # the same for raw normals, when a region is extended to its edges
 LEAST_FACES = 24
-LEAST_ACROSS = 15.0  # standard deviations: a smaller region cannot be told from noise
-MOST_RESIDUAL = 1.3  # standard deviations, root mean square: a bulge that fills the band has 1.7
-BULGE = 0.5  # standard deviations between the middle of a region and its rim, on average
-ROUNDS = 6  # of growing and fitting
+LEAST_ACROSS = 15.0  # [standard deviations] a region that is smaller cannot be distinguished from noise
+MOST_RESIDUAL = 1.3  # [standard deviations] largest root mean square residual; a bulge that fills the band has 1.7
+BULGE = 0.5  # [standard deviations] largest mean height difference between the inner and the outer half of a region
+ROUNDS = 6  # number of rounds of growing and fitting
 
 
 def flattened(surface: Surface, noise: float) -> tuple[Surface, tuple[PlaneFit, ...]]:
-    """The surface with the vertices of its flat regions moved onto their planes, and those planes, largest first.
+    """Return the surface with the vertices of its flat regions moved onto their planes; and the planes, largest first.
 
-    Vertices where regions meet move onto all of their planes, to the nearest such point. ``noise`` [m] is the standard
+    A vertex where regions meet is moved to the nearest point on all of their planes. ``noise`` [m] is the standard
     deviation of the vertices.
     """
     mesh = _Patchwork(surface, noise)
@@ -87,7 +87,7 @@ class _Patchwork:
         np.maximum.at(self.unevenness, two, 1 - agreement)
 
     def fitted(self, members: Int) -> tuple[Float, float]:
-        """The plane nearest to the corners of faces, weighted by area: unit normal (3,), outward, and offset [m]."""
+        """Fit a plane to the corners of faces, weighted by area; return its outward unit normal (3,) and offset [m]."""
         points, weights = self.corners[members].reshape(-1, 3), np.repeat(self.area[members], 3)
         centre = (weights[:, None] * points).sum(0) / weights.sum()
         spread = (points - centre) * np.sqrt(weights)[:, None]
@@ -97,7 +97,7 @@ class _Patchwork:
         return normal, float(centre @ normal)
 
     def grown(self, seed: int, label: Int) -> tuple[Int, Float, float]:
-        """Faces reached from a seed that lie within the band of the plane fitted to them, and that plane."""
+        """Grow a region from a seed within the band of a plane fitted to it; return faces, normal and offset [m]."""
         ring = np.array([seed])
         for _ in range(3):
             ring = np.union1d(ring, self.neighbours[ring].indices)
@@ -117,7 +117,7 @@ class _Patchwork:
         return members, normal, offset
 
     def flat(self, members: Int, normal: Float, offset: float) -> bool:
-        """Whether a region is large against the noise, and its residual is no more than noise."""
+        """Tell whether a region is large compared with the noise and its residual is no more than noise."""
         if len(members) < LEAST_FACES or self.area[members].sum() < (LEAST_ACROSS * self.noise) ** 2:
             return False
         away = self.corners[members] @ normal - offset
@@ -125,7 +125,7 @@ class _Patchwork:
         return residual <= MOST_RESIDUAL * self.noise and self.bulge(members, normal) <= BULGE * self.noise
 
     def bulge(self, members: Int, normal: Float) -> float:
-        """How much higher the inner half of a region lies than the outer half, on average [m]: 0 on a plane."""
+        """Return the mean height difference [m] of the inner and the outer half of a region; 0 on a plane."""
         centre = (self.area[members, None] * self.centres[members]).sum(0) / self.area[members].sum()
         arm = self.centres[members] - centre
         height = arm @ normal
@@ -134,7 +134,7 @@ class _Patchwork:
         return float(abs(height[inner].mean() - height[~inner].mean())) if not inner.all() else 0.0
 
     def fill(self, label: Int, planes: list[tuple[Float, float]]) -> None:
-        """Grow every region over loose neighbours within its band, up to where it meets others, in place."""
+        """Extend every region over unassigned neighbours within its band until it meets other regions, in place."""
         for number, (normal, offset) in enumerate(planes):
             members = np.flatnonzero(label == number)
             within = (np.abs(self.corners @ normal - offset) <= BAND * self.noise).all(1)
@@ -143,7 +143,7 @@ class _Patchwork:
 
 
 def _reached(neighbours: csr_matrix, seed: int, allowed: Bool) -> Int:
-    """Faces connected to a seed through allowed ones."""
+    """Return the faces that are connected to a seed through allowed faces."""
     if not allowed[seed]:
         return np.empty(0, dtype=np.int64)
     seen = np.zeros(len(allowed), dtype=bool)
@@ -156,8 +156,8 @@ def _reached(neighbours: csr_matrix, seed: int, allowed: Bool) -> Int:
     return np.flatnonzero(seen)
 
 
-def _snap(vertices: Float, faces: Int, label: Int, planes: list[tuple[Float, float]], reach: float) -> None:
-    """Move the vertices of labelled faces onto their planes, in place; none further than twice ``reach``."""
+def _snap(vertices: Float, faces: Int, label: Int, planes: list[tuple[Float, float]], band: float) -> None:
+    """Move the vertices of labelled faces onto their planes, in place; none farther than twice ``band`` [m]."""
     pairs = np.unique(np.column_stack([faces.ravel(), np.repeat(label, 3)]), axis=0)
     pairs = pairs[pairs[:, 1] >= 0]
     owners: dict[int, list[int]] = {}
@@ -168,4 +168,4 @@ def _snap(vertices: Float, faces: Int, label: Int, planes: list[tuple[Float, flo
         gaps = np.array([planes[n][1] for n in numbers]) - normals @ vertices[vertex]
         move = np.linalg.lstsq(normals, gaps, rcond=0.2)[0]
         length = float(np.linalg.norm(move))
-        vertices[vertex] += move * min(1.0, 2 * reach / max(length, 1e-300))
+        vertices[vertex] += move * min(1.0, 2 * band / max(length, 1e-300))

@@ -15,30 +15,30 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.tiling import tiled
 
-SCATTERED = 32  # parts of a union from which on they are widened one by one; a fan of 720 needles has 570
+SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
 
 
 def turned(ring: Float, first: int) -> Float:
-    """The rows of a ring (k, ...) from number ``first`` on, and then those before it.
-
-    ``np.roll`` takes five times as long, and scans and pallets have many patches.
-    """
+    """Return the rows of a ring (k, ...) rotated so that row ``first`` comes first; five times as fast as np.roll."""
     return np.concatenate((ring[first:], ring[:first]))
 
 
 def signed_area(ring: Float) -> float:
-    """Area of a ring (k, 2), positive when counter-clockwise."""
+    """Return the area of a ring (k, 2), positive if it is counter-clockwise."""
     x, y = ring.T
     return float(np.dot(x, turned(y, 1)) - np.dot(turned(x, 1), y)) / 2
 
 
 def oriented(ring: Float, *, clockwise: bool = False) -> Float:
-    """The ring (k, 2), counter-clockwise unless asked otherwise."""
+    """Return the ring (k, 2) in counter-clockwise order, or in clockwise order if ``clockwise``."""
     return np.asarray(ring[::-1] if (signed_area(ring) < 0) != clockwise else ring)
 
 
 def polynomial_moments(rings: Sequence[Float]) -> Float:
-    """(6,) integrals of 1, x, y, x², xy, y² over a polygon; outer ring counter-clockwise, holes clockwise (Green)."""
+    """Return the integrals (6,) of 1, x, y, x², xy, y² over a polygon.
+
+    Its outline is counter-clockwise, and its holes are clockwise.
+    """
     total = np.zeros(6)
     for ring in rings:
         _add_moments(ring, total)
@@ -48,7 +48,7 @@ def polynomial_moments(rings: Sequence[Float]) -> Float:
 @compiled
 @lean
 def _add_moments(ring: Float, total: Float) -> None:
-    """Add the integrals over a ring (k, 2), positive when counter-clockwise, to ``total`` (6,)."""
+    """Add the integrals over a ring (k, 2), positive if counter-clockwise, to ``total`` (6,), by Green's theorem."""
     for i in range(len(ring)):
         j = i + 1 if i + 1 < len(ring) else 0
         x, y, u, v = ring[i, 0], ring[i, 1], ring[j, 0], ring[j, 1]
@@ -62,10 +62,12 @@ def _add_moments(ring: Float, total: Float) -> None:
 
 
 def distance_moment(rings: Sequence[Float], centre: Float) -> float:
-    """Integral of the distance to ``centre`` over a polygon: the arm of uniform friction against twisting about it.
+    """Return the integral of the distance to ``centre`` (2,) over a polygon.
 
-    Each edge spans a triangle with the centre; with h its distance and s the coordinate along it, that triangle
-    contributes [h s sqrt(h² + s²) + h³ asinh(s/h)] / 6 between the edge's ends, signed by its sense.
+    It is the lever arm, times the area, of uniform friction against twisting about the centre. Each edge spans a
+    triangle with the centre. With h the distance of the edge from the centre and s the coordinate along it, the
+    triangle contributes the difference of [h s sqrt(h² + s²) + h³ asinh(s/h)] / 6 between the ends of the edge, signed
+    by its orientation.
     """
     total = 0.0
     for ring in rings:
@@ -85,7 +87,7 @@ def distance_moment(rings: Sequence[Float], centre: Float) -> float:
 
 
 def without_collinear(ring: Float, tolerance: float) -> Float:
-    """The ring (k, 2) without vertices nearer than ``tolerance`` to the line through their neighbours."""
+    """Return the ring (k, 2) without vertices that are within ``tolerance`` of the line through their neighbours."""
     before, after = turned(ring, -1), turned(ring, 1)
     chord, back = after - before, ring - before
     area = np.abs(chord[:, 0] * back[:, 1] - chord[:, 1] * back[:, 0])
@@ -101,28 +103,29 @@ def without_collinear(ring: Float, tolerance: float) -> Float:
             i += 1
             continue
         del points[i]
-        i = 0 if i == len(points) else max(i - 1, 0)  # nothing before the vertex before it has other neighbours now
+        i = 0 if i == len(points) else max(i - 1, 0)  # only the previous vertex has a new neighbour
     return np.array(points)
 
 
 def shapely_polygon(rings: Sequence[Float]) -> shapely.Polygon:
-    """The polygon with the first ring as outline and the others as holes."""
+    """Return the polygon with the first ring as outline and the others as holes."""
     return shapely.Polygon(rings[0], list(rings[1:]))
 
 
 def inside(polygon: shapely.Polygon, points: Float) -> Bool:
-    """(n,) whether points (n, 2) lie in the polygon, its boundary included."""
+    """Tell which points (n, 2) lie in the polygon or on its boundary."""
     return np.asarray(shapely.intersects_xy(polygon, points[:, 0], points[:, 1]))
 
 
 def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: float) -> list[list[Float]]:
-    """The union of polygons [outline, holes ...] of (k, 2), as [outline counter-clockwise, holes clockwise].
+    """Return the union of polygons as a list of polygons [outline counter-clockwise, holes clockwise ...].
 
-    Pieces clipped one by one miss each other along shared edges by rounding, and some are so thin that their corners
-    are out of order: they are joined on a grid finer than ``tolerance``, the union is widened by ``tolerance``, which
-    closes hairlines, and narrowed again with square corners; every vertex is then moved onto the piece's corner that it
-    came from. Where many still miss each other, they are widened one by one before they are joined: the union of 720
-    needles took half a minute to be widened. Holes narrower than ``smallest_hole`` are left-out pieces, not holes.
+    ``pieces`` are polygons [outline, holes ...] of rings (k, 2). Pieces that were clipped one by one do not quite meet
+    along shared edges, because of rounding, and some are so thin that their corners are out of order. They are joined
+    on a grid finer than ``tolerance``. The union is widened by ``tolerance``, which closes hairline gaps, and narrowed
+    again with mitred corners, and every vertex is moved back to the corner of a piece from which it came. If the union
+    still has many parts, the pieces are widened before they are joined, because widening a union of 720 needles takes
+    half a minute. Holes narrower than ``smallest_hole`` are filled: small pieces are missing there.
     """
     if len(pieces) == 1:
         return rings_of(shapely_polygon(pieces[0]), tolerance, smallest_hole)
@@ -145,21 +148,26 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
         found = [(np.asarray(d), k) for d, k in (nearest.query(ring) for ring in rings)]
         restored = zip(rings, found, strict=True)
         rings = [np.where(d[:, None] <= 4 * tolerance, corners[k], ring) for ring, (d, k) in restored]
-        if shapely_polygon(rings).area > 2 * tolerance * np.ptp(rings[0], axis=0).max():  # else a hair between pieces
+        if (
+            shapely_polygon(rings).area > 2 * tolerance * np.ptp(rings[0], axis=0).max()
+        ):  # otherwise a sliver between pieces
             result.append(rings)
     return result
 
 
 def _polygons(pieces: Sequence[Sequence[Float]]) -> NDArray[np.object_]:
-    """The polygons (n,) of pieces [outline, holes ...], made in two calls: one by one they take longer than to join."""
+    """Return the polygons (n,) of pieces [outline, holes ...], made in two calls, as one call for each is slow."""
     rings = [ring for piece in pieces for ring in piece]
     owner = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
-    closed: Any = shapely.linearrings(np.vstack(rings), indices=owner)  # shapely's types know no rings here
+    closed: Any = shapely.linearrings(np.vstack(rings), indices=owner)  # shapely's stubs do not mention rings here
     return np.asarray(shapely.polygons(closed, indices=np.repeat(np.arange(len(pieces)), [len(p) for p in pieces])))
 
 
 def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float) -> list[list[Float]]:
-    """The polygons of a geometry as [outline counter-clockwise, holes clockwise, ...], without straight corners."""
+    """Return the polygons of a geometry as [outline counter-clockwise, holes clockwise ...].
+
+    Holes narrower than ``smallest_hole`` are left out.
+    """
     result = []
     for part in getattr(geometry, "geoms", [geometry]):
         if not isinstance(part, shapely.Polygon) or part.is_empty or not part.area > 0:
@@ -177,7 +185,10 @@ def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float)
 @compiled
 @lean
 def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
-    """Keep the part of a polygon where a x + b y + c >= 0 (Sutherland-Hodgman); ``kept`` is scratch memory."""
+    """Clip a polygon in place to a x + b y + c >= 0 and return its number of corners (Sutherland-Hodgman).
+
+    The first ``count`` rows of ``corners`` are used; ``kept`` is scratch memory.
+    """
     n = 0
     for i in range(count):
         j = i + 1 if i + 1 < count else 0

@@ -1,4 +1,4 @@
-"""Where a ray meets triangles."""
+"""Intersection of a ray with triangles."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 
-_FLAT = 1e-12  # of the product of the sides' lengths: a triangle as nearly edge on as this is not met
+_FLAT = 1e-12  # relative volume below which a triangle is seen edge-on and counts as missed
 
 
 class Hit(NamedTuple):
-    """The triangle that a ray meets first, and the distance [in lengths of the direction] along it."""
+    """The triangle that a ray meets first, by number, and the distance along the ray, in lengths of its direction."""
 
     triangle: int
     distance: float
 
 
 def first_hit(vertices: Float, triangles: Int, origin: Float, direction: Float) -> Hit | None:
-    """Return where a ray from ``origin`` (3,) along ``direction`` (3,) first meets triangles (T, 3), or None.
+    """Return where a ray from ``origin`` (3,) along ``direction`` (3,) first meets ``triangles`` (T, 3), or None.
 
-    Both sides of a triangle count, and so do its edges (Möller and Trumbore 1997, with a rim of 1e-9 for rounding).
+    Triangles are met from both sides, their edges included (Möller and Trumbore 1997, with a margin of 1e-9 for
+    rounding).
     """
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     ab, ac, off = b - a, c - a, origin - a

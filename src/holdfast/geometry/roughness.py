@@ -1,4 +1,4 @@
-"""How rough a surface is: what its vertices scatter about the smooth surface through their neighbours."""
+"""The roughness of a surface: the scatter of its vertices about smooth surfaces fitted to their neighbourhoods."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from holdfast.base.arrays import Float, Int
 from holdfast.geometry.topology import Topology
 
 LEAST_VERTICES = 100  # a mesh with fewer vertices is a drawing, not a scan
-SAMPLES = 250  # the most vertices at which the scatter is measured
+SAMPLES = 250  # largest number of vertices at which the scatter is measured
 LEAST_SAMPLES = 20
-SMOOTH = float(np.cos(np.radians(15)))  # normals in a neighbourhood stay this close to their mean, away from edges
-LEAST_AROUND, MOST_AROUND = 10, 60  # vertices in two rings, to which a quadric with 6 coefficients is fitted
-EXACT = 5e-5  # scatter over the size of the surface up to which it is rounding, or the facets of a smooth shape
+SMOOTH = float(np.cos(np.radians(15)))  # cosine of the largest angle to the mean normal in an even neighbourhood
+LEAST_AROUND, MOST_AROUND = 10, 60  # number of vertices in two rings, to which a quadric (6 coefficients) is fitted
+EXACT = 5e-5  # relative to the size of the surface; less scatter is rounding, or due to the facets of a smooth shape
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,8 @@ class Roughness:
     """The scatter of a scanned surface.
 
     ``height`` [m] is the standard deviation of its vertices about the smooth surface, and ``slope`` [-] is that of its
-    facets: the height over the length of an edge. Both are 0 for a surface without scatter, such as a CAD model.
+    facets, that is the height over the median length of an edge. Both are 0 for a surface without scatter, such as a
+    CAD model.
     """
 
     height: float
@@ -35,9 +36,9 @@ NONE = Roughness(0.0, 0.0)
 def roughness_of(vertices: Float, faces: Int, areas: Float, normals: Float, topology: Topology) -> Roughness:
     """Measure the roughness of a triangle surface: vertices (V, 3) [m], faces (F, 3), areas (F,), unit normals (F, 3).
 
-    A quadric is fitted to the two rings of neighbours of a vertex. What is left of their heights over it is scatter: of
-    a smooth surface it vanishes with the third power of the edges' length, and it is exactly 0 on a plane. The median
-    over many vertices counts, and vertices near edges and small features do not.
+    A quadric is fitted to the two rings of neighbours of a vertex, and the residual is the scatter. It is exactly 0 on
+    a plane, and on a smooth surface it vanishes with the third power of the edge length. The median over many vertices
+    is taken, leaving out vertices near sharp edges and small features.
     """
     if len(vertices) < LEAST_VERTICES:
         return NONE

@@ -1,4 +1,4 @@
-"""Closed surfaces as solids that can be united, cut and simplified."""
+"""Closed surfaces as solids (manifold3d), for unions, intersections and simplification."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 def closed_solid(vertices: Float, faces: Int) -> manifold3d.Manifold | None:
-    """Return the solid that vertices (V, 3) [m] and faces (F, 3), wound outward, bound; None if they bound none."""
+    """Return the solid with the surface ``vertices`` (V, 3) [m] and ``faces`` (F, 3); None if that is not closed.
+
+    Faces are wound outward.
+    """
     import manifold3d
 
     mesh = manifold3d.Mesh64(np.array(vertices, order="C"), np.array(faces, dtype=np.uint64, order="C"))

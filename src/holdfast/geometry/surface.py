@@ -20,18 +20,18 @@ from holdfast.geometry.roughness import NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import SMOOTH, Topology
 
-STRAIGHT = 1e-8  # of its size: how far a surface may bend and still count as flat when triangles are left out
-HUB = 64  # spokes: a fan with more is cut anew before it is reduced
+STRAIGHT = 1e-8  # largest change of a surface when triangles are removed from it, relative to its size
+HUB = 64  # a vertex with more faces is the hub of a fan, which is triangulated differently before it is reduced
 
 
 @archived
 @shaped(vertices="V 3", faces="F 3")
 @dataclass(frozen=True, eq=False, repr=False)
 class Surface(Value):
-    """Triangles with outward normals: vertices (V, 3) [m], faces (F, 3).
+    """A surface of triangles with outward normals: ``vertices`` (V, 3) [m] and ``faces`` (F, 3).
 
-    ``sagitta`` [m]: how far the triangles lie inside the curved surface they stand for; ``oriented``: whether it is
-    known which side is the inside.
+    ``sagitta`` [m] is the largest distance by which the triangles lie inside the curved surface that they represent.
+    ``oriented`` is True if it is known which side is the inside.
     """
 
     vertices: Float
@@ -43,72 +43,73 @@ class Surface(Value):
         seal(self)
 
     def shared(self) -> Surface:
-        """Itself, or the same surface that is in use already: what follows from it is worked out once for all of them.
+        """Return an equal surface that is already in use, or this one, so that derived properties are computed once.
 
-        Fifty tins of one mesh are one surface, whatever files they come from.
+        Fifty tins with the same mesh share one surface, whatever files they come from.
         """
         key = (self.vertices.tobytes(), self.faces.tobytes(), self.sagitta, self.oriented)
         return _IN_USE.setdefault(key, self)
 
     @cached_property
     def normals(self) -> Float:
-        """(F, 3) unit outward normals."""
+        """The outward unit normals (F, 3)."""
         return frozen(normals_of(self.vertices, self.faces))
 
     @cached_property
     def areas(self) -> Float:
-        """(F,) [m²]."""
+        """The areas (F,) [m²] of the triangles."""
         return frozen(areas_of(self.vertices, self.faces))
 
     @property
     def area(self) -> float:
-        """Of all triangles [m²]."""
+        """The total area [m²]."""
         return float(self.areas.sum())
 
     @cached_property
     def diagonal(self) -> float:
-        """Diagonal of the bounding box in the body frame [m], which no pose changes."""
+        """The diagonal [m] of the bounding box in the body frame; it does not depend on the pose."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
     @cached_property
     def thickness(self) -> float:
-        """Smallest side of the bounding box in the body frame [m]."""
+        """The smallest side [m] of the bounding box in the body frame."""
         return float(np.ptp(self.vertices, axis=0).min())
 
     @cached_property
     def topology(self) -> Topology:
-        """Its edges and neighbours."""
+        """The edges of the surface, and the neighbours of its faces and vertices."""
         return Topology.of(self.vertices, self.faces, self.normals)
 
     @cached_property
     def roughness(self) -> Roughness:
-        """How much its vertices scatter; nothing where ``sagitta`` says how the triangles lie in a smooth surface."""
+        """The scatter of the vertices; none if the surface is a tessellation with a known ``sagitta``."""
         if self.sagitta > 0:
             return NONE
         return roughness_of(self.vertices, self.faces, self.areas, self.normals, self.topology)
 
     @cached_property
     def curved(self) -> Bool:
-        """(F,) which triangles stand for a curved surface: none of a rough one, whose bends scatter."""
+        """Which triangles (F,) represent a curved surface; none on a rough surface, where angles are random."""
         if self.roughness.slope:
             return np.zeros(len(self.faces), dtype=bool)
         return frozen(curved_faces(self.vertices, self.faces, self.areas, self.topology))
 
     @cached_property
-    def crisp(self) -> Int:
-        """(n,) its sharp edges that stick out, but for those that bound a curved surface."""
+    def sharp_edges(self) -> Int:
+        """The numbers (n,) of the convex sharp edges that do not bound a curved face."""
         bend, sides = self.topology.bend, self.topology.sides
         sharp = np.flatnonzero((bend >= SMOOTH) & np.isfinite(bend))
         return frozen(sharp[~self.curved[sides[sharp]].any(1)])
 
     @cached_property
     def reduced(self) -> Surface:
-        """The same surface with as few triangles as its flat faces need; itself where it does not close.
+        """The same surface with as few triangles as its flat faces need, if it is closed.
 
-        Only vertices inside flat faces and along straight edges go; the others stay where they are.
+        Only vertices inside flat faces and along straight edges are removed; the others stay where they are. Large
+        convex faces are triangulated for fast search.
         """
         size = float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
-        # taking out the hub of a fan is slow
+        # removing the hub of a fan is slow
         start = self._balanced() if np.bincount(self.faces.ravel()).max(initial=0) > HUB else self
         solid = closed_solid(start.vertices, start.faces)
         if solid is None:
@@ -121,7 +122,7 @@ class Surface(Value):
         return replace(self, vertices=vertices, faces=faces)._balanced()
 
     def _balanced(self) -> Surface:
-        """The same surface, its large convex faces cut so that they are searched fast."""
+        """Return the same surface with its large convex faces triangulated for fast search."""
         if not self.facets.rings:
             return self
         faces = balanced(self.vertices, self.faces, self.facets)
@@ -130,7 +131,7 @@ class Surface(Value):
 
     @cached_property
     def cuboid(self) -> Cuboid | None:
-        """The cuboid that it bounds, however many triangles its faces consist of; None if it bounds something else."""
+        """The cuboid with this surface, however its faces are triangulated; None if it is not a cuboid."""
         reduced = self.reduced
         if len(reduced.vertices) != 8 or not (self.oriented and reduced.topology.closed):
             return None
@@ -138,7 +139,7 @@ class Surface(Value):
 
     @cached_property
     def facets(self) -> Facets:
-        """Its flat faces of many triangles."""
+        """The flat faces that consist of many triangles."""
         return Facets.of(self.vertices, self.faces, self.normals, self.topology)
 
 

@@ -1,9 +1,9 @@
 """How far a body can move along a straight line before it touches another one, exactly for triangle meshes.
 
-Along every line in the direction of the motion the moving body leaves through its front faces (n · d > 0) and runs
-into back faces (n · d < 0) of what stands still. Seen along d, a front triangle and a back triangle share a convex
-polygon on which their distance along d is linear: it is least at a corner, which is a vertex of one over the face of
-the other, or a crossing of two edges. Faces along d, such as the side walls of a drawer, cannot stop it.
+Let d be the direction of the motion. Front faces of the moving body (n · d > 0) can only run into back faces
+(n · d < 0) of the body that stands still. Seen along d, a front triangle and a back triangle share a convex polygon, on
+which their distance along d is linear. It is least at a corner of the polygon: a vertex of one triangle over the other,
+or a crossing of two edges. Faces parallel to d, such as the side walls of a drawer, cannot stop the motion.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from holdfast.base.rigid import tangents
 from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 
-ROUNDING = 1e-9  # of the size: how wide an overlap of two outlines may be by rounding
-HAIRLINE = 1e-3  # of the tolerance: slits this wide are closed
-CORNER = 16  # straight pieces that stand for a quarter of a circle where an outline is widened or narrowed
-MOST_CORNERS = 8  # of the intersection of two triangles, cut once more
+ROUNDING = 1e-9  # relative to the size of the body: a narrower overlap of two outlines is rounding
+HAIRLINE = 1e-3  # relative to the tolerance: gaps up to this width between triangles are closed
+CORNER = 16  # number of segments of a quarter circle where an outline is widened or narrowed
+MOST_CORNERS = 8  # largest number of corners of the intersection of two triangles, clipped by one more line
 
 
 class Faces(NamedTuple):
-    """Triangles (F, 3, 3) in coordinates (across, across, along d) with their boxes ``low``, ``high`` (F, 3)."""
+    """Triangles (F, 3, 3) [m] and their boxes ``low``, ``high`` (F, 3) in a frame whose third axis is d."""
 
     triangles: Float
     low: Float
@@ -37,39 +37,39 @@ class Faces(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Swept(Value):
-    """A surface as seen along the unit vector ``direction`` (3,): what of it runs ahead, and what can be run into."""
+    """A surface with its front and back faces as seen along the unit vector ``direction`` (3,)."""
 
     surface: Surface
     direction: Float
 
     @cached_property
     def corners(self) -> Float:
-        """(V, 3) coordinates across (two) and along the direction [m]."""
+        """The vertices (V, 3) [m] in a frame whose third axis is the direction."""
         axes = np.column_stack([*tangents(self.direction), self.direction])
         return frozen(np.ascontiguousarray(self.surface.vertices @ axes))
 
     @cached_property
     def low(self) -> Float:
-        """(3,) lowest coordinates."""
+        """The lowest coordinates (3,) [m] in this frame."""
         return frozen(self.corners.min(0))
 
     @cached_property
     def high(self) -> Float:
-        """(3,) highest coordinates."""
+        """The highest coordinates (3,) [m] in this frame."""
         return frozen(self.corners.max(0))
 
     @cached_property
     def front(self) -> Faces:
-        """Faces that look ahead."""
+        """The faces whose normals point forward."""
         return self._facing(1.0)
 
     @cached_property
     def back(self) -> Faces:
-        """Faces that look back."""
+        """The faces whose normals point backward."""
         return self._facing(-1.0)
 
     def _facing(self, sense: float) -> Faces:
-        """Faces that look along ``sense`` d; both sides of a sheet where the inside is not known."""
+        """Return the faces whose normals point along ``sense`` · d, or all faces if the inside is not known."""
         t = self.corners[self.surface.faces]
         u, w = t[:, 1, :2] - t[:, 0, :2], t[:, 2, :2] - t[:, 0, :2]
         area = u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]
@@ -82,18 +82,18 @@ class Swept(Value):
 
 
 def first_hit(moving: Surface, still: Surface, direction: Float, tolerance: float = 0.0) -> float:
-    """How far [m] ``moving`` travels along ``direction`` (3,) until it touches ``still``; inf where it never does.
+    """Return how far [m] ``moving`` travels along ``direction`` (3,) until it hits ``still``; inf if it never does.
 
-    ``tolerance`` [m] is how far apart or into each other two surfaces may lie and still count as touching: they may
-    overlap by so much along the way, sideways as ahead, so a wall that it slides along stops nothing. Contacts that the
-    motion opens never count. What is no further ahead than that touches already: 0. With 0 the distance is exact.
+    ``tolerance`` [m] is the overlap, sideways or ahead, that does not count as a hit, so that a wall along which the
+    body slides does not stop it. Contacts that the motion opens never count. The result is 0 if the obstacle is no
+    farther ahead than the tolerance. With a tolerance of 0 the distance is exact.
     """
     d = unit(np.asarray(direction, dtype=np.float64))
     return hit_distance(Swept(moving, d), Swept(still, d), tolerance)
 
 
 def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
-    """``first_hit`` for surfaces that were made ready for one direction, so that many pairs share that work."""
+    """Return ``first_hit`` of two surfaces that were prepared for one direction; for many pairs this saves work."""
     size = float(np.max(moving.high - moving.low))
     narrow = max(tolerance, ROUNDING * size)
     across = np.minimum(moving.high, still.high)[:2] - np.maximum(moving.low, still.low)[:2]
@@ -107,24 +107,25 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
     ahead = ahead[order]
 
     def wide(count: int) -> bool:
-        # widened and narrowed: no slits between triangles
+        # widening and narrowing closes the gaps between triangles
         whole = shapely.buffer(_union(outlines[:count], HAIRLINE * narrow), HAIRLINE * narrow, quad_segs=CORNER)
         return not shapely.is_empty(shapely.buffer(whole, -(0.5 + HAIRLINE) * narrow, quad_segs=CORNER))
 
     if not wide(len(ahead)):
         return np.inf
-    low, high, probe = 0, len(ahead), 1  # the first ``low`` pieces are too narrow to stop it, the first ``high`` do
+    # invariant: the first ``low`` pieces are too narrow to stop it, the first ``high`` are not
+    low, high, probe = 0, len(ahead), 1
     while high - low > 1:
         low, high = (low, probe) if wide(probe) else (probe, high)
-        probe = min(2 * probe, (low + high) // 2)  # what comes first is mostly wide enough
+        probe = min(2 * probe, (low + high) // 2)  # the first pieces are usually wide enough
     distance = float(ahead[high - 1])
     return distance if distance > narrow else 0.0
 
 
 def _least(moving: Swept, still: Swept, tolerance: float, narrow: float) -> float:
-    """The distance ahead [m] from which on a back face counts: those further behind have been passed.
+    """Return the least distance ahead [m] at which a back face counts; one further behind was passed already.
 
-    Where the inside is not known, contacts at 0 may just as well be opening: they do not count.
+    If the inside of a surface is not known, a contact at distance 0 may just as well be opening and does not count.
     """
     known = moving.surface.oriented and still.surface.oriented
     return -max(tolerance, narrow) if known else max(tolerance, narrow)
@@ -135,7 +136,7 @@ def _polygons(pieces: Float, corners: Int) -> list[shapely.Geometry]:
 
 
 def _union(outlines: list[shapely.Geometry], fine: float) -> shapely.Geometry:
-    """The union of polygons; on a grid of ``fine`` [m] where edges that nearly coincide defeat the exact one."""
+    """Return the union of polygons; if nearly coincident edges make that fail, on a grid of ``fine`` [m]."""
     try:
         return shapely.union_all(outlines)
     except shapely.GEOSException:
@@ -147,9 +148,10 @@ def _union(outlines: list[shapely.Geometry], fine: float) -> shapely.Geometry:
 def _shared(
     ours: Float, low: Float, high: Float, theirs: Float, low_b: Float, high_b: Float, least: float
 ) -> tuple[Float, Int, Float]:
-    """Pieces (m, 8, 2) that a front and a back triangle share seen along d, their corners (m,), distance ahead (m,).
+    """Return the polygons that front and back triangles share, seen along d, and how far ahead the back triangles are.
 
-    Only the parts where the back triangle lies at least ``least`` ahead.
+    Returns the polygons (m, MOST_CORNERS, 2), their numbers of corners (m,) and the least distances (m,) [m]. Only the
+    parts count where the back triangle is at least ``least`` [m] ahead.
     """
     order = np.argsort(low_b[:, 0])
     starts = low_b[order, 0].copy()
@@ -175,7 +177,7 @@ def _shared(
                 farthest = max(farthest, side[k])
             if count < 3 or farthest <= 0.0:
                 continue
-            count = _cut(polygon, count, side, other)
+            count = _clipped(polygon, count, side, other)
             nearest = np.inf
             for k in range(count):
                 polygon[k] = other[k]
@@ -196,7 +198,7 @@ def _shared(
 @compilable
 @lean
 def _common(ours: Float, theirs: Float, polygon: Float, other: Float, side: Float) -> int:
-    """The intersection of two triangles seen along d, into ``polygon``; returns its corners (Sutherland & Hodgman)."""
+    """Write the intersection of two triangles seen along d into ``polygon``; return its number of corners."""
     turn = 1.0 if _turn(theirs[0], theirs[1], theirs[2]) > 0 else -1.0
     count = 3
     for k in range(3):
@@ -204,7 +206,7 @@ def _common(ours: Float, theirs: Float, polygon: Float, other: Float, side: Floa
     for e in range(3):
         for k in range(count):
             side[k] = turn * _turn(theirs[e], theirs[(e + 1) % 3], polygon[k])
-        count = _cut(polygon, count, side, other)
+        count = _clipped(polygon, count, side, other)
         for k in range(count):
             polygon[k, 0], polygon[k, 1] = other[k, 0], other[k, 1]
     return count
@@ -212,8 +214,8 @@ def _common(ours: Float, theirs: Float, polygon: Float, other: Float, side: Floa
 
 @compilable
 @lean
-def _cut(polygon: Float, count: int, side: Float, out: Float) -> int:
-    """The part of a convex polygon on whose corners ``side`` is positive, into ``out``; returns its corners."""
+def _clipped(polygon: Float, count: int, side: Float, out: Float) -> int:
+    """Clip a convex polygon where ``side``, given at its corners, is positive, to ``out``; return its corner count."""
     kept = 0
     for k in range(count):
         m = k + 1 if k + 1 < count else 0
@@ -231,14 +233,14 @@ def _cut(polygon: Float, count: int, side: Float, out: Float) -> int:
 @compilable
 @lean
 def _turn(a: Float, b: Float, c: Float) -> float:
-    """Twice the signed area of a triangle seen along d."""
+    """Return twice the signed area of a triangle seen along d."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 @compilable
 @lean
 def _height(triangle: Float, point: Float) -> float:
-    """The coordinate along d of a triangle's plane over a point (2,), no more than the triangle reaches."""
+    """Return the coordinate along d of a triangle's plane at a point (2,), clamped to the range of the triangle."""
     whole = _turn(triangle[0], triangle[1], triangle[2])
     u = _turn(triangle[0], point, triangle[2]) / whole
     v = _turn(triangle[0], triangle[1], point) / whole

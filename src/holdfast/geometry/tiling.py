@@ -1,4 +1,4 @@
-"""Convex polygons that are tiled by a few pieces: what two flat faces, each of two triangles, share."""
+"""Recognition of convex polygons that a few pieces tile, such as the overlap of two faces of two triangles each."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, lean
 
-FEW = 16  # pieces that may be put together
+FEW = 16  # largest number of pieces
 
 
 def tiled(pieces: Sequence[Sequence[Float]], tolerance: float) -> Float | None:
-    """The convex polygon (k, 2), counter-clockwise, that ``pieces`` [outline (n, 2), holes ...] tile, or None.
+    """Return the convex polygon (k, 2), counter-clockwise, that ``pieces`` [outline (n, 2), holes ...] tile, or None.
 
-    It is their hull if all pieces are convex and without holes, no two of them overlap by more than ``tolerance``, and
-    their areas add up to its area but for a strip of that width around it.
+    The pieces tile their convex hull if all of them are convex and without holes, no two overlap by more than
+    ``tolerance``, and their areas add up to that of the hull, up to a strip of that width along its boundary.
     """
     if len(pieces) > FEW or any(len(rings) > 1 for rings in pieces):
         return None
@@ -30,7 +30,7 @@ def tiled(pieces: Sequence[Sequence[Float]], tolerance: float) -> Float | None:
 @compiled
 @lean
 def _tiled(corners: Float, ends: Int, order: Int, tolerance: float, out: Float) -> int:
-    """Write the hull of all corners (n, 2) into ``out``; its number of corners, or 0 if the pieces do not tile it."""
+    """Write the hull of all corners (n, 2) into ``out``; return its corner count, or 0 if the pieces do not tile it."""
     count = _hull(corners, order, tolerance, out)
     total = 0.0
     for piece in range(len(ends)):
@@ -38,7 +38,7 @@ def _tiled(corners: Float, ends: Int, order: Int, tolerance: float, out: Float) 
         area = 0.0
         for i in range(first + 1, ends[piece] - 1):
             area += _turn(corners, first, i, i + 1) / 2
-        if area < 0:  # from here on all of them run counter-clockwise
+        if area < 0:  # make all of them counter-clockwise
             i, j = first, ends[piece] - 1
             while i < j:
                 for m in range(2):
@@ -72,7 +72,7 @@ def _tiled(corners: Float, ends: Int, order: Int, tolerance: float, out: Float) 
 @compiled
 @lean
 def _turn(corners: Float, a: int, b: int, c: int) -> float:
-    """Twice the signed area of a triangle of three of the corners (n, 2)."""
+    """Return twice the signed area of the triangle of corners a, b and c."""
     return float(
         (corners[b, 0] - corners[a, 0]) * (corners[c, 1] - corners[a, 1])
         - (corners[b, 1] - corners[a, 1]) * (corners[c, 0] - corners[a, 0])
@@ -82,7 +82,7 @@ def _turn(corners: Float, a: int, b: int, c: int) -> float:
 @compiled
 @lean
 def _hull(corners: Float, order: Int, tolerance: float, out: Float) -> int:
-    """Write the hull of corners (n, 2), counter-clockwise, into ``out``; returns how many corners it has.
+    """Write the hull of corners (n, 2), counter-clockwise, into ``out``; return its number of corners.
 
     ``order`` (n,) sorts the corners along x. Corners within ``tolerance`` of a side or of another corner are left out.
     """
@@ -108,9 +108,10 @@ def _hull(corners: Float, order: Int, tolerance: float, out: Float) -> int:
 @compiled
 @lean
 def _beyond(corners: Float, ends: Int, one: int, other: int, tolerance: float, every: bool) -> bool:
-    """Whether an edge of one polygon has all corners of another on its outer side, or every edge on its inner side.
+    """Tell whether an edge of polygon ``one`` has all corners of polygon ``other`` on its outer side.
 
-    The second question, ``every``, asked of a polygon and itself, is whether it is convex.
+    With ``every``, tell instead whether every edge has all corners on its inner side; for ``one`` = ``other`` that
+    means that the polygon is convex.
     """
     start = ends[one - 1] if one > 0 else 0
     first = ends[other - 1] if other > 0 else 0

@@ -1,4 +1,4 @@
-"""How the triangles of a surface hang together: its edges, which of them stick out, and who is whose neighbour."""
+"""The connectivity of a triangle surface: its edges, their angles, and the neighbours of faces and vertices."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.values import Value, seal
 
-FLAT = 1e-3  # [rad] a smaller dihedral is rounding, not an edge
-SMOOTH = 0.6  # [rad] faces that meet at less stand for a curved surface
+FLAT = 1e-3  # [rad] a smaller angle between two faces is rounding, not an edge
+SMOOTH = 0.6  # [rad] an edge with a smaller angle is smooth: its faces represent a curved surface
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Edges(Value):
-    """The E edges of F triangles, whichever way round each triangle names its corners.
+    """The E edges of F triangles, whatever their winding.
 
-    ``ends`` (E, 2) vertices, the lower number first, in order; ``of_face`` (F, 3) the edge from a face's k-th to its
-    next vertex; ``shared`` (E,) the number of faces beside each. ``sides`` (3F,) numbers 3 · face + k for the side of a
-    face that begins at its k-th vertex: those along one edge stand together, in the order of the faces, and those of
-    edge e begin at ``first[e]``, (E,).
+    ``ends`` (E, 2) are the two vertices of each edge, the lower number first, in lexicographic order. ``of_face``
+    (F, 3) is the edge from the k-th vertex of a face to the next one. ``shared`` (E,) is the number of faces at each
+    edge. ``sides`` (3F,) lists all sides of faces, ordered by edge and then by face; 3 · face + k is the side that
+    begins at the k-th vertex of a face. The sides at edge e begin at ``first[e]``; ``first`` is (E,).
     """
 
     ends: Int
@@ -37,7 +37,7 @@ class Edges(Value):
 
     @classmethod
     def of(cls, faces: Int, count: int) -> Edges:
-        """Of triangles ``faces`` (F, 3) over ``count`` vertices."""
+        """Return the edges of triangles ``faces`` (F, 3) over ``count`` vertices."""
         following = np.roll(faces, -1, axis=1)
         low, high = np.minimum(faces, following).ravel(), np.maximum(faces, following).ravel()
         keys, number, shared = np.unique(low * count + high, return_inverse=True, return_counts=True)
@@ -46,7 +46,7 @@ class Edges(Value):
         return cls(np.column_stack([keys // count, keys % count]), number.reshape(-1, 3), shared, sides, first)
 
     def side_of(self, number: int) -> Int:
-        """(E,) the ``number``-th side of every edge, -1 where it has no more than that."""
+        """Return side number ``number`` (from 0) of every edge, (E,), or -1 if it has fewer sides."""
         there = self.shared > number
         sides = np.full(len(self.ends), -1, dtype=np.int64)
         sides[there] = self.sides[self.first[there] + number]
@@ -58,10 +58,11 @@ class Edges(Value):
 class Topology(Value):
     """Edges and vertices of a triangle surface.
 
-    ``edges`` (E, 2) vertices; ``sides`` (E, 2) the faces beside each, -1 where there is none; ``bend`` (E,) angle
-    between its two faces' normals [rad], positive where the edge sticks out, infinite at the rim of an open sheet;
-    ``of_face`` (F, 3) the edge from a face's k-th to its next vertex; ``starts`` (V + 1,) and ``neighbours`` list the
-    vertices joined to each vertex; ``closed`` tells whether every edge has exactly two faces.
+    ``edges`` (E, 2) are the vertices of each edge, and ``sides`` (E, 2) its two faces, -1 if there is none. ``bend``
+    (E,) [rad] is the angle between the normals of the two faces, positive at a convex edge, and infinite at the rim of
+    an open surface. ``of_face`` (F, 3) is the edge from the k-th vertex of a face to the next one. The vertices that
+    are joined to vertex v are ``neighbours[starts[v]:starts[v + 1]]``; ``starts`` is (V + 1,). ``closed`` is True if
+    every edge has exactly two faces.
     """
 
     edges: Int
@@ -77,7 +78,7 @@ class Topology(Value):
 
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float) -> Topology:
-        """Of triangles ``faces`` (F, 3) over ``vertices`` (V, 3) with unit ``normals`` (F, 3)."""
+        """Return the topology of triangles ``faces`` (F, 3) over ``vertices`` (V, 3) with unit ``normals`` (F, 3)."""
         edges = Edges.of(faces, len(vertices))
         sides = np.column_stack([edges.side_of(0), edges.side_of(1)]) // 3
         several = edges.shared > 1
@@ -94,12 +95,12 @@ class Topology(Value):
         return cls(edges.ends, sides, bend, edges.of_face, starts, neighbours, bool((edges.shared == 2).all()))
 
     def regions(self, angle: float) -> Int:
-        """(F,) the number of the region each face is in: joined across edges that bend by ``angle`` [rad] or less."""
+        """Return the region (F,) of each face; faces are connected across edges of up to ``angle`` [rad]."""
         one, other = self.sides[self.joins(angle)].T
         count = len(self.of_face)
         graph = coo_matrix((np.ones(len(one)), (one, other)), shape=(count, count))
         return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
     def joins(self, angle: float) -> Bool:
-        """(E,) whether an edge bends by no more than ``angle`` [rad]: a rim does not."""
+        """Tell at which edges (E,) two faces meet at ``angle`` [rad] or less; never at a rim."""
         return np.asarray(np.abs(self.bend) <= angle)

@@ -1,4 +1,4 @@
-"""A triangulation that grows point by point (Bowyer & Watson), within the convex hull it starts from."""
+"""An incremental Delaunay triangulation (Bowyer and Watson) within a given convex hull."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.hull import twice_area
 
-FLAT = 1e-10  # twice the area, for points in a unit square: a triangle with less counts as none
-ROUND = 1e-9  # a point counts as within a circumcircle if the in-circle determinant exceeds this
+FLAT = 1e-10  # twice the area below which a triangle counts as degenerate, for points in a unit square
+ROUND = 1e-9  # a point is inside a circumcircle if the in-circle determinant exceeds this
 
 
 def fan(corners: Int) -> Int:
-    """The triangles (k - 2, 3) of a convex polygon with ``corners`` (k,) from its first one."""
+    """Return the triangles (k - 2, 3) of a convex polygon with ``corners`` (k,), as a fan about the first corner."""
     return np.column_stack([np.full(len(corners) - 2, corners[0]), corners[1:-1], corners[2:]])
 
 
 @compiled
 @lean
 def _least_share(points: Float, triangle: Int, k: int) -> float:
-    """The smallest barycentric coordinate of point k."""
+    """Return the smallest barycentric coordinate of point k."""
     a, b, c = triangle
     whole = twice_area(points, a, b, c)
     return float(min(twice_area(points, k, b, c), twice_area(points, a, k, c), twice_area(points, a, b, k)) / whole)
@@ -40,7 +40,7 @@ def _within_circle(points: Float, triangle: Int, k: int) -> bool:
 
 @compiled
 def inserted(points: Float, triangles: Int, k: int) -> Int:
-    """The triangles (t, 3), anticlockwise, with point k as a corner; unchanged where it is one already."""
+    """Insert point k and return the triangles (t, 3), counter-clockwise; unchanged if the point is already a corner."""
     count = len(triangles)
     holds = np.zeros(count, dtype=np.bool_)
     bad = np.zeros(count, dtype=np.bool_)
@@ -62,7 +62,8 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
         kept = 0
         for t in range(count):
             kept += not bad[t]
-        fresh = np.empty((3 * count - 2 * kept, 3), dtype=np.int64)  # at most three for each that goes
+        # each removed triangle is replaced by at most three
+        fresh = np.empty((3 * count - 2 * kept, 3), dtype=np.int64)
         made, before, after, valid = 0, 0.0, 0.0, True
         for t in range(count):
             if not bad[t]:
@@ -96,7 +97,7 @@ def inserted(points: Float, triangles: Int, k: int) -> Int:
 
 @compiled
 def located(points: Float, triangles: Int, asked: Int) -> tuple[Int, Float]:
-    """The triangle (a,) of each point asked for, and its barycentric coordinates there (a, 3), none negative."""
+    """Return the triangle (a,) of each of the points ``asked`` (a,), and barycentric coordinates (a, 3), all >= 0."""
     where = np.zeros(len(asked), dtype=np.int64)
     shares = np.zeros((len(asked), 3))
     for n in range(len(asked)):

@@ -1,4 +1,4 @@
-"""The union of closed surfaces, with the surface that each of its triangles comes from."""
+"""The union of closed surfaces, with the origin of each of its triangles."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from holdfast.geometry.solid import closed_solid
 
 @dataclass(frozen=True, eq=False, repr=False)
 class United(Value):
-    """The union of several solids: ``vertices`` (V, 3) [m] and ``faces`` (F, 3) bound it.
+    """The union of several solids, with the surface ``vertices`` (V, 3) [m] and ``faces`` (F, 3).
 
-    ``part`` (F,) is the number of the solid on whose surface each triangle lies, and ``shared`` [m³] how much less
-    volume the union has than all solids together.
+    ``part`` (F,) is the number of the solid on whose surface each triangle lies, and ``shared`` [m³] is the volume of
+    all solids together less that of the union.
     """
 
     vertices: Float
@@ -33,8 +33,8 @@ class United(Value):
 def united(solids: Sequence[tuple[Float, Int]]) -> United | None:
     """Return the union of closed surfaces, each given by its vertices (V, 3) [m] and faces (F, 3) wound outward.
 
-    They may overlap, abut or lie apart; of equal ones the first stands for all, because coincident surfaces cost most.
-    None if one of them does not bound a solid.
+    They may overlap, touch or lie apart. Of equal surfaces only the first is used, because coincident ones are the
+    slowest. Returns None if one of them is not closed.
     """
     import manifold3d
 

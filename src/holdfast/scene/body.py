@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import trimesh
 
 
-# [-] largest relative difference of mass and density times volume; processors differ in the last digits
+# [-] largest relative difference of mass and density times volume, as processors differ in the last digits
 ROUNDING = 1e-9
 
 
@@ -40,12 +40,11 @@ class Body(Value):
     """A rigid body with a shape, a mass and a pose.
 
     ``pose`` (4, 4) maps the body frame to the world frame; by default both are the same. Instead of it, ``position``
-    (3,) [m] and ``rpy_degrees``, that is roll, pitch and yaw (3,) [deg], can be given, see ``holdfast.pose``: either of
-    them, or both. A movable body needs ``mass``
-    [kg] or ``density`` [kg/m³]; a density also sets the mass. ``com`` (3,) [m] is the centre of mass in the body frame,
-    and ``inertia`` (3, 3) [kg m²] is the inertia about it, along the body axes. If they are not given they stay None
-    and follow from the shape: ``com_body`` and ``inertia_com`` are the values in use. ``material`` is a name that the
-    friction table can use for several bodies. A ``fixed`` body never moves and needs no mass.
+    (3,) [m], ``rpy_degrees`` (3,) [deg] (roll, pitch and yaw, see ``holdfast.pose``), or both can be given. A movable
+    body needs ``mass`` [kg] or ``density`` [kg/m³]; a density also sets the mass. ``com`` (3,) [m] is the centre of
+    mass in the body frame, and ``inertia`` (3, 3) [kg m²] is the inertia about it, along the body axes. If they are not
+    given they stay None and follow from the shape: ``com_body`` and ``inertia_com`` are the values in use. ``material``
+    is a name that the friction table can use for several bodies. A ``fixed`` body never moves and needs no mass.
 
     ``dataclasses.replace`` makes a body with another pose, name, material and so on. To change the mass, density or
     shape of a body that was given by density, pass both values: ``mass=None, density=500``.
@@ -199,7 +198,7 @@ def materials_of(bodies: Iterable[Body]) -> frozenset[str]:
 
 
 def _pose_of(pose: Any, position: Any, rpy_degrees: Any, where: str) -> Float:  # noqa: ANN401 - checked here
-    """Return the pose (4, 4) of a body from what was given of the three."""
+    """Return the pose (4, 4) of a body, which is given by ``pose`` or by ``position`` and ``rpy_degrees``."""
     if pose is None:
         none = (0.0, 0.0, 0.0)
         return pose_at(none if position is None else position, none if rpy_degrees is None else rpy_degrees, where)

@@ -1,4 +1,4 @@
-"""Compounds: several shapes that move as one body; and all shapes that a body may have."""
+"""Compounds of several shapes that move as one body, and the list of all shapes that a body may have."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from holdfast.scene.inertial import Inertial, together
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere, enclosed
 
-APART = 1e-9  # share of the volume of all parts up to which common volume is rounding
+APART = 1e-9  # common volume, relative to the volume of all parts, up to which it is rounding
 
 Solid: TypeAlias = Box | Cylinder | Sphere | Capsule | Ellipsoid | Mesh
 
@@ -32,8 +32,8 @@ Solid: TypeAlias = Box | Cylinder | Sphere | Capsule | Ellipsoid | Mesh
 class Part(Value):
     """One shape of a compound, with its own ``pose`` (4, 4), part frame to body frame, and its own ``material``.
 
-    ``shape`` is any shape that has a volume, a trimesh.Trimesh too. Without a ``material`` the part has that of the
-    body. Raises GeometryError for another shape or a pose that is not rigid.
+    ``shape`` is any shape with a volume, or a trimesh.Trimesh. Without a ``material`` the part has that of the body.
+    Raises GeometryError for another shape or a pose that is not rigid.
     """
 
     shape: Solid
@@ -60,11 +60,11 @@ class Part(Value):
 class Compound(Value):
     """Several parts that move as one: they may overlap, abut or lie apart.
 
-    Contacts, maps and pictures see the surface of their union, so nothing touches inside. Common volume counts once in
-    the mass properties, which are those of the shapes themselves where parts have no common volume, and of the union of
-    their surfaces otherwise. ``parts`` are ``Part`` objects, or shapes that need no pose. A part may be an open mesh:
-    its surface is taken as it is, and the mass properties raise GeometryError, so that the body has to be fixed or be
-    given its mass, centre and inertia. Raises GeometryError for no parts.
+    Contacts, maps and pictures use the surface of their union, so there are no contacts inside. Common volume counts
+    once in the mass properties: if parts overlap, these are computed from the surface of the union, otherwise they are
+    the sum of those of the parts. ``parts`` are ``Part`` objects, or shapes that need no pose. A part may be an open
+    mesh. Then its surface is used as it is, and the mass properties raise GeometryError, so that the body must be fixed
+    or be given its mass, centre of mass and inertia. Raises GeometryError if there are no parts.
     """
 
     parts: tuple[Part, ...]
@@ -137,7 +137,7 @@ class Compound(Value):
         if shared > APART * volume:
             import trimesh
 
-            # as it is: to weld corners of a union that coincide but for rounding would open it again
+            # without processing, because welding nearly coincident vertices of a union could open it
             return enclosed(trimesh.Trimesh(surface.vertices, surface.faces, process=False))
         own = ((part.pose, part.shape.mass_properties) for part in self.parts)
         return MassProperties(*together(Inertial(p.volume, p.com, p.inertia).seen(pose) for pose, p in own))

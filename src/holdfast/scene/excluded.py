@@ -1,4 +1,4 @@
-"""Bodies, and parts of bodies, that never touch, wherever they are."""
+"""Pairs of bodies, or of their parts, between which contacts are excluded."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def body_of(end: End) -> str:
 
 
 def checked_excluded(given: Iterable[Any], bodies: Iterable[Body]) -> tuple[Excluded, ...]:
-    """Return pairs of bodies or parts, the two of each and all of them in order of names, each once.
+    """Return the pairs of bodies or parts, sorted by names and without repetitions.
 
-    The only part of a body stands for the body. Raises SceneError if they are no pairs, if the two are of one body, or
-    if there is no such body or part.
+    The only part of a body is replaced by the body. Raises SceneError for anything but a pair, for two ends on the same
+    body, and for an unknown body or part.
     """
     pairs = set()
     known = {body.name: len(body.materials) for body in bodies}
@@ -98,10 +98,10 @@ def may_touch(a: Body, b: Body, pairs: Iterable[Excluded]) -> Bool:
 
 
 def touching_parts(may: Bool) -> list[tuple[Sequence[int], Sequence[int]]]:
-    """Return which parts of two bodies are searched together, of which part i may touch part j if ``may[i, j]``.
+    """Return the sets of parts of two bodies that are searched together; part i may touch part j if ``may[i, j]``.
 
-    Parts of the second body are together if they may touch the same parts of the first, and each set of them is
-    searched with all of these. So the surface of either is that of the union of what may touch the other.
+    Parts of the second body form a set if they may touch the same parts of the first body, which are searched with it.
+    So each search is between unions of parts that all may touch each other.
     """
     alike: dict[bytes, list[int]] = {}
     for j, column in enumerate(may.T):

@@ -38,7 +38,7 @@ class Friction(Value):
     - ``default``.
 
     Nothing is guessed: a touching pair without a coefficient raises SceneError. ``pairs`` and ``values`` are read-only
-    copies of what was given; the two names of a pair are in alphabetical order.
+    copies; the two names of a pair are in alphabetical order.
     """
 
     default: float | None = None
@@ -100,10 +100,10 @@ class Friction(Value):
 
 
 def joined_friction(first: Friction, second: Friction, names: Collection[str], others: Collection[str]) -> Friction:
-    """Return the table of two scenes together, in each of which every pair keeps its coefficient.
+    """Return a common table of two scenes in which all pairs within each scene have the same coefficients as before.
 
-    ``names`` and ``others`` are the bodies and materials of the two scenes. Raises SceneError, with what differs, if
-    there is no such table.
+    ``names`` and ``others`` are the bodies and materials of the two scenes. Raises SceneError, which names the
+    difference, if there is no such table.
     """
     where = "scene + scene: friction"
     for what in ("default", "combine"):

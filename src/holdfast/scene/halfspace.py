@@ -1,4 +1,4 @@
-"""The half space below a plane, of which a scene shows and searches as much as its bodies may touch."""
+"""The half space below a plane, of which a scene models a block as large as its bodies need."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 from holdfast.scene.shapes import Box
 
-UNKNOWN = 1.0  # [m] how far a half space is shown that is in no scene yet
+UNKNOWN = 1.0  # [m] half size of the block of a half space that is not in a scene yet
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class HalfSpace(Value):
-    """Everything below the plane z = 0 of its frame, without end; only for fixed bodies.
+    """The unbounded half space below the plane z = 0 of its frame; only for fixed bodies.
 
-    Contacts, maps and pictures see a block of it. ``reach`` [m] is how far the block extends from the origin to every
-    side and down. A scene chooses it so that all of its bodies lie over the block, whatever was given; it takes no part
-    in comparisons. Raises GeometryError if ``reach`` is not positive.
+    Contacts, maps and pictures use a block of it. ``reach`` [m] is how far the block extends from the origin to every
+    side and down. A scene overrides it so that all of its bodies lie over the block; it takes no part in comparisons.
+    Raises GeometryError if ``reach`` is not positive.
     """
 
     reach: float = field(default=UNKNOWN, compare=False)
@@ -47,9 +47,9 @@ class HalfSpace(Value):
         raise GeometryError(message("HalfSpace", "has no end, so no mass", "needs fixed=True"))
 
     def over(self, points: Float) -> HalfSpace:
-        """Return the same half space, shown so far that points (n, 3) [m] of its frame lie well over it.
+        """Return the half space with a block so large that points (n, 3) [m] of its frame lie well over it.
 
-        How far is a power of two, so that it seldom changes as bodies move.
+        ``reach`` is then a power of two, so that it seldom changes as bodies move.
         """
         farthest = float(np.abs(points).max(initial=UNKNOWN / 4))
         return HalfSpace(float(2.0 ** (np.ceil(np.log2(farthest)) + 1)))

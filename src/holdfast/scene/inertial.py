@@ -1,4 +1,4 @@
-"""Mass, centre and inertia of what moves as one: seen from elsewhere, about another point, put together."""
+"""Mass, centre of mass and inertia of a rigid body: in another frame, about another point, and summed."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Inertial(NamedTuple):
     inertia: Float
 
     def seen(self, pose: Float) -> Inertial:
-        """Return the same in the frame to which ``pose`` (4, 4) maps this one."""
+        """Return the same in another frame; ``pose`` (4, 4) maps this frame to it."""
         R = pose[:3, :3]
         return Inertial(self.mass, transform(pose, self.com[None])[0], R @ self.inertia @ R.T)
 
@@ -30,7 +30,7 @@ class Inertial(NamedTuple):
 
 
 def together(inertials: Iterable[Inertial]) -> Inertial:
-    """Return the inertial of several that share a frame and at least one of which has a mass."""
+    """Return the sum of several inertials in the same frame, at least one of which has a mass."""
     each = list(inertials)
     if len(each) == 1:
         return each[0]

@@ -1,4 +1,4 @@
-"""What is horizontal in a scene, and the gravity that a scene on a tilted carrier feels."""
+"""Horizontal directions in a scene, and the gravity in the frame of a tilted carrier."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from holdfast.base.arrays import Float, checked, checked_whole, frozen
 from holdfast.base.ranges import ANGLE
 from holdfast.base.rigid import tangents
 
-MOST_DIRECTIONS = 1_000_000  # more answers than the memory holds
+MOST_DIRECTIONS = 1_000_000  # more answers would not fit into memory
 
 
 def directions_around(up: Float, count: int) -> Float:
@@ -22,14 +22,14 @@ def directions_around(up: Float, count: int) -> Float:
 
 
 def tilted_gravity(gravity: Float, tilt_degrees: ArrayLike) -> tuple[Float, str]:
-    """Return the gravity (3,) that is felt in the axes of a tilted carrier, and how that is tilted in words.
+    """Return the gravity (3,) [m/s²] in the axes of a tilted carrier, and a description of the tilt, "" if it is zero.
 
-    ``Scene.tilted`` describes ``tilt_degrees``. The words are empty if it turns nothing.
+    ``tilt_degrees`` is as in ``Scene.tilted``.
     """
     given = checked(tilt_degrees, (3,), "tilt_degrees", within=ANGLE)
     turn = Rotation.from_rotvec(np.radians(given)).as_matrix()
     vector = np.degrees(Rotation.from_matrix(turn).as_rotvec())
     angle = float(np.linalg.norm(vector))
     axis = ", ".join(f"{v + 0.0:.3g}" for v in np.round(vector / angle, 9)) if angle else "any axis"
-    told = f"the carrier is tilted by {angle:.4g}° about ({axis})" if angle else ""
-    return turn.T @ gravity, told
+    note = f"the carrier is tilted by {angle:.4g}° about ({axis})" if angle else ""
+    return turn.T @ gravity, note

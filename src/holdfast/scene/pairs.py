@@ -1,4 +1,4 @@
-"""Numbers for pairs of bodies, under the names of bodies or of materials."""
+"""Tables of numbers for pairs of bodies, by the names of bodies or materials."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def checked_pairs(
     """Return a table of numbers for pairs of names, which are in alphabetical order.
 
     ``where`` is the owner of the table and ``what`` the meaning of its numbers in error messages. Raises SceneError if
-    a key is not a pair of names, a pair stands twice, or a number is below ``minimum``, not greater than ``above``, or
+    a key is not a pair of names, a pair occurs twice, or a number is below ``minimum``, not greater than ``above``, or
     out of the range ``within``.
     """
     pairs: dict[Pair, float] = {}
@@ -59,7 +59,7 @@ def number_between(pairs: Mapping[Pair, float], a: str, b: str, materials: Mappi
 
 
 def names_between(a: str, b: str, materials: Mapping[str, str | None]) -> list[list[Pair]]:
-    """Return the pairs of names, in alphabetical order, by which a table may mean bodies ``a`` and ``b``.
+    """Return the pairs of names, each in alphabetical order, under which a table may have a number for two bodies.
 
     First come the names of both bodies, then the name of one body and the material of the other, then both materials.
     ``materials`` maps the name of each body to its material, or None.

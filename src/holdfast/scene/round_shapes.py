@@ -1,6 +1,6 @@
 """Capsules and ellipsoids, and what they have in common with balls and cylinders.
 
-All of them are an ellipsoid swept along a piece of the z axis; that of a cylinder is a disc.
+All of them are ellipsoids swept along a segment of the z axis; the ellipsoid of a cylinder is a disc.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.shapes import Cylinder, MassProperties, Sphere
 
-LEAST_LEAN = 1e-3  # sine of the least angle between an end of a cylinder and a face at which its rim touches
+LEAST_LEAN = 1e-3  # least sine of the angle between an end of a cylinder and a face at which its rim touches
 
 
 @archived
@@ -29,10 +29,10 @@ LEAST_LEAN = 1e-3  # sine of the least angle between an end of a cylinder and a 
 class Capsule(Value):
     """A cylinder about the z axis with a half ball of the same ``radius`` [m] on either end, centred on its frame.
 
-    ``length`` [m] is the distance of the centres of the half balls, that is the height of the cylinder alone. Contacts
-    with flat faces, sharp edges, balls, ellipsoids, other capsules and the sides of cylinders are exact; others are
-    those of an inscribed surface with ``segments`` sides. The mass properties are exact. Raises GeometryError if a
-    length is not positive, or if ``segments`` is not a multiple of four up to 1,000.
+    ``length`` [m] is the distance between the centres of the half balls, that is, the height of the cylinder alone.
+    Contacts with flat faces, sharp edges, balls, ellipsoids, other capsules and the sides of cylinders are exact;
+    others are those of an inscribed surface with ``segments`` sides. The mass properties are exact. Raises
+    GeometryError if a length is not positive, or if ``segments`` is not a multiple of four up to 1,000.
     """
 
     radius: float
@@ -83,8 +83,8 @@ class Capsule(Value):
 class Ellipsoid(Value):
     """An ellipsoid along the axes of its frame and centred on it; ``radii`` (3,) [m] are its half axes.
 
-    Contacts with flat faces, sharp edges and other round bodies are exact; others are those of an inscribed surface,
-    an icosahedron that is subdivided ``subdivisions`` times. The mass properties are exact. Raises GeometryError if a
+    Contacts with flat faces, sharp edges and other round bodies are exact; others are those of an inscribed surface, an
+    icosahedron that is subdivided ``subdivisions`` times. The mass properties are exact. Raises GeometryError if a
     radius is not positive, or if ``subdivisions`` is not between 0 and 6.
     """
 
@@ -130,17 +130,20 @@ class Round(NamedTuple):
         return self.has_flat_ends or bool((self.radii == self.radii[0]).all())
 
     def spread(self, gap: float, normal: Float) -> float:
-        """Return twice how far from where it touches a plane the surface rises by ``gap`` [m], where it is flattest.
+        """Return twice the largest distance [m] from a contact with a plane at which the surface is within ``gap`` [m].
 
-        ``normal`` (3,) of the plane is in the frame of the shape. The rim of a disc that leans by an angle a rises like
-        a circle of the disc's radius over sin a.
+        The ``normal`` (3,) of the plane is in the frame of the shape. The rim of a disc that leans by an angle a rises
+        from the plane like a circle with the radius of the disc over sin a.
         """
         least, most = float(self.radii.min()), float(self.radii.max())
         flattest = most / max(float(np.hypot(*normal[:2])), LEAST_LEAN) if self.has_flat_ends else most**2 / least
         return 2 * float(np.sqrt(2 * flattest * gap))
 
     def is_end(self, normals: Float, cos_angle: float) -> Bool:
-        """Tell along which of ``normals`` (..., 3), in the frame of the shape, a flat end looks, to an angle."""
+        """Tell which of ``normals`` (..., 3), in the frame of the shape, are parallel to the axis of flat ends.
+
+        ``cos_angle`` is the cosine of the angle tolerance.
+        """
         return np.asarray(self.has_flat_ends & (np.abs(normals[..., 2]) >= cos_angle))
 
 

@@ -44,12 +44,11 @@ class Scene(Value):
 
     ``bodies`` have unique names, and at least one of them is fixed. ``friction`` is a Friction table, or one
     coefficient for all pairs. ``gravity`` (3,) [m/s²] is in the world frame and not zero. ``excluded`` are pairs of
-    bodies that do not touch, wherever they are: contacts and overlaps between them are not searched. Each of the two is
-    a name, or a name and the number of one part of a compound, from 0: ``[("hand", "cup"), (("hand", 2), "table")]``.
-    For what it may not touch, a part is not there. Each pair is in alphabetical order, and so are the pairs. ``notes``
-    say what a reader of files guessed and left out, and what looks like a mistake; they take no part in comparisons.
-    Raises SceneError if one of these conditions is violated, or if the friction table or ``excluded`` uses an unknown
-    name.
+    bodies that never touch: contacts and overlaps between them are not searched. Each of the two is a name, or a name
+    and the number of one part of a compound, from 0: ``[("hand", "cup"), (("hand", 2), "table")]``. Each pair is in
+    alphabetical order, and so are the pairs. ``notes`` say what a reader of files assumed or left out, and what looks
+    like a mistake; they take no part in comparisons. Raises SceneError if one of these conditions is violated, or if
+    the friction table or ``excluded`` uses an unknown name.
     """
 
     bodies: tuple[Body, ...]
@@ -158,9 +157,10 @@ class Scene(Value):
         return {}
 
     def touching(self, a: Body, b: Body) -> list[tuple[Body, Body]]:
-        """Return two bodies of the scene as they may touch: none if they are excluded, and once if they are not.
+        """Return the pairs of bodies between which contacts of ``a`` and ``b`` are searched; none if they are excluded.
 
-        If some of their parts alone may touch, each pair consists of bodies with fewer parts.
+        It is one pair, the two bodies themselves, if all of their parts may touch. Otherwise each pair consists of
+        bodies with fewer parts.
         """
         apart = self._apart.get((min(a.name, b.name), max(a.name, b.name)))
         if apart is None:
@@ -212,10 +212,9 @@ class Scene(Value):
     def __add__(self, other: Scene) -> Scene:
         """Return the scene with the bodies of both, their friction tables, excluded pairs and notes.
 
-        A fixed body that is the same in both, such as the floor, stands in the sum once. Raises SceneError if another
-        name stands in both, if gravity differs, or if the friction tables do: if a pair of names has two coefficients,
-        if one of both tables would give bodies of the other scene another coefficient, or if default or ``combine``
-        differ.
+        A fixed body that is equal in both, such as the floor, is in the sum once. Raises SceneError if any other name
+        is in both, if gravity differs, or if the friction tables conflict: a pair of names has two coefficients, a
+        table would change a coefficient within the other scene, or default or ``combine`` differ.
         """
         if not isinstance(other, Scene):
             return NotImplemented
@@ -261,8 +260,8 @@ class Scene(Value):
         ``tilt_degrees`` is a rotation vector (3,) [deg]. It rotates the axes of the scene from where they are now to
         where the tilted carrier has them. Raises SceneError for anything else.
         """
-        gravity, told = tilted_gravity(self.gravity, tilt_degrees)
-        return with_notes(replace(self, gravity=gravity), [told] if told else [])
+        gravity, note = tilted_gravity(self.gravity, tilt_degrees)
+        return with_notes(replace(self, gravity=gravity), [note] if note else [])
 
     def mu(self, a: str, b: str) -> float:
         """Return the static friction coefficient between two bodies.
@@ -273,7 +272,7 @@ class Scene(Value):
 
 
 def with_notes(scene: Scene, notes: Iterable[str]) -> Scene:
-    """Return the scene with these notes behind its own, each once."""
+    """Return the scene with ``notes`` appended to its own, without repetitions."""
     whole = tuple(dict.fromkeys((*scene.notes, *notes)))
     return scene if whole == scene.notes else altered(scene, notes=whole)
 
@@ -286,15 +285,15 @@ def _checked_notes(notes: Iterable[str]) -> Iterator[str]:
 
 
 def _under(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
-    """Return the bodies with every half space shown so far that all other bodies lie over it."""
+    """Return the bodies with the block of every half space so large that all other bodies lie over it."""
     solid = [corner for body in bodies if not isinstance(body.shape, HalfSpace) for corner in body.box]
     corners = np.array(solid or [np.zeros(3)])
     around = corners.mean(0) + float(np.ptp(corners, axis=0).max()) * np.vstack([np.eye(3), -np.eye(3)])
 
-    def shown(body: Body) -> Body:
+    def enlarged(body: Body) -> Body:
         if not isinstance(body.shape, HalfSpace):
             return body
         shape = body.shape.over((around - body.pose[:3, 3]) @ body.pose[:3, :3])
         return body if shape.reach == body.shape.reach else replace(body, shape=shape)
 
-    return tuple(shown(body) for body in bodies)
+    return tuple(enlarged(body) for body in bodies)

@@ -1,4 +1,4 @@
-"""Shapes of bodies; each gives a triangle surface in the body frame and the mass properties at unit density."""
+"""Shapes of bodies, each with a triangle surface in the body frame and with mass properties at unit density."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from holdfast.scene.meshes.read import triangles_of
 if TYPE_CHECKING:
     import trimesh
 
-LEAST_VOLUME = 1e-9  # share of the bounding box; a closed surface with a smaller volume is not accepted as a solid
+LEAST_VOLUME = 1e-9  # least volume of a solid, relative to its bounding box
 
 
 @archived
@@ -172,7 +172,7 @@ class Sphere(Value):
 
 @dataclass(frozen=True, eq=False)
 class _Cleaned:
-    """A mesh after cleaning, and what was done to it."""
+    """A repaired mesh, with a report on the repair."""
 
     solid: trimesh.Trimesh
     report: MeshReport
@@ -258,7 +258,7 @@ class Mesh(Value):
     @cached_property
     def _cleaned(self) -> _Cleaned:
         key = self.vertices.tobytes(), self.faces.tobytes()
-        known = _IN_USE.get(key)  # fifty tins of one mesh are cleaned once, whatever files they come from
+        known = _IN_USE.get(key)  # fifty tins with the same mesh are cleaned once, whatever files they come from
         if known is None:
             known = _IN_USE[key] = _Cleaned(*cleaned(self.vertices, self.faces, self.label))
         if not known.report.oriented:
@@ -313,7 +313,7 @@ class Mesh(Value):
 
 def enclosed(solid: trimesh.Trimesh) -> MassProperties:
     """Return the mass properties of the volume that a closed surface encloses, by integrals over its triangles."""
-    with np.errstate(all="ignore"):  # of trimesh, where triangles have no area or sizes are beyond all
+    with np.errstate(all="ignore"):  # trimesh warns of triangles without area and of extreme sizes
         return MassProperties(
             float(solid.volume), np.array(solid.center_mass), np.array(solid.moment_inertia) / solid.density
         )

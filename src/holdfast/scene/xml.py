@@ -1,4 +1,4 @@
-"""Read XML without trust: no document types, so no entities and no outside references, and limits on size and depth."""
+"""Safe reading of XML: no document types, so no entities or external references, and limits on size and depth."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from xml.parsers import expat
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.text import quoted
 
-MAX_BYTES = 20_000_000  # characters of one file
+MAX_BYTES = 20_000_000  # largest number of characters of a file
 MAX_DEPTH = 100  # the deepest nesting that is accepted
 MAX_ELEMENTS = 500_000
-LARGEST = 1e30  # of the numbers in elements: what their products may reach is a number, too; ranges come later
+LARGEST = 1e30  # largest number in an element, so that products do not overflow; ranges are checked later
 
 _DECLARATION = re.compile(r"\s*<\?xml\b.*?\?>", re.DOTALL)
 _BEFORE_ROOT = re.compile(r"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
@@ -26,7 +26,7 @@ _COMMENT = re.compile(r"<!\[CDATA\[.*?\]\]>|<!--(.*?)-->", re.DOTALL)
 
 @dataclass(eq=False)
 class Element:
-    """One element: its tag with any prefix, its attributes and text, the file and the line where it begins."""
+    """An element: its tag (with any prefix), attributes, text and children, and the file and line of its start."""
 
     tag: str
     attributes: dict[str, str]
@@ -43,7 +43,7 @@ class Element:
 
     @contextmanager
     def located(self) -> Iterator[None]:
-        """Put the place in front of the message of every HoldfastError in this block that names no line of the file."""
+        """Put the place in front of the message of each HoldfastError in this block that does not name the file yet."""
         try:
             yield
         except HoldfastError as cause:
@@ -77,13 +77,13 @@ class Element:
         return value or self.fail(f"has no attribute {name!r}", "add it")
 
     def numbers(self, name: str, count: int, default: tuple[float, ...] | None = None) -> tuple[float, ...]:
-        """Return ``count`` finite numbers of an attribute; without the attribute ``default``, if there is one."""
+        """Return the ``count`` finite numbers of an attribute; if it is missing, ``default``, unless that is None."""
         if default is not None and name not in self.attributes:
             return default
         return self._numbers(self.attribute(name), count, f"{name} = ")
 
     def number(self, name: str, default: float | None = None) -> float:
-        """Return one finite number of an attribute; without the attribute ``default``, if there is one."""
+        """Return the finite number of an attribute; if it is missing, ``default``, unless that is None."""
         return self.numbers(name, 1, None if default is None else (default,))[0]
 
     def values(self, count: int) -> tuple[float, ...]:
@@ -111,9 +111,9 @@ def root_name(text: str) -> str:
 
 
 def without_comments(text: str) -> str:
-    """Return an XML text with its comments blanked and its lines where they were.
+    """Return an XML text without its comments, with unchanged line numbers.
 
-    XML forbids two hyphens within a comment. The parsers of SDF, URDF and MJCF take them, and files have them.
+    XML forbids two hyphens within a comment, but files have them, and the parsers of SDF, URDF and MJCF accept them.
     """
 
     def blanked(found: re.Match[str]) -> str:
@@ -125,16 +125,16 @@ def without_comments(text: str) -> str:
 def parsed(text: str, path: Path) -> Element:
     """Return the outermost element of an XML text.
 
-    A declaration (``<?xml version="0.0" ?>``), right or wrong, is overlooked: the text is decoded already. So are
-    comments, whatever they hold. Raises SceneError, with the line, for a document type, as entities and references to
-    other files need one, for text that is no XML, and beyond MAX_BYTES, MAX_DEPTH and MAX_ELEMENTS.
+    A declaration (``<?xml version="0.0" ?>``) is ignored, valid or not, because the text is decoded already. Comments
+    are ignored, too. Raises SceneError, with the line, for a document type (which entities and external references
+    need), for text that is not XML, and beyond MAX_BYTES, MAX_DEPTH and MAX_ELEMENTS.
     """
     where = str(path)
     if len(text) > MAX_BYTES:
         remedy = f"the limit is {MAX_BYTES:,}: keep meshes in files of their own"
         raise SceneError(message(where, f"is {len(text):,} characters", remedy))
     declaration = _DECLARATION.match(text)
-    if declaration is not None:  # as many lines as before, for messages
+    if declaration is not None:  # keep the line numbers
         text = "\n" * declaration.group().count("\n") + text[declaration.end() :]
     builder = _Builder(where)
     try:
@@ -142,7 +142,7 @@ def parsed(text: str, path: Path) -> Element:
     except expat.ExpatError as cause:
         problem = f"is not XML: {expat.ErrorString(cause.code)}"
         raise SceneError(message(f"{where}:{cause.lineno}", problem, "check the file")) from cause
-    assert builder.root is not None  # or the parser had found no element
+    assert builder.root is not None  # the parser raises an error if there is no element
     return builder.root
 
 

@@ -1,4 +1,4 @@
-"""Corners of the regions in which triangles of two surfaces face each other, with their distance there (compiled)."""
+"""Corners of the regions in which triangles of two surfaces face each other, with distances (compiled)."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.contacts.clipping import plane_between
-from holdfast.contacts.skin import Skin
+from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.geometry.polygon import keep_half_plane
 
-MAX_CORNERS = 12  # triangle against triangle gives at most 6, each bound of the height adds one
-ROOM = 4096  # rows that one call of compiled code has room for
-ROW = 7  # numbers that stand for a corner: point (3), normal (3), distance
+MAX_CORNERS = 12  # two triangles share at most 6 corners, and each limit of the height adds one
+ROOM = 4096  # largest number of rows that one call of compiled code can write
+ROW = 7  # numbers of a corner: point (3), normal (3), distance
 
 
-def facing_corners(a: Skin, b: Skin, pairs: Int, *, margin: float, depth: float, cos_angle: float) -> Float:
+def facing_corners(a: SearchMesh, b: SearchMesh, pairs: Int, *, margin: float, depth: float, cos_angle: float) -> Float:
     """Return the corners (n, ROW) of the regions in which faces of ``pairs`` (m, 2) face each other.
 
     Each row holds the point halfway between the surfaces [m], the normal into b, and the signed distance along it [m],
@@ -38,9 +38,9 @@ def facing_corners(a: Skin, b: Skin, pairs: Int, *, margin: float, depth: float,
 def _facing(
     tris_a: Float, normals_a: Float, tris_b: Float, normals_b: Float, pairs: Int, limits: Float, room: Float, out: Float
 ) -> tuple[int, int]:
-    """Write the corners of as many pairs as there is room for; returns how many corners there are, of how many pairs.
+    """Write the corners of as many pairs as there is room for; return the number of corners and of finished pairs.
 
-    ``limits`` (3,) are margin, depth and the cosine of the angle; ``room`` (6, MAX_CORNERS, 3) is memory.
+    ``limits`` (3,) are margin, depth and the cosine of the angle; ``room`` (6, MAX_CORNERS, 3) is scratch memory.
     """
     found = 0
     for pair in range(len(pairs)):
@@ -57,7 +57,7 @@ def _facing(
 def _corners_of(
     tri_a: Float, normal_a: Float, tri_b: Float, normal_b: Float, limits: Float, room: Float, out: Float
 ) -> int:
-    """Write the corners of one pair of triangles; returns how many there are."""
+    """Write the corners of one pair of triangles; return how many there are."""
     corners, kept, flat_a, flat_b, axes, slopes = room[0], room[1], room[2], room[3], room[4], room[5]
     plane_between(normal_a, normal_b, axes)
     normal, t1, t2 = axes[0], axes[1], axes[2]
@@ -69,14 +69,14 @@ def _corners_of(
                 flat_b[i, m] += (tri_b[i, k] - tri_a[0, k]) * axes[m + 1, k]
             corners[i, m] = flat_a[i, m]
     count = 3
-    for i in range(3):  # b is seen from below along the normal, so its corners run clockwise there
+    for i in range(3):  # b is seen from below along the normal, so its corners are in clockwise order
         j = (i + 2) % 3
         ex, ey = flat_b[j, 0] - flat_b[i, 0], flat_b[j, 1] - flat_b[i, 1]
         count = keep_half_plane(corners, kept, count, -ey, ex, ey * flat_b[i, 0] - ex * flat_b[i, 1])
         if count < 3:
             return 0
     level = 0.0
-    for side in range(2):  # heights of the planes along the normal: a: ax x + ay y, b: bx x + by y + level
+    for side in range(2):  # heights of the planes along the normal: ax x + ay y for a, and bx x + by y + level for b
         across = normal_a if side == 0 else normal_b
         steep = dot3(across, normal)
         slopes[side, 0], slopes[side, 1] = -dot3(across, t1) / steep, -dot3(across, t2) / steep

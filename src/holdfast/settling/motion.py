@@ -1,4 +1,4 @@
-"""The quasi-static motion of one group of bodies to rest: overlaps are undone, then gravity and friction act."""
+"""The quasi-static motion of one group of bodies to rest: overlaps are removed, then gravity and friction act."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ from holdfast.scene.body import Body
 from holdfast.scene.excluded import body_of
 from holdfast.scene.scene import Scene
 from holdfast.settling.moved_surfaces import Posed, pairs_near
-from holdfast.settling.near import Near, near_points
 from holdfast.settling.near_faces import FacePairs
+from holdfast.settling.near_points import Near, near_points
 from holdfast.settling.settling_program import LEFT, Contacts, slips, small_motion
 
-# Lengths are shares of the reach, so that a scene in another unit of length moves alike.
-STRIDE = 0.033  # how far any point moves in one step at most
-FIRST = 0.027  # how far a free body sinks in the first step
-WIDE = 2.5  # strides: how far apart surfaces may be and still take part in a step
-NARROW = 0.0067  # the least stride for which contacts are sought
-GROWTH = 4.0  # largest ratio of the stride to the one before
-NOTHING = 1e-6  # of how far a point may move in a step: a body that moves less stays where it is
-STILL = 3.3e-5  # a step under the strongest gravity in which no point moves more is rest
-TOUCH = 1.7e-4  # surfaces so near, or so deep in each other, may carry a body at rest
-CALM = 3.3e-3  # after a step in which no point moves more it is asked whether the bodies rest
-POLISH = 4  # more steps at most that bodies at rest make: a body that balances comes nearer to where it does
-SHRINKING = 0.6  # of the motion in a step: larger motions (than TOUCH) in the next one approach nothing, it is the last
-RESTING = 0.017  # how far apart surfaces may be that are looked at then
-OVERLAP = TOUCH  # a larger overlap is undone before gravity acts
+# Lengths are relative to ``Limits.reach``, so that the motion does not depend on the unit of length.
+STRIDE = 0.033  # largest motion of a point in one step
+FIRST = 0.027  # motion of a free body in the first step
+WIDE = 2.5  # [strides] distance up to which surfaces take part in a step
+NARROW = 0.0067  # least stride for which contacts are searched
+GROWTH = 4.0  # largest ratio of a stride to the motion in the step before
+NOTHING = 1e-6  # a body whose motion, relative to the largest one allowed in the step, is smaller stays where it is
+STILL = 3.3e-5  # bodies are at rest if no point moves more in a step under the strongest gravity
+TOUCH = 1.7e-4  # distance or depth up to which surfaces may support a body at rest
+CALM = 3.3e-3  # after a step in which no point moves more, it is tested whether the bodies are at rest
+POLISH = 4  # largest number of further steps at rest, in which a balancing body comes nearer to its equilibrium
+SHRINKING = 0.6  # these steps end if a motion is larger than TOUCH and than this share of the one before
+RESTING = 0.017  # distance up to which surfaces are considered in the test for rest
+OVERLAP = TOUCH  # larger overlaps are removed before gravity acts
 
-FLUNG = 2.0  # depths of the deepest overlap: motions that undo it and go farther are not all made
-YIELDING = 3.0  # weights of the heaviest body, moved by that depth: the force at which overlaps then give way
-UNDOING = 12  # steps at most that undo overlaps
-STEPS = 150  # steps at most under gravity
-EFFORT = 1_000_000  # contacts in all cone programs of a group at most: about two minutes of them
-BALL = 0.4  # inertia of a ball over its mass and squared radius
-EAGER = 4.0  # how much stronger gravity gets, against what holds back motion, where bodies move slowly
-STRONGEST = 4.0**5  # times what it was at first, at most; nothing may move under it before a group rests
-BACK = 0.5  # cosine of the angle to the motion before beyond which a motion goes back; then half of it is made
-RECOVERY = 1.2  # growth of that share in a step that goes on
-SPREAD = 1e-3  # standard deviation of poses [m] whose weight is the mass itself
+FLUNG = 2.0  # [depths of the deepest overlap] if removing overlaps needs larger motions, they are allowed to yield
+YIELDING = 3.0  # force at which overlaps then yield, in weights of the heaviest body at that depth
+UNDOING = 12  # largest number of steps that remove overlaps
+STEPS = 150  # largest number of steps under gravity
+EFFORT = 1_000_000  # largest number of contacts in all cone programs of a group, about two minutes
+BALL = 0.4  # moment of inertia of a ball over its mass and squared radius
+EAGER = 4.0  # factor by which gravity is increased if bodies move slowly
+STRONGEST = 4.0**5  # largest total factor of gravity; a group is at rest only if nothing moves under it
+BACK = 0.5  # a motion reverses if its cosine to the one before is below -BACK; then only half of it is made
+RECOVERY = 1.2  # factor by which that share grows again in a step that does not reverse
+SPREAD = 1e-3  # [m] standard deviation of a position at which the weight of a body is its mass
 
 
 class End(Enum):
@@ -60,7 +60,7 @@ class End(Enum):
 
 @dataclass(frozen=True)
 class Limits:
-    """How far a body may go: its centre of mass by ``reach`` [m], and it may turn by ``turn`` [deg]."""
+    """How far a body may move: its centre of mass by ``reach`` [m], and its orientation by ``turn`` [deg]."""
 
     reach: float
     turn: float
@@ -68,11 +68,11 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What became of a group: its ``bodies``, movable ones first, how it ``end``-ed, and after how many ``steps``.
+    """The result for a group: its ``bodies``, movable ones first, how the motion ``end``-ed, and the number of steps.
 
-    ``pushed`` (J, 3) [m] is the part of the displacement that undid overlaps; ``left`` holds the numbers of the bodies
-    that left the reach, and ``going`` (J, 3) [m] are the motions of the centres of mass in the last step.
-    ``contacts`` are the near points at the end.
+    ``pushed`` (J, 3) [m] is the part of the displacements that removed overlaps. ``left`` holds the numbers of the
+    bodies that moved beyond the limits, ``going`` (J, 3) [m] the motions of the centres of mass in the last step, and
+    ``contacts`` the near points at the end.
     """
 
     bodies: tuple[Posed, ...]
@@ -96,9 +96,10 @@ def come_to_rest(
 ) -> Motion:
     """Bring the movable bodies with these ``names`` to rest among each other and the fixed bodies of the scene.
 
-    Bodies in ``known`` do not move while overlaps are undone. ``sigma`` [m] are standard deviations of the positions of
-    bodies, which then move in proportion to their squares. ``overlaps`` are those that are deeper than RESTING of
-    the reach. If ``smooth``, they first sink without friction, so that none is wedged.
+    Bodies in ``known`` do not move while overlaps are removed. ``sigma`` [m] are the standard deviations of the
+    positions of bodies; while overlaps are removed, bodies move in proportion to their squares. ``overlaps`` are those
+    that are deeper than RESTING times the reach. If ``smooth``, the bodies first sink without friction, so that none of
+    them gets stuck.
     """
     group = Group(scene, names, TOUCH * limits.reach)
     if not overlaps and not smooth and group.at_rest(limits.reach):
@@ -117,9 +118,10 @@ def come_to_rest(
 
 
 def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], limits: Limits) -> int:
-    """Undo ``overlaps`` and shallower ones by least motions, those of infinite ``weight`` (J,) none; returns the steps.
+    """Remove ``overlaps`` and shallower ones by least motions, and return the number of steps.
 
-    What bodies share is looked at until they are apart.
+    ``weight`` (J,) is the cost of moving each body; bodies with an infinite weight do not move. The common volume of
+    overlapping bodies is computed in every step until they are apart.
     """
     margin = max(WIDE * FIRST * limits.reach, 1.5 * max((o.depth for o in overlaps), default=0.0))
     group.overlapping = {frozenset(o.bodies) for o in overlaps}
@@ -138,7 +140,7 @@ def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], lim
 
 
 def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
-    """Let the bodies sink, slide and tip; returns how that ended, after how many steps, and the last motions (J, 3)."""
+    """Let the bodies sink, slide and tip; return how it ended, the number of steps, and the last motions (J, 3) [m]."""
     stride, eager, damped = FIRST * limits.reach, 1.0, 1.0
     last = made = np.zeros((group.count, 6))
     going = np.zeros((group.count, 3))
@@ -158,7 +160,7 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
         going = group.centres() - before
         if group.beyond(limits):
             return End.LEFT, step + 1, going
-        if calm and not group.at_rest(limits.reach):  # a step too many
+        if calm and not group.at_rest(limits.reach):  # the last step left the state of rest
             group.place(rest)
             return End.REST, step + 1, going
         calm = calm + 1 if travelled < CALM * limits.reach and (calm or group.at_rest(limits.reach)) else 0
@@ -176,15 +178,19 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
 
 
 def _margin(stride: float, limits: Limits) -> float:
-    """Return how far apart [m] surfaces may be in a step of ``stride`` [m]: one of a few, to use near points again."""
+    """Return the distance [m] up to which surfaces take part in a step of ``stride`` [m].
+
+    It is one of a few values, so that near points can be reused.
+    """
     widest = WIDE * STRIDE * limits.reach
     return float(widest * 0.5 ** np.floor(np.log2(widest / (WIDE * stride))))
 
 
 class Group:
-    """Bodies that may touch: ``bodies``, of which the first ``count`` are movable; with friction if ``rough``.
+    """A group of bodies that may touch, and their current poses.
 
-    ``effort`` is the number of contacts in all cone programs so far.
+    The first ``count`` of ``bodies`` are movable. Friction acts if ``rough``. ``effort`` is the number of contacts in
+    all cone programs so far.
     """
 
     def __init__(self, scene: Scene, names: Sequence[str], least: float) -> None:
@@ -205,7 +211,7 @@ class Group:
     def contacts(self, margin: float) -> Contacts:
         """Find all near points up to ``margin`` apart or into each other [m].
 
-        The two bounds are equal so that a wall between two bodies is always seen from the nearer side, too.
+        The two limits are equal, so that a thin wall is always found from its nearer side, too.
         """
         found: list[tuple[int, int, float, Near]] = []
         for i, j in pairs_near(self.bodies, margin, self.excluded):
@@ -221,7 +227,7 @@ class Group:
         return Contacts(ends, self.count, points, normals, gaps, mu, chosen)
 
     def _near_points(self, i: int, j: int, margin: float) -> Near:
-        """Find the near points of two bodies, or recall them if neither has moved since."""
+        """Return the near points of two bodies, from the cache if neither has moved since."""
         a, b = self.bodies[i], self.bodies[j]
         known = self._near.get((i, j))
         if known is None or known[0] is not a.body or known[1] is not b.body or known[2] != margin:
@@ -236,11 +242,11 @@ class Group:
         return np.array([posed.body.com_world for posed in self.bodies[: self.count]])
 
     def _metric(self, weight: Float) -> Float:
-        """Return the masses and inertias (J, 6) of the bodies taken as balls, times ``weight`` (J,)."""
+        """Return the masses and inertias (J, 6) of the bodies, treated as balls, times ``weight`` (J,)."""
         return np.outer(weight * self.share, [1, 1, 1, BALL, BALL, BALL])
 
     def undoing(self, contacts: Contacts, weight: Float) -> Float | None:
-        """Return the least motions (J, 6) that undo all overlaps; those of infinite ``weight`` (J,) stay in place."""
+        """Return the least motions (J, 6) that remove all overlaps, or None; infinite ``weight`` (J,) fixes a body."""
         least = np.minimum(weight, 1e9 * weight.min())
         unit = float(-contacts.gaps.min())
         pull = np.zeros(6 * self.count)
@@ -251,7 +257,7 @@ class Group:
         return motion
 
     def at_rest(self, reach: float) -> bool:
-        """Tell whether nothing moves under gravity and friction if surfaces as near as TOUCH of the reach touch."""
+        """Tell whether nothing moves under gravity and friction if surfaces within TOUCH times ``reach`` [m] touch."""
         contacts = self.contacts(RESTING * reach)
         if len(contacts) and contacts.gaps.min() < -TOUCH * reach:
             return False
@@ -262,7 +268,7 @@ class Group:
     def sinking(self, contacts: Contacts, stride: float, eager: float, before: Float | None = None) -> Float | None:
         """Return motions (J, 6) under gravity and friction, in which a free body sinks by ``eager * stride`` [m].
 
-        With the motions ``before`` (J, 6) they are found as one of many steps (``small_motion``).
+        If the motions ``before`` (J, 6) of the last step are given, they are found less exactly (``small_motion``).
         """
         pull = np.zeros((self.count, 6))
         pull[:, :3] = -eager * self.share[:, None] * self.scene.up
@@ -280,7 +286,7 @@ class Group:
         before: Float | None = None,
         giving: float | None = None,
     ) -> Float | None:
-        """Return the motions (J, 6) of ``small_motion``, and count what they cost."""
+        """Return the motions (J, 6) of ``small_motion``, and add its contacts to ``effort``."""
         motion, solved = small_motion(
             contacts,
             self.centres(),
@@ -296,11 +302,11 @@ class Group:
         return motion
 
     def sliding(self, contacts: Contacts, before: Float, touch: float, stride: float) -> Contacts:
-        """Return the contacts of a step of ``stride`` [m] in which what fell or slid in the motions ``before`` goes on.
+        """Return the contacts of a step of ``stride`` [m], adjusted for bodies that keep falling or sliding.
 
-        A cone g + n·v >= μ |t·v| drives surfaces apart that slide, so that a body between two walls would fall by their
-        distance over μ in a step. Nothing presses surfaces that are more than ``touch`` [m] apart: they slide as far
-        as before with g + n·v >= 0 alone, and the cone begins there.
+        The cone g + n·v >= μ |t·v| drives sliding surfaces apart. A body between two walls could then fall in one step
+        only by their distance over μ. But no force acts on surfaces that are more than ``touch`` [m] apart. These may
+        slide as far as in the motions ``before`` (J, 6) with g + n·v >= 0 alone; the cone begins beyond that.
         """
         _, across = slips(contacts, self.centres(), before)
         room = contacts.mu * across
@@ -309,9 +315,9 @@ class Group:
         return replace(contacts, gaps=contacts.gaps + np.where(loose, room, 0.0)).with_(smooth)
 
     def apply(self, motion: Float, most: float) -> float:
-        """Move the bodies by ``motion`` (J, 6), shortened so that no point moves farther than ``most`` [m].
+        """Move the bodies by ``motion`` (J, 6), scaled down so that no point moves farther than ``most`` [m].
 
-        Returns how far the point moved that moved farthest [m].
+        Returns the largest distance [m] by which a point moved.
         """
         farthest = self.farthest(motion)
         share = min(1.0, most / max(farthest, 1e-300))
@@ -321,25 +327,25 @@ class Group:
         return share * farthest
 
     def place(self, bodies: Sequence[Body]) -> None:
-        """Put all bodies where ``bodies`` are."""
+        """Put all bodies into the poses of ``bodies``."""
         for posed, body in zip(self.bodies, bodies, strict=True):
             if posed.body is not body:
                 posed.place(body)
 
     def report(self, end: End, steps: int, pushed: Float, going: Float, limits: Limits) -> Motion:
-        """Return what became of the group."""
+        """Return the result for the group."""
         contacts = self.contacts(RESTING * limits.reach)
         return Motion(tuple(self.bodies), end, steps, pushed, self.beyond(limits), going, contacts)
 
     def farthest(self, motion: Float) -> float:
-        """Return how far the point moves that moves farthest [m]."""
+        """Return the largest distance [m] by which a point moves."""
         return float(self._ways(motion).max())
 
     def _ways(self, motion: Float) -> Float:
-        """Return how far the point of each body (J,) moves that moves farthest [m]."""
+        """Return for each body (J,) the largest distance [m] by which a point moves."""
         return np.asarray(np.linalg.norm(motion[:, :3], axis=1) + self.levers * np.linalg.norm(motion[:, 3:], axis=1))
 
     def beyond(self, limits: Limits) -> tuple[int, ...]:
-        """Return the numbers of the bodies that have gone farther than the limits allow."""
+        """Return the numbers of the bodies that have moved beyond the limits."""
         movable = enumerate(self.bodies[: self.count])
         return tuple(k for k, p in movable if np.linalg.norm(p.moved) > limits.reach or p.turned > limits.turn)

@@ -1,4 +1,4 @@
-"""Bodies in poses that change: surfaces made ready once, moved rigidly ever after."""
+"""Bodies whose poses change: their surfaces are prepared once and then moved rigidly."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import manifold3d
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.contacts.skin import Skin, moved_skin
+from holdfast.contacts.search_mesh import SearchMesh, moved_mesh
 from holdfast.geometry.distance import winding_number
 from holdfast.geometry.solid import closed_solid
 from holdfast.scene.body import Body
 
-CLOSED = 1e-3  # of the area of a surface: the normals of one without large holes do not sum up to more
+CLOSED = 1e-3  # largest sum of area vectors, relative to the area, of a surface without large holes
 
 
 class Posed:
     """A body whose pose changes step by step.
 
-    ``body`` is the body in its current pose, ``start`` the one given. ``radius`` [m] is the distance of its farthest
-    vertex from the centre of mass.
+    ``start`` is the body as given, ``body`` in its current pose, and ``mesh`` its surface there. ``radius`` [m] is the
+    distance of its farthest vertex from the centre of mass.
     """
 
     def __init__(self, body: Body) -> None:
         self.start = self.body = body
-        self._local = Skin.of(body.moved(np.eye(4)))
-        self.skin = moved_skin(self._local, body.pose)
+        self._local = SearchMesh.of(body.moved(np.eye(4)))
+        self.mesh = moved_mesh(self._local, body.pose)
         arms = body.shape.surface.vertices - body.com_body
         self.radius = float(np.linalg.norm(arms, axis=1).max())
 
@@ -41,9 +41,9 @@ class Posed:
         self.place(self.start.moved(pose))
 
     def place(self, body: Body) -> None:
-        """Put the body where ``body``, the same one in another pose, is."""
+        """Put the body into the pose of ``body``, which is the same body."""
         self.body = body
-        self.skin = moved_skin(self._local, body.pose)
+        self.mesh = moved_mesh(self._local, body.pose)
 
     @cached_property
     def _solid(self) -> manifold3d.Manifold | None:
@@ -59,19 +59,19 @@ class Posed:
 
     @property
     def number(self) -> int:
-        """The number that faces of ``solid`` bear in what is cut out of it."""
+        """The number by which manifold3d marks faces of ``solid`` in results of its operations; -1 without a solid."""
         return -1 if self._solid is None else self._solid.original_id()
 
     @cached_property
     def _closed(self) -> bool:
-        """Tell whether the surface has an inside although it may be folded: its normals sum up to nothing."""
+        """Whether the surface has an inside, that is, its area vectors sum to zero; it may be folded."""
         local = self.start.shape.surface.reduced
         corners = local.vertices[local.faces]
         areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         return float(np.linalg.norm(areas.sum(0))) <= CLOSED * float(np.linalg.norm(areas, axis=1).sum())
 
     def encloses(self, points: Float) -> Bool:
-        """Tell which points (n,) are inside the body; all, if its surface is so open that it has no inside."""
+        """Tell which of ``points`` (n, 3) are inside the body; all, if its surface is so open that it has no inside."""
         if not len(points) or not self._closed:
             return np.ones(len(points), dtype=bool)
         local = (points - self.body.pose[:3, 3]) @ self.body.pose[:3, :3]
@@ -79,17 +79,17 @@ class Posed:
 
     @property
     def moved(self) -> Float:
-        """How far the centre of mass has moved (3,) [m]."""
+        """The displacement (3,) [m] of the centre of mass."""
         return np.asarray(self.body.com_world - self.start.com_world)
 
     @property
     def turned(self) -> float:
-        """By how much the body has turned [deg]."""
+        """The angle [deg] by which the body has turned."""
         return turn_between(self.start.pose, self.body.pose)
 
 
 def turn_between(before: Float, after: Float) -> float:
-    """Return the angle [deg] between two poses (4, 4)."""
+    """Return the angle [deg] between the orientations of two poses (4, 4)."""
     relative = before[:3, :3].T @ after[:3, :3]
     sine = np.linalg.norm([relative[k, m] - relative[m, k] for k, m in ((2, 1), (0, 2), (1, 0))]) / 2
     return float(np.degrees(np.arctan2(sine, (np.trace(relative) - 1) / 2)))
@@ -105,14 +105,14 @@ def rotation_of(turn: Float) -> Float:
 
 
 def nearest_rotation(matrix: Float) -> Float:
-    """Return the rotation nearest to a matrix (3, 3) that is one but for rounding."""
+    """Return the rotation nearest to a matrix (3, 3) that is a rotation up to rounding."""
     return np.asarray(1.5 * matrix - 0.5 * matrix @ matrix.T @ matrix)
 
 
 def pairs_near(bodies: Sequence[Posed], gap: float, excluded: frozenset[frozenset[str]]) -> list[tuple[int, int]]:
-    """Return the pairs of numbers of bodies, not both fixed nor excluded, whose boxes come within ``gap`` [m]."""
-    low = np.array([posed.skin.box[0] for posed in bodies]) - gap / 2
-    high = np.array([posed.skin.box[1] for posed in bodies]) + gap / 2
+    """Return the pairs of bodies, by number, whose boxes come within ``gap`` [m], without fixed or excluded pairs."""
+    low = np.array([posed.mesh.box[0] for posed in bodies]) - gap / 2
+    high = np.array([posed.mesh.box[1] for posed in bodies]) + gap / 2
     fixed = np.array([posed.start.fixed for posed in bodies])
     near = ((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(2) & ~(fixed[:, None] & fixed[None])
     names = [posed.start.name for posed in bodies]

@@ -9,16 +9,16 @@ from holdfast.scene.scene import Scene
 
 
 def groups_within(scene: Scene, gap: float) -> tuple[tuple[str, ...], ...]:
-    """Return the names of the movable bodies, grouped by whose boxes come within ``gap`` [m] of each other.
+    """Return the names of the movable bodies in groups; bodies are connected if their boxes come within ``gap`` [m].
 
-    Fixed bodies connect nothing. Groups and names are in the order of the scene.
+    Fixed bodies do not connect groups. Groups and names are in the order of the scene.
     """
     near = [(a.name, b.name) for a, b in neighbours(scene, gap) if not (a.fixed or b.fixed)]
     return joined([body.name for body in scene.movable], near)
 
 
 def joined(names: Iterable[str], pairs: Iterable[tuple[str, str]]) -> tuple[tuple[str, ...], ...]:
-    """Return the connected groups of ``names``, in their order."""
+    """Return the groups of ``names`` that ``pairs`` connect, in the order of the names."""
     group = {name: [name] for name in names}
     order = {name: k for k, name in enumerate(group)}
     for a, b in pairs:

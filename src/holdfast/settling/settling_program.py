@@ -12,22 +12,22 @@ from holdfast.base.rigid import tangents
 from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
 
-GIVING = 1e4  # weights of the heaviest body: the force at which an overlap that cannot be undone gives way
-TOLERANCE = 1e-11
-ROUGHLY = 1e-8  # that of steps that the next one corrects
-ROUNDS = 8  # solutions at most of one step: after each, contacts that it violates join those that were chosen
-VIOLATED = 1e-4  # of the unit of length: a smaller violation does not count
-LEFT = 1e-2  # of the unit of length: a smaller violation is left to the next step
-SOON = 0.3  # of the unit of length: contacts that the motions before would leave farther apart wait until violated
-MORE = 3  # contacts of a pair of bodies that join at a time
+GIVING = 1e4  # [weights of the heaviest body] force at which an overlap that cannot be removed yields
+TOLERANCE = 1e-11  # of the cone program
+ROUGHLY = 1e-8  # the same for steps that the next step corrects
+ROUNDS = 8  # largest number of solutions of one step; after each, violated contacts are added to the program
+VIOLATED = 1e-4  # relative to the unit of length: smaller violations do not count
+LEFT = 1e-2  # relative to the unit of length: smaller violations are left to the next step
+SOON = 0.3  # relative to the unit of length: contacts that would be farther apart are added only when violated
+MORE = 3  # number of contacts of a pair of bodies that are added at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """All near points of a group.
 
-    ``ends`` (n, 2) are the numbers of the two bodies, of which those from ``movable`` on are fixed, ``points`` and
-    ``normals`` (n, 3), ``gaps`` and ``chosen`` (n,) are as in Near, ``mu`` (n,) are the friction coefficients.
+    ``ends`` (n, 2) are the numbers of the two bodies; numbers from ``movable`` on are fixed bodies. ``points`` and
+    ``normals`` (n, 3), ``gaps`` and ``chosen`` (n,) are as in ``Near``, and ``mu`` (n,) are the friction coefficients.
     """
 
     ends: Int
@@ -44,7 +44,7 @@ class Contacts:
         return Contacts(self.ends[which], self.movable, points, normals, gaps, mu, self.chosen[which])
 
     def with_(self, others: Contacts) -> Contacts:
-        """Return these contacts and others of the same bodies."""
+        """Return these contacts together with ``others`` of the same bodies."""
         return Contacts(
             np.concatenate([self.ends, others.ends]),
             self.movable,
@@ -60,10 +60,10 @@ class Contacts:
 
 
 def relative_motion(contacts: Contacts, centres: Float, levers: Float, directions: Float) -> sparse.csr_matrix:
-    """Return the operator (n, 6J) from motions to how fast the second body moves away along ``directions`` (n, 3).
+    """Return the operator (n, 6J) from motions to the relative displacement of the second body along ``directions``.
 
-    The motion of a body is the displacement (3,) of its centre of mass, one of ``centres`` (J, 3), and its rotation
-    (3,) times its lever, one of ``levers`` (J,).
+    ``directions`` (n, 3) are unit vectors, one for each contact. The motion of a body is the displacement (3,) of its
+    centre of mass, one of ``centres`` (J, 3), and its rotation (3,) times its lever, one of ``levers`` (J,).
     """
     rows, columns, entries = [], [], []
     for side, sign in ((contacts.ends[:, 0], -1.0), (contacts.ends[:, 1], 1.0)):
@@ -84,8 +84,8 @@ def step_program(
     """Set up min ½ v'Mv - f'v  s.t.  g + n·v >= μ |t·v| at every contact (Anitescu 2006).
 
     v (6J,) are the motions as in ``relative_motion``, ``metric`` (J, 6) is the diagonal of M, ``pull`` (6J,) is f.
-    Lengths are in any one unit. With ``giving``, every contact may give way, so that there always is a
-    solution: n more variables s >= 0 are added to the left-hand side, each at this cost over the largest entry of M.
+    Lengths are in any one unit. With ``giving``, every contact may yield, so that there is always a solution: n further
+    variables s >= 0 are added to the left-hand sides, each with the cost ``giving`` times the largest entry of M.
     """
     J, n, mu = len(centres), len(contacts), contacts.mu
     rough = mu > 0
@@ -130,10 +130,10 @@ def small_motion(
 ) -> tuple[Float | None, int]:
     """Return the motions (J, 6) that solve ``step_program`` with lengths in ``unit`` [m], or None if none is found.
 
-    With them comes the number of contacts in all programs that were solved for it. The first three numbers of a motion
-    are in metres, the others in radians. ``pull`` (6J,) is such that a free body moves by ``unit`` times its first
-    three entries over its mass. With the motions ``before`` (J, 6) of the last step it is solved roughly, because
-    the next step corrects it, and begins with the contacts that matter if the bodies go on like that.
+    Also returns the number of contacts in all programs that were solved. The first three numbers of a motion are in
+    metres, the others in radians. A free body moves by ``unit`` times the first three entries of ``pull`` (6J,) over
+    its mass. If the motions ``before`` (J, 6) of the last step are given, the program is solved less exactly, because
+    the next step corrects it, and begins with the contacts that matter if the bodies continue to move like that.
     """
     scaled = replace(contacts, points=contacts.points / unit, gaps=contacts.gaps / unit)
     if not friction:
@@ -172,8 +172,8 @@ def _solved(
 ) -> Float | None:
     """Return the solution (6J,) of ``step_program``.
 
-    Only if it must, friction does not hold in overlaps, which a body may have no way to leave but along them, and
-    only if that is not enough, contacts give way.
+    If there is no solution, friction is dropped in overlaps, because a body may only be able to leave them sideways. If
+    there is still none, contacts may yield.
     """
     smooth = replace(contacts, mu=np.where(contacts.gaps < 0, 0.0, contacts.mu))
     firm = ((contacts, None), (smooth, None), (smooth, GIVING)) if giving is None else ((contacts, giving),)
@@ -185,8 +185,8 @@ def _solved(
 
 
 def _moved_apart(contacts: Contacts, centres: Float, motion: Float) -> Float:
-    """Return how far the second body moves away from the first at every contact (n, 3), of motions (J, 6)."""
-    fixed = np.zeros((1, 3))  # of all bodies that are
+    """Return the relative displacement (n, 3) of the second body at every contact, for motions (J, 6)."""
+    fixed = np.zeros((1, 3))  # the motion and the centre of all fixed bodies
     shift, turn = np.concatenate([motion[:, :3], fixed]), np.concatenate([motion[:, 3:], fixed])
     bodies = np.minimum(contacts.ends, len(centres))
     arms = contacts.points[:, None] - np.concatenate([centres, fixed])[bodies]
@@ -195,20 +195,20 @@ def _moved_apart(contacts: Contacts, centres: Float, motion: Float) -> Float:
 
 
 def slips(contacts: Contacts, centres: Float, motion: Float) -> tuple[Float, Float]:
-    """Return how far the surfaces move apart along the normals (n,), and across them (n,), of motions (J, 6)."""
+    """Return the relative displacements along the normals (n,) and perpendicular to them (n,), for motions (J, 6)."""
     away = _moved_apart(contacts, centres, motion)
     along = (away * contacts.normals).sum(1)
     return along, np.linalg.norm(away - along[:, None] * contacts.normals, axis=1)
 
 
 def _slack(contacts: Contacts, centres: Float, motion: Float) -> Float:
-    """Return g + n·v - μ |t·v| at every contact (n,), of motions (J, 6)."""
+    """Return g + n·v - μ |t·v| at every contact (n,), for motions (J, 6)."""
     along, across = slips(contacts, centres, motion)
     return np.asarray(contacts.gaps + along - contacts.mu * across)
 
 
 def _violated(contacts: Contacts, centres: Float, motion: Float, least: float) -> Bool:
-    """Tell which contacts (n,) motions (J, 6) violate by more than ``least``, of every pair of bodies the worst few."""
+    """Mark the contacts (n,) that motions (J, 6) violate by more than ``least``, only the worst few of every pair."""
     slack = _slack(contacts, centres, motion)
     worst = np.zeros(len(contacts), dtype=bool)
     order = np.flatnonzero(slack < -least)

@@ -24,7 +24,7 @@ from holdfast.base.rigid import tangents, transform
 from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.contacts.features import Features, touching_features
-from holdfast.contacts.skin import Skin, moved_skin, near_faces
+from holdfast.contacts.search_mesh import SearchMesh, moved_mesh, near_faces
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.sweep import Swept, hit_distance
@@ -53,9 +53,9 @@ class Still:
     up: Float
 
     @cached_property
-    def skin(self) -> Skin:
+    def mesh(self) -> SearchMesh:
         """The surface of the body, prepared for the contact search."""
-        return Skin.of(self.body)
+        return SearchMesh.of(self.body)
 
     @cached_property
     def swept(self) -> Swept:
@@ -70,9 +70,9 @@ class Moved:
     body: Body
 
     @cached_property
-    def skin(self) -> Skin:
+    def mesh(self) -> SearchMesh:
         """The surface of the object in the body frame, prepared for the contact search."""
-        return Skin.of(self.body.moved(np.eye(4)))
+        return SearchMesh.of(self.body.moved(np.eye(4)))
 
     @cached_property
     def size(self) -> float:
@@ -144,15 +144,15 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
 
     Raises SceneError if the friction coefficient there is not known.
     """
-    skin = moved_skin(moved.skin, pose)
-    low, high = skin.box[0] - reach, skin.box[1] + reach
+    mesh = moved_mesh(moved.mesh, pose)
+    low, high = mesh.box[0] - reach, mesh.box[1] + reach
     points, normals, gaps, mu = [np.empty((0, 3))], [np.empty((0, 3))], [np.empty(0)], [np.empty(0)]
     for still in stills:
-        other = still.skin
+        other = still.mesh
         box_low, box_high = still.body.box
         if (box_low > high).any() or (box_high < low).any():
             continue
-        pairs = near_faces(other, skin, reach)
+        pairs = near_faces(other, mesh, reach)
         if not len(pairs):
             continue
         if still.mu is None:
@@ -160,7 +160,7 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
             raise SceneError(message(where, "is not given", "add the pair or a default"))
         size = min(moved.size, still.body.size)
         found = touching_features(
-            other, skin, pairs, gap=reach, depth=reach, angles=Angles(PARALLEL, PARALLEL),
+            other, mesh, pairs, gap=reach, depth=reach, angles=Angles(PARALLEL, PARALLEL),
             size=size, strict=NEGLIGIBLE * size,
         )  # fmt: skip
         for place, normal, gap in starmap(_ends, zip(found, (True, False), strict=True)):

@@ -1,4 +1,4 @@
-"""Read assemblies of COMPAS: compas_assembly under COMPAS 1 and 2, block models of compas_dem, and lists of meshes."""
+"""Reads COMPAS assemblies (compas_assembly, COMPAS 1 and 2), block models of compas_dem, and lists of meshes."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ def read(
 ) -> Scene:
     """Return the scene of an assembly: one body for each block, named by the number of its node in the graph.
 
-    In a list of meshes each is a block, named by its place from 0, and none is a support. Supports are fixed, and so
-    are the blocks named in ``fixed``. COMPAS keeps neither friction nor masses nor units: ``friction`` and ``density``
-    [kg/m³] or ``mass`` [kg] are needed, each one number or one for each name, and lengths are taken as metres.
-    Interfaces in the file are ignored; contacts are found anew. ``floor`` adds the half space below z = 0.
+    In a list of meshes, each mesh is a block named by its position from 0, and none is a support. Supports and the
+    blocks named in ``fixed`` are fixed. COMPAS files have neither friction nor masses nor units: ``friction`` and
+    ``density`` [kg/m³] or ``mass`` [kg] are needed, each one number or one for each name, and lengths are taken as
+    metres. Interfaces in the file are ignored; contacts are detected. ``floor`` adds the half space below z = 0.
 
     Raises SceneError or GeometryError if the file is malformed, or if friction or masses are missing.
     """
@@ -92,7 +92,7 @@ def read(
 
 
 def _inside(wrapped: Any) -> Data:  # noqa: ANN401
-    """Return what an object of COMPAS holds: under ``data`` since 2.0, before under ``value``."""
+    """Return the content of a COMPAS object: ``data`` since version 2.0, ``value`` before."""
     inner = wrapped["data"] if "data" in wrapped else wrapped["value"]
     if not isinstance(inner, Mapping):
         raise TypeError(f"{quoted(wrapped.get('dtype'))} holds no map")
@@ -115,7 +115,7 @@ def _blocks(data: Data | list[Data]) -> tuple[dict[str, tuple[Data, Float]], lis
     found, supports = {}, []
     for key, node in graph["node"].items():
         element = elements[node["element"]]
-        if element.get("geometry") is None:  # a group of others
+        if element.get("geometry") is None:  # a group of elements
             continue
         kind = str(element["geometry"]["dtype"])
         if not kind.endswith("/Mesh"):
@@ -128,7 +128,7 @@ def _blocks(data: Data | list[Data]) -> tuple[dict[str, tuple[Data, Float]], lis
 
 
 def _places(model: Data) -> dict[str, Float]:
-    """Return the matrix (4, 4), to the world, of the frame in which each element lies, by the tree of the model."""
+    """Return the matrix (4, 4) from the frame of each element to the world, by the tree of the model."""
     elements, found = model["elements"], {}
     waiting = [(model.get("tree", {}).get("root", {}), _matrix(model.get("transformation")))]
     while waiting:

@@ -13,8 +13,8 @@ from pydantic_core import ErrorDetails
 from holdfast.base.errors import message
 from holdfast.base.text import LONGEST_NAME, one_line, quoted
 
-ALIKE = 0.65  # least likeness, of 1, of a key to the one that was probably meant
-# Names that people, and other formats, give to what a scene file calls otherwise
+ALIKE = 0.65  # least similarity (at most 1) of an unknown key to the one that is suggested
+# Keys that users and other formats use for what has another key in a scene file
 OTHER_NAMES = {
     "quaternion": "orientation",
     "rpy": "rpy_degrees",
@@ -40,16 +40,16 @@ OTHER_NAMES = {
     "triangles": "faces",
     "points": "vertices",
 }
-# What to write for a key that is missing and that newcomers do not know of
+# What to write for a missing key that new users do not know
 EXAMPLES = {
     "friction": "write `friction: 0.5` for all pairs, or `friction: {pairs: [{between: [cup, table], mu: 0.4}]}`",
 }
 
 
 def first_fault(error: ValidationError, schema: type[BaseModel], data: Any, path: Path) -> str:  # noqa: ANN401
-    """Describe the error that explains most in one line, with the name of the body as well as its number.
+    """Describe the most helpful of the errors in one line, with the name of the body as well as its number.
 
-    A key that is unknown comes first: it is likely to be the wrong spelling of one that is missing.
+    An unknown key comes first, because it is probably a misspelling of a missing one.
     """
     faults = error.errors(include_url=False, include_context=False)
     first = next((fault for fault in faults if fault["type"] == "extra_forbidden"), faults[0])
@@ -64,7 +64,7 @@ def first_fault(error: ValidationError, schema: type[BaseModel], data: Any, path
 
 
 def _problem(fault: ErrorDetails, tags: list[str]) -> tuple[str, str]:
-    """Return what is wrong, with the value, and a hint or an empty text; ``tags`` are the types there are."""
+    """Return what is wrong, with the value, and a hint, which may be empty; ``tags`` are the known types."""
     value = fault["input"]
     if fault["type"] in ("union_tag_invalid", "union_tag_not_found"):
         known = ", ".join(map(repr, tags))
@@ -87,13 +87,12 @@ def _hint(name: str, known: list[str]) -> str:
 
 
 def _walk(schema: type[BaseModel], place: tuple[int | str, ...], *, unknown: bool) -> tuple[list[type[BaseModel]], str]:
-    """Return the models that may stand at the place of an error, and the place as ``bodies[1].shape.size``.
+    """Return the models that are possible at the place of an error, and the place as ``bodies[1].shape.size``.
 
-    Pydantic names in the place also which of several types it tried; these are left out. If the last key is ``unknown``
-    it stays.
+    Pydantic includes in the place which of several types it tried; these are left out. An ``unknown`` last key stays.
     """
     models: list[type[BaseModel]] = [schema]
-    parts, inside = [""], False  # inside a map whose keys are no fields
+    parts, inside = [""], False  # whether inside a map with free keys
     for number, key in enumerate(place, 1):
         fields = {name: field.annotation for model in models for name, field in model.model_fields.items()}
         if isinstance(key, int):
@@ -110,7 +109,7 @@ def _walk(schema: type[BaseModel], place: tuple[int | str, ...], *, unknown: boo
 
 
 def _tags(model: type[BaseModel]) -> tuple[str, ...]:
-    """The values of ``type`` by which a model is chosen; that of friction is chosen by being a table."""
+    """Return the values of ``type`` that select a model; the friction model is selected by being a table."""
     kind = model.model_fields.get("type")
     return get_args(kind.annotation) if kind is not None else ("table",)
 

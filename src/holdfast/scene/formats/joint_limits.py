@@ -1,4 +1,4 @@
-"""Positions of joints that somebody gives, held against the limits that the file has for them."""
+"""Checks of given joint positions against the limits in the file."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from holdfast.base.errors import SceneError, message
 
-SLACK = 0.01  # of the range: files round limits (1.57 for a right angle), and simulators let joints yield a little
+SLACK = 0.01  # share of the range, because files round limits (1.57 for a right angle) and simulators let joints yield
 
 
 def check_within(where: str, position: float, low: float, high: float, *, turning: bool) -> None:
     """Raise SceneError if the position [rad or m] of a joint lies outside ``low`` to ``high``, with both units named.
 
-    Mostly it was meant in degrees or in millimetres. Limits without a range are no limits: some files leave them out.
+    Such a position was probably meant in degrees or millimetres. Equal limits do not count: some files leave them out.
     """
     slack = SLACK * (high - low)
     if not high > low or low - slack <= position <= high + slack:

@@ -1,4 +1,4 @@
-"""Read planning scenes of MoveIt from its text files (.scene): objects of shapes, without masses or friction."""
+"""Reads MoveIt planning scenes from text files (.scene): objects of several shapes, without masses or friction."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from holdfast.scene.inertial import Inertial
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
-MOST_SHAPES = 10_000  # of one object
-UNIT = 1e-3  # how far a quaternion's length may be from 1
+MOST_SHAPES = 10_000  # largest number of shapes of one object
+UNIT = 1e-3  # largest deviation of a quaternion's length from 1
 
 
 def sniff(source: Source) -> bool:
-    """Tell whether the file is a text whose second line begins an object, or that ends after a name."""
+    """Tell whether the file is a text whose second line begins an object, or which ends after the name."""
     if source.suffix != ".scene" or b"\0" in source.head:
         return False
     second = source.text.partition("\n")[2].lstrip()
@@ -48,10 +48,10 @@ def read(
 ) -> Scene:
     """Return the scene of a planning scene's text: one body for each object, named by its id.
 
-    MoveIt keeps neither friction nor masses: ``friction`` and ``density`` [kg/m³] or ``mass`` [kg] are needed, each one
-    number or one for each name. ``fixed`` names the objects that never move, and ``floor`` adds the half space below
-    z = 0. Colours and subframes are left out. Raises SceneError if the file is malformed, or if friction or masses are
-    missing.
+    MoveIt files have neither friction nor masses: ``friction`` and ``density`` [kg/m³] or ``mass`` [kg] are needed,
+    each one number or one for each name. ``fixed`` names the objects that never move, and ``floor`` adds the half space
+    below z = 0. Colours and subframes are left out. Raises SceneError if the file is malformed, or if friction or
+    masses are missing.
     """
     where = str(source.path)
     objects = dict(_Lines(source).objects())
@@ -74,7 +74,7 @@ def read(
 
 
 def _inertial(pieces: list[Piece], mass: Numbers | None, density: Numbers | None, name: str) -> Inertial:
-    """Return the mass of an object, spread evenly over its shapes."""
+    """Return the inertial of an object whose mass is distributed evenly over its shapes."""
     given, dense = first_of(own(mass, density, name), common(mass, density))
     if given is None and dense is None:
         problem = "has no mass"
@@ -85,12 +85,12 @@ def _inertial(pieces: list[Piece], mass: Numbers | None, density: Numbers | None
 
 
 class _Lines:
-    """The lines of a file, one after the other."""
+    """A reader of the lines of a file, one after the other."""
 
     def __init__(self, source: Source) -> None:
         self.path = source.path
         self.lines = source.text.splitlines()
-        self.at = 1  # behind the name of the scene
+        self.at = 1  # the first line is the name of the scene
 
     def fail(self, problem: str, remedy: str) -> NoReturn:
         raise SceneError(message(f"{self.path}:{self.at}", problem, remedy))
@@ -121,7 +121,7 @@ class _Lines:
         return int(text)
 
     def pose(self) -> Float:
-        """Return a pose (4, 4) from two lines: a place, and a quaternion with its real part last."""
+        """Return a pose (4, 4) from two lines: a position, and a quaternion with its real part last."""
         place = self.numbers(3)
         x, y, z, w = self.numbers(4)
         if abs(np.linalg.norm((x, y, z, w)) - 1) > UNIT:
@@ -131,7 +131,7 @@ class _Lines:
     def objects(self) -> Iterator[tuple[str, tuple[Float, list[Piece]]]]:
         """Yield the name of each object with its pose and its shapes.
 
-        Files of older versions have no pose of the object: the number of its shapes follows its name.
+        In files of older versions the object has no pose: the number of its shapes follows its name.
         """
         seen: set[str] = set()
         while (begin := self.line()) != ".":
@@ -151,7 +151,7 @@ class _Lines:
             yield name, (pose, pieces)
 
     def piece(self) -> Piece:
-        """Return a shape with its pose in the object; its colour is passed over."""
+        """Return a shape with its pose in the object; skip its colour."""
         shape = self.shape()
         pose = self.pose()
         self.numbers(4)

@@ -29,11 +29,11 @@ Weight = tuple[float | None, float | None]  # a mass [kg] and a density [kg/m³]
 
 FLOOR = "floor"
 GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
-LEAST_STRETCH = 1e-9  # [-] of a matrix: less is flat
+LEAST_STRETCH = 1e-9  # [-] least stretch of a matrix; with less it is singular
 
 
 class Known(NamedTuple):
-    """What is known of a body beside the mesh of its node: ``shape``, if it is more than the mesh, and ``noise`` [m].
+    """Data of a body besides the mesh of its node: its ``shape``, if it is not just the mesh, and its ``noise`` [m].
 
     ``com`` (3,) [m] and ``inertia`` (3, 3) [kg m²] are as in ``Body``; the origin of the mesh is at ``origin`` (3,) [m]
     in the frame of the body.
@@ -59,14 +59,14 @@ def from_trimesh(
 ) -> Scene:
     """Return the scene of ``meshes``: a ``trimesh.Scene``, or one ``trimesh.Trimesh``, which is named ``mesh``.
 
-    Every node with triangles is a body with its name; scale in its matrix goes to the vertices, the rest is its pose.
-    ``mass`` [kg] and ``density`` [kg/m³] are one number for all that move, or one for each name; a name's own number
-    comes first, and masses before densities. ``fixed`` are names of bodies, ``materials`` gives bodies one for the
-    friction table. With ``up_axis="y"`` everything is turned so that y becomes z. ``floor`` adds the half space below z
-    = 0. Lengths are in metres. Gravity is 9.81 m/s² downwards; ``dataclasses.replace`` gives the scene another, or a
-    name.
+    Every node with triangles is a body with its name. A scale in its matrix is applied to the vertices, and the rest is
+    its pose. ``mass`` [kg] and ``density`` [kg/m³] are one number for all movable bodies, or one for each name. A
+    number for a name has priority, and so has a mass over a density. ``fixed`` are names of bodies, and ``materials``
+    maps names of bodies to materials for the friction table. With ``up_axis="y"`` everything is rotated so that y
+    becomes z. ``floor`` adds the half space below z = 0. Lengths are in metres. Gravity is 9.81 m/s² downwards;
+    ``dataclasses.replace`` gives the scene another, or a name.
 
-    Raises SceneError for unknown names and missing masses, GeometryError for meshes and matrices that are no use.
+    Raises SceneError for unknown names and missing masses, and GeometryError for meshes and matrices that are invalid.
     """
     if not hasattr(meshes, "graph"):
         if not hasattr(meshes, "faces"):
@@ -100,9 +100,9 @@ def scene_of_nodes(
     known: Mapping[str, Known] | None = None,
     excluded: Sequence[Excluded] = (),
 ) -> Scene:
-    """Return the scene of these nodes, with a mass or a density for each name; for the rest, see ``from_trimesh``.
+    """Return the scene of these nodes, with a mass or a density for each name; otherwise as ``from_trimesh``.
 
-    ``known`` is what is known of some bodies, by their names, and ``excluded`` are pairs that do not touch.
+    ``known`` holds further data of some bodies, by name, and ``excluded`` are pairs that do not touch.
     """
     names = [node.name for node in nodes]
     if not names:
@@ -138,9 +138,9 @@ def check_names(what: str, names: Any, known: Sequence[str]) -> None:  # noqa: A
 
 
 def check_weights(mass: Numbers | None, density: Numbers | None, names: Sequence[str]) -> None:
-    """Raise SceneError for a mass or density of a name that is not there, and for one of all that is no such number.
+    """Raise SceneError for masses or densities of unknown names, and for an invalid number for all bodies.
 
-    Those under names are checked where they are used.
+    Numbers for single names are checked where they are used.
     """
     for what, given, within in (("mass", mass, MASS), ("density", density, DENSITY)):
         check_names(what, given, names)
@@ -149,7 +149,7 @@ def check_weights(mass: Numbers | None, density: Numbers | None, names: Sequence
 
 
 def own(mass: Numbers | None, density: Numbers | None, name: str) -> Weight:
-    """Return the mass and density that stand under a name."""
+    """Return the mass and density that are given for a name."""
     mass_of, density_of = (each.get(name) if isinstance(each, Mapping) else None for each in (mass, density))
     return mass_of, density_of
 
@@ -161,7 +161,7 @@ def common(mass: Numbers | None, density: Numbers | None) -> Weight:
 
 
 def first_of(*weights: Weight) -> Weight:
-    """Return the first of these that says anything; a mass comes before a density."""
+    """Return the first of these that gives a number; a mass has priority over a density."""
     mass, density = next((each for each in weights if each != (None, None)), (None, None))
     return mass, None if mass is not None else density
 
@@ -193,9 +193,9 @@ def _known_body(
 
 
 def split(matrix: Float, where: str) -> tuple[Float, Float]:
-    """Split an affine matrix (4, 4) into a pose (4, 4) and what is applied before it: scale, shear, mirror (3, 3).
+    """Split an affine matrix (4, 4) into a pose (4, 4) and the scale, shear and mirror (3, 3) applied before it.
 
-    Raises GeometryError if the matrix is not finite, is huge or flat, or has another last row than (0, 0, 0, 1).
+    Raises GeometryError if the matrix is not finite, is huge or singular, or if its last row is not (0, 0, 0, 1).
     """
     matrix = checked(matrix, (4, 4), f"{where}: matrix", within=SCALE, error=GeometryError)
     linear = matrix[:3, :3]

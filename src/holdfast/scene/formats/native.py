@@ -39,21 +39,21 @@ FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
 
 
 def _no_other_type(value: Any) -> Any:  # noqa: ANN401
-    """Refuse what pydantic would turn into a number: texts and truth values."""
+    """Refuse texts and truth values, which pydantic would convert to numbers."""
     if isinstance(value, bool | str | bytes):
         raise ValueError("needs a number")
     return value
 
 
 def _truth_value(value: Any) -> Any:  # noqa: ANN401
-    """Refuse what pydantic would turn into a truth value: 0 and 1, "yes" and "no"."""
+    """Refuse 0 and 1, "yes" and "no", which pydantic would convert to truth values."""
     if not isinstance(value, bool):
         raise ValueError("needs true or false")
     return value
 
 
 def _numbers(value: Any) -> Any:  # noqa: ANN401
-    """Refuse a map of numbers by the first that is none."""
+    """Refuse a map of numbers with a value that is not a number, and name the first one."""
     wrong = [key for key, item in value.items() if isinstance(item, bool | str)] if isinstance(value, dict) else []
     if wrong:
         raise ValueError(f"needs a number for {quoted(wrong[0])}, got {quoted(value[wrong[0]])}")
@@ -61,7 +61,7 @@ def _numbers(value: Any) -> Any:  # noqa: ANN401
 
 
 def _quaternion(value: Any) -> Any:  # noqa: ANN401
-    """Refuse three numbers, with the key for angles."""
+    """Refuse three numbers, and name the key for angles."""
     if isinstance(value, list | tuple) and len(value) == 3:
         raise ValueError(
             f"needs four numbers, a unit quaternion w, x, y, z; write angles as rpy_degrees: {list(value)}"
@@ -82,11 +82,11 @@ Matrix3 = tuple[Triple, Triple, Triple]
 Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
 
 
-MOST_KEYS = 100  # of one map; the errors of a file are all collected before the first is told
+MOST_KEYS = 100  # largest number of keys of one map, because pydantic collects the errors of all of them
 
 
 class Model(BaseModel):
-    """Plain data from outside: no unknown keys, no infinite numbers."""
+    """Base class of the models of a scene file, without unknown keys and infinite numbers."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -342,7 +342,7 @@ def _array(value: tuple[Any, ...] | None) -> Float | None:
 
 
 def shape_of(model: AnyModel, path: Path | None, name: str) -> Shape:
-    """Return the shape that a scene file at ``path`` gives to a body; without a path it may name no mesh file."""
+    """Return the shape of a body in a scene file at ``path``; without a path, mesh files are refused."""
     match model:
         case HalfSpaceModel():
             return HalfSpace()
@@ -373,7 +373,7 @@ def _solid(model: SolidModel, path: Path | None, name: str) -> Solid:
 
 
 def friction_of(model: float | FrictionModel) -> Friction:
-    """Return the friction table that a scene file gives."""
+    """Return the friction table of a scene file."""
     if not isinstance(model, FrictionModel):
         return Friction(default=model)
     pairs: dict[tuple[str, str], float] = {}

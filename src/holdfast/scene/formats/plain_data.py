@@ -1,4 +1,4 @@
-"""Convert YAML and JSON text to plain data and back, without code execution, deep recursion or silent loss."""
+"""Conversion of YAML and JSON text to plain data and back, without code execution, deep recursion or lost data."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _DECIMAL = re.compile(
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """A safe YAML loader that takes texts as keys, and none of them twice, instead of silently replacing its value."""
+    """A safe YAML loader that refuses keys that are not texts, and repeated keys, whose value YAML would replace."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen: set[str] = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, str):  # whose hashes nobody can make collide, as those of numbers
+            if not isinstance(key, str):  # hashes of texts cannot be made to collide, unlike those of numbers
                 raise _wrong_key(key, "is no text: put it in quotes", key_node)
             if key in seen:
                 raise _wrong_key(key, "twice", key_node)
@@ -39,7 +39,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 
 
 def _read_numbers_as_json_does(loader: Any) -> None:  # noqa: ANN401 - a class of loaders
-    """Have a YAML loader read 1e-3 as a number, and 1:30 and 010, once sixty and eight based, as the texts they are."""
+    """Make a YAML loader read 1e-3 as a number, and 1:30 and 010 (numbers in base 60 and 8 in YAML 1.1) as texts."""
     tags = {_INT: _WHOLE, _FLOAT: _DECIMAL}
     known = loader.yaml_implicit_resolvers.items()
     kept = {first: [pair for pair in pairs if pair[0] not in tags] for first, pairs in known}

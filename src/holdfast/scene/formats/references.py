@@ -1,4 +1,4 @@
-"""The files that a scene file names: found beside it or in packages, and never outside of these folders."""
+"""Files that a scene file refers to: they must be in its folder or in packages, never elsewhere."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from holdfast.scene.xml import MAX_BYTES, parsed
 
 Packages = Mapping[str, str | Path] | Callable[[str], str | Path | None]
 
-ROS = "package.xml"  # the manifest of a package that says its name
-MANIFESTS = (ROS, "model.config")  # a folder that holds one of these is a package of its folder's name
+ROS = "package.xml"  # a manifest that contains the name of its package
+MANIFESTS = (ROS, "model.config")  # a folder that contains one of these is a package
 
 
 @dataclass(frozen=True)
 class References:
     """Resolves names of files for the scene file at ``path``.
 
-    ``packages`` maps names of packages to folders, or is a function that does. A name may lead to the folder of the
-    scene file, to a package, and to what lies in them; ``option`` is the keyword of ``load_scene`` that widens this.
+    ``packages`` maps names of packages to folders, or is a function that does. Files must be in the folder of the scene
+    file or in a package. ``option`` is the keyword of ``load_scene`` that allows further folders, for error messages.
     """
 
     path: Path
@@ -40,7 +40,7 @@ class References:
     def file(self, name: str, where: str) -> Path:
         """Return the path of the file with this name: relative, absolute, ``file://``, ``package://``, ``model://``.
 
-        Raises SceneError for another scheme, an unknown package, or a path out of the folders that may be read.
+        Raises SceneError for another scheme, an unknown package, or a path outside the folders that may be read.
         """
         scheme, split, rest = name.partition("://")
         if not split:
@@ -56,7 +56,8 @@ class References:
     def package(self, name: str, where: str) -> Path:
         """Return the folder of a package: as given, or the nearest one with a manifest and this name.
 
-        Looked at are the folders beside the file and those above it. The name is that in package.xml, or the folder's.
+        The folders beside the file and above it are searched. The name of a package is that in package.xml, or else
+        that of its folder.
         """
         given = self.packages(name) if callable(self.packages) else (self.packages or {}).get(name)
         if given is not None:
@@ -77,11 +78,11 @@ class References:
         return [] if callable(self.packages) or not self.packages else [Path(each) for each in self.packages.values()]
 
     def _inside(self, path: Path, folders: list[Path], name: str, where: str) -> Path:
-        """Return ``path`` if, behind all links, it lies in one of the folders."""
+        """Return ``path`` if it is in one of the folders after resolving all links."""
         try:
             real = Path(os.path.realpath(path))
             inside = any(real.is_relative_to(os.path.realpath(folder)) for folder in folders)
-        except (OSError, ValueError) as cause:  # a zero byte, a circle of links
+        except (OSError, ValueError) as cause:  # for example a null byte or a cycle of links
             raise SceneError(message(where, f"names {quoted(name)}: {cause}", "check the path")) from cause
         if not inside:
             remedy = f"move it there, or give its folder with {self.option}={{name: folder}}"
@@ -105,5 +106,5 @@ def _is_package(folder: Path, name: str) -> bool:
     try:
         content = read_ordinary(folder / ROS, ROS, most=MAX_BYTES).decode("utf-8", "replace")
         return any(child.text.strip() == name for child in parsed(content, folder / ROS).all("name"))
-    except SceneError:  # of a package that nobody asked for
+    except SceneError:  # a damaged manifest of another package
         return False

@@ -62,7 +62,7 @@ class Format:
         return () if self.read is None else _keywords(self.read)
 
     def check_options(self, options: Iterable[str]) -> None:
-        """Raise SceneError if its reader has not all of these options."""
+        """Raise SceneError if its reader lacks one of these options."""
         _check_options(self, self.options, options, readable())
 
     def __str__(self) -> str:
@@ -182,7 +182,7 @@ def _keywords(function: Callable[..., Any]) -> tuple[str, ...]:
 
 
 def _check_options(chosen: Format, known: Sequence[str], options: Iterable[str], others: Iterable[Format]) -> None:
-    """Raise SceneError for an option that a format has not, with the names of ``others`` that have it."""
+    """Raise SceneError for an option that a format lacks, with the names of ``others`` that have it."""
     for option in options:
         if option not in known:
             near = difflib.get_close_matches(option, known, n=1)

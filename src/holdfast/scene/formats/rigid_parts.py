@@ -1,4 +1,4 @@
-"""What formats of robots have in common: rigid bodies put together from placed shapes and placed masses."""
+"""Common parts of robot formats: rigid bodies assembled from shapes and masses with poses."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Piece(NamedTuple):
 
 
 class Notes(list[str]):
-    """What a reader guessed, took for granted or left out; what is so of several links is said once."""
+    """Notes on what a reader assumed or left out; a note that holds for several links is written once."""
 
     def __init__(self) -> None:
         super().__init__()
         self._said: dict[str, tuple[int, list[str]]] = {}
 
     def of(self, link: str, text: str) -> None:
-        """Note something of a link."""
+        """Add a note about a link."""
         place, links = self._said.setdefault(text, (len(self), []))
         if link in links:
             return
@@ -51,9 +51,9 @@ class Notes(list[str]):
         self[place] = f"link{'s' if len(links) > 1 else ''} {listed(links)}: {text}"
 
     def unread(self, elements: Iterable[Element], known: Mapping[str, Collection[str]]) -> None:
-        """Note the elements below these of which the reader knows neither what they mean nor that they do not matter.
+        """Add a note on the elements below these that the reader does not know.
 
-        ``known`` holds, for each tag whose children are looked at, the tags of those that are read or do not matter.
+        ``known`` maps each tag whose children are inspected to the tags that are read or irrelevant.
         """
         found: Counter[str] = Counter()
         waiting, seen = list(elements), set[Element]()
@@ -70,11 +70,11 @@ class Notes(list[str]):
             self.append(f"not read, though it may matter: {listed(each, NAMED)}")
 
 
-NAMED = 12  # the most kinds of elements in one note
+NAMED = 12  # largest number of kinds of elements in one note
 
 
 def ball(radius: float, link: str, notes: Notes) -> Sphere:
-    """Return a sphere. One that is smaller than spheres may be stands for a point contact: it is as small as may be."""
+    """Return a sphere; one that is smaller than allowed represents a point contact and gets the smallest radius."""
     if 0 < radius < LENGTH.least:
         notes.of(link, f"spheres of radius {radius:g} m are taken as points ({LENGTH.least:g} m)")
         return Sphere(LENGTH.least)
@@ -87,7 +87,7 @@ K = TypeVar("K")
 
 @dataclass(eq=False)
 class Welded(Generic[M]):
-    """Things of a file that move as one, the first one of the file first; fixed if one of them is."""
+    """Members that move as one body, in the order of the file; the body is fixed if one of them is."""
 
     members: list[M]
     fixed: bool
@@ -97,25 +97,25 @@ G = TypeVar("G", bound=Welded[Any])
 
 
 def weld(group: dict[K, G], ends: Sequence[G | None], key: Callable[[Any], K]) -> None:
-    """Make one group of those at the two ends of a joint; None is the world, and what is joined to it is fixed.
+    """Merge the groups at the two ends of a joint; None is the world, and a group that is joined to it becomes fixed.
 
-    ``group`` holds the group of each thing by its ``key``, and is kept up to date.
+    ``group`` maps the ``key`` of each member to its group, and is updated.
     """
     found = [end for end in ends if end is not None]
     if len(found) < len(ends):
         for each in found:
             each.fixed = True
         return
-    kept, gone = found
-    if kept is not gone:
-        kept.members += gone.members
-        kept.fixed = kept.fixed or gone.fixed
-        for member in gone.members:
-            group[key(member)] = kept
+    first, second = found
+    if first is not second:
+        first.members += second.members
+        first.fixed = first.fixed or second.fixed
+        for member in second.members:
+            group[key(member)] = first
 
 
 def filled(pieces: Sequence[Piece], density: float) -> Inertial:
-    """Return the inertial of pieces of one ``density`` [kg/m³]; volume that they share counts once.
+    """Return the inertial of pieces with the same ``density`` [kg/m³]; common volume counts once.
 
     Raises GeometryError if one of them encloses no volume.
     """
@@ -128,7 +128,7 @@ def filled(pieces: Sequence[Piece], density: float) -> Inertial:
 def rigid_body(
     name: str, pieces: Sequence[Piece], *, pose: Float, inertial: Inertial | None = None, fixed: bool = False
 ) -> Body:
-    """Return a body of these pieces at ``pose`` (4, 4), its frame to the world. A single mesh is moved in the body."""
+    """Return a body of these pieces at ``pose`` (4, 4), body frame to world; a single mesh is moved in it."""
     materials = {piece.material for piece in pieces}
     return Body(
         name,
@@ -150,7 +150,7 @@ def scene_of(
     notes: Sequence[str],
     excluded: Sequence[Excluded] = (),
 ) -> Scene:
-    """Return the scene of a file, with what its reader guessed and left out, each note once."""
+    """Return the scene of a file with the notes of its reader, without repetitions."""
     return Scene(bodies, friction, gravity, name, excluded, dict.fromkeys(notes))
 
 
@@ -181,10 +181,9 @@ def pose_of(xyz: Sequence[float], rpy: Sequence[float]) -> Float:
 
 
 def checked_fixed(fixed: Iterable[str], known: Collection[str], what: str = "body") -> frozenset[str]:
-    """Return the names of what is to be fixed, the option ``fixed`` of readers.
+    """Check the option ``fixed`` of readers and return it as names.
 
-    Raises SceneError unless ``fixed`` is a list of names, all of them among the ``known`` ones; ``what`` says what
-    bears these names.
+    Raises SceneError unless ``fixed`` is a list of ``known`` names; ``what`` says in the message what has these names.
     """
     names = checked_items(fixed, "fixed", 'names, as ["table"]')
     for name in names:

@@ -61,7 +61,7 @@ def _body(item: dict[str, Any], path: Path) -> Body:
 def _orthonormal(pose: Float) -> Float:
     """Return the nearest rigid pose.
 
-    The files give rotations with nine digits, and without this correction faces would be tilted by the rounding error.
+    The files give rotations with nine digits; without this correction, rounding would tilt faces.
     """
     u, _, vt = np.linalg.svd(pose[:3, :3])
     rotation = u @ vt

@@ -13,10 +13,10 @@ from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.text import listed, quoted
 from holdfast.scene.formats import plain_data
 
-MAX_BYTES = 200_000_000  # the largest file that is read
-MAX_JSON_BYTES = 32_000_000  # the largest JSON file; parsed data may take twenty times the memory
-MAX_YAML_BYTES = 2_000_000  # the largest YAML file; parsing takes up to 3 s for 1 MB
-HEAD_BYTES = 4096  # length of the part that is read first, to recognise the format
+MAX_BYTES = 200_000_000  # size of the largest file that is read
+MAX_JSON_BYTES = 32_000_000  # size of the largest JSON file; parsed data may take twenty times the memory
+MAX_YAML_BYTES = 2_000_000  # size of the largest YAML file; parsing takes up to 3 s for 1 MB
+HEAD_BYTES = 4096  # length of the first part of a file, by which its format is recognised
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ class Source:
 
     @cached_property
     def _parsed(self) -> tuple[Any, SceneError | None]:
-        """The data, or the error if there is none; a failure is kept too, so that parsing is tried only once."""
+        """The data, or the error if there is none; errors are cached, too, so that parsing is tried only once."""
         try:
             self._check_size(MAX_JSON_BYTES if self._is_json else MAX_YAML_BYTES)
             if self._is_json:
@@ -104,7 +104,7 @@ class Source:
             raise SceneError(message(str(self.path), f"is {size:,} bytes", remedy))
 
     def described(self) -> str:
-        """Describe the content in a few words, for the message that no format recognises it."""
+        """Describe the content in a few words, for the error message if no format recognises it."""
         if not self.head:
             return "empty"
         data, error = self._parsed

@@ -1,4 +1,4 @@
-"""Friction of formats with a coefficient for every surface: each coefficient is a material, each pair has a number."""
+"""Friction tables for formats with a coefficient for every surface: each coefficient becomes a material."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RULES: Mapping[str, Callable[[float, float], float]] = {
 
 @dataclass
 class Surfaces:
-    """The materials of a scene that is being read; ``rule`` says how two coefficients make that of a pair."""
+    """The materials of a scene that is being read; ``rule`` combines the two coefficients of a pair."""
 
     rule: str
     coefficients: dict[str, float] = field(default_factory=dict)

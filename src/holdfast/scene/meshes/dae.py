@@ -1,7 +1,7 @@
 """COLLADA (.dae): the triangles of its scene, in metres. Materials, lights, cameras and animations are not looked for.
 
-Programs disagree on files whose up axis is not z: RViz, MoveIt and Gazebo take their coordinates as they are, others
-turn them. A mesh that may lie on its side is no help, so such files are refused.
+Programs disagree on files whose up axis is not z: RViz, MoveIt and Gazebo ignore the axis, others rotate the mesh. So
+such files are refused.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from holdfast.base.text import quoted
 from holdfast.scene.xml import Element, parsed
 
 UP = "Z_UP"
-MOST_TRIANGLES = 5_000_000  # nodes may be repeated within nodes that are
+MOST_TRIANGLES = 5_000_000  # repeated nodes within repeated nodes can multiply a small file
 MOST_NODES = 100_000
 DEEPEST = 50  # levels of nodes
 
@@ -30,18 +30,20 @@ REFUSED = ("instance_controller", "lookat", "skew")
 def read(content: bytes) -> tuple[Float, Int]:
     """Return the vertices [m] and triangles of a COLLADA file, at the places of its scene.
 
-    Raises ValueError, with the line, for what is not there or not read, and for another up axis than z.
+    Raises ValueError, with the line, if something is missing or not supported, or if the up axis is not z.
     """
     try:
         root = parsed(content.decode("utf-8-sig"), Path("line"))
-        with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond all are told when a mesh is made of them
+        with np.errstate(
+            over="ignore", invalid="ignore"
+        ):  # infinite numbers raise an error when a mesh is made of them
             return _Document(root).triangles()
     except SceneError as cause:
         raise ValueError(str(cause)) from cause
 
 
 class _Document:
-    """A file with its elements by their ids; references lead to these alone, never out of the file."""
+    """A file with its elements by their ids; references outside the file are refused."""
 
     def __init__(self, root: Element) -> None:
         self.root = root
@@ -70,7 +72,7 @@ class _Document:
                 self.shapes[id(geometry)] = self._shape(geometry)
             corners, triangles = self.shapes[id(geometry)]
             if np.linalg.det(matrix[:3, :3]) < 0:
-                triangles = triangles[:, ::-1]  # or its outside would be its inside
+                triangles = triangles[:, ::-1]  # a mirror would turn the mesh inside out
             vertices.append(transform(matrix, corners))
             faces.append(known + triangles)
             known += len(corners)
@@ -153,7 +155,7 @@ class _Document:
 
 
 def _step(child: Element) -> Float:
-    """Return the matrix (4, 4) of one transformation of a node; the unit matrix for what is none."""
+    """Return the matrix (4, 4) of one transformation of a node, or the identity for any other element."""
     step = np.eye(4)
     match child.tag:
         case "matrix":
@@ -194,7 +196,7 @@ def _faces(primitive: Element, width: int, offset: int, known: int) -> Int:
 
 
 def _cut(primitive: Element, corners: Int, counts: Int) -> Int:
-    """Return triangles (F, 3) of polygons of these numbers of corners, which follow one another in ``corners``."""
+    """Return the triangles (F, 3) of polygons with ``counts`` corners each, which are listed in ``corners``."""
     if counts.sum() != len(corners) or (len(counts) and counts.min() < 3):
         primitive.fail(f"has {len(corners)} corners", f"needs faces of at least 3, {counts.sum()} in all")
     starts = np.cumsum(counts) - counts

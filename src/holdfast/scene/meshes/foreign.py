@@ -1,4 +1,4 @@
-"""The call of trimesh's readers. No other module reads meshes with that library."""
+"""Calls of trimesh's readers; no other module reads meshes with trimesh."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from holdfast.base.arrays import Float, Int
 
 T = TypeVar("T")
 
-_QUIET = logging.NullHandler()  # of trimesh: without any handler Python prints its tracebacks
+_QUIET = logging.NullHandler()  # without a handler, Python would print trimesh's tracebacks
 
 
 class _Nothing:
-    """Resolves no name: a mesh is one file, and what it names beside itself is neither opened nor looked for."""
+    """A resolver that refuses all names: a mesh is a single file, and other files are never opened."""
 
     file_name = None
 
@@ -30,7 +30,7 @@ class _Nothing:
 class Node(NamedTuple):
     """A named mesh of a scene: its vertices (V, 3) and triangles (F, 3), and the matrix (4, 4) that puts it there.
 
-    ``extras`` is what the file says of it beside that, as plain data.
+    ``extras`` is further plain data from the file.
     """
 
     name: str
@@ -83,7 +83,7 @@ def _guarded(content: bytes, kind: str, taken: Callable[[Any], T], **options: bo
         return taken(
             trimesh.load_scene(stream, file_type=kind, resolver=resolver, process=False, skip_materials=True, **options)
         )
-    except ImportError as cause:  # for text that is not UTF-8, trimesh imports a guesser of encodings
+    except ImportError as cause:  # for text that is not UTF-8, trimesh needs an optional package
         raise ValueError("neither text nor a complete binary file") from cause
     except MemoryError as cause:
         raise ValueError("needs more memory than there is") from cause

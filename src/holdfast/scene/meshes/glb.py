@@ -1,4 +1,4 @@
-"""Binary glTF. Trimesh reads it, after all counts and lengths of its header were compared with what the file holds."""
+"""Binary glTF, read with trimesh after all counts and lengths in the header were checked against the file."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from holdfast.base.text import quoted
 from holdfast.geometry.gltf import BINARY_CHUNK, JSON_CHUNK, MAGIC, container
 from holdfast.scene.meshes.foreign import Node, load, load_nodes
 
-BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # of each kind of number
+BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # size of each type of number
 PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers in an item
 MOST_JSON = 64_000_000  # bytes
-MOST_SHARED = 20  # how many times over the parts of a file may use the same bytes
-MOST_CORNERS = 20_000_000  # vertices and indices of all instances of all meshes
-MOST_STEPS = 1_000_000  # transforms from the root to every node, summed
+MOST_SHARED = 20  # the views of a file may use each byte this many times on average
+MOST_CORNERS = 20_000_000  # largest number of vertices and indices of all instances of all meshes
+MOST_STEPS = 1_000_000  # largest sum of the depths of all nodes
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 
 
@@ -32,14 +32,14 @@ def read(content: bytes) -> tuple[Float, Int]:
 def read_nodes(content: bytes) -> tuple[list[Node], Any]:
     """Return the meshes of the nodes of a GLB file, in its order, and the extras of its scene.
 
-    A name that several nodes have gets a number from the second on. Raises ValueError as ``read``.
+    If several nodes have the same name, a number is appended to all but the first. Raises ValueError like ``read``.
     """
     _check(content)
     header, binary = _chunks(content)
     nodes = _maps(header, "nodes")
     names = _distinct([str(node.get("name", number)) for number, node in enumerate(nodes)])
     said = [node.get("extras") for node in nodes]
-    # trimesh keeps a name for itself and changes others: it is given numbers
+    # trimesh reserves one name and changes others, so it is given numbers as names
     header["nodes"] = [{key: item for key, item in node.items() if key not in ("name", "extras")} for node in nodes]
     found = sorted(load_nodes(container(header, binary), "glb"), key=lambda node: int(node.name))
     scenes, chosen = _maps(header, "scenes"), header.get("scene", 0)
@@ -48,7 +48,7 @@ def read_nodes(content: bytes) -> tuple[list[Node], Any]:
 
 
 def _distinct(names: list[str]) -> list[str]:
-    """Return the names, those that stand twice with a number."""
+    """Return the names with numbers appended to repeated ones."""
     taken, again, found = set(names), dict.fromkeys(names, 0), []
     for name in names:
         again[name] += 1
@@ -134,7 +134,7 @@ def _counts(header: dict[str, Any], views: list[int], size: int) -> list[int]:
 
 
 def _check_instances(header: dict[str, Any], counts: list[int]) -> None:
-    """Raise ValueError if a small file would become a huge mesh, by parts that are used many times over."""
+    """Raise ValueError if a small file would become a huge mesh because its parts are used many times."""
     corners = []
     for mesh in _maps(header, "meshes"):
         parts = _maps(mesh, "primitives")

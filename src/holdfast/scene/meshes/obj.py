@@ -12,7 +12,7 @@ from holdfast.scene.meshes.text_meshes import Rows, fan, numbers, rows_of
 def read(content: bytes) -> tuple[Float, Int]:
     """Return the vertices and triangles of an OBJ file; faces of more corners are split into fans.
 
-    Raises ValueError, with the number of the line, if a row has too few numbers or names a vertex that is not there.
+    Raises ValueError, with the number of the line, if a row has too few numbers or names a vertex that does not exist.
     """
     vertices, faces = Rows(), Rows()
     for number, words in rows_of(content):

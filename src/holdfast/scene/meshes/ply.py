@@ -1,4 +1,4 @@
-"""PLY, binary and text. Trimesh reads it, after the header was compared with what the file holds."""
+"""PLY, binary and text, read with trimesh after the header was checked against the size of the file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ END = re.compile(rb"^end_header[ \t]*\r?\n", re.MULTILINE)
 def read(content: bytes) -> tuple[Float, Int]:
     """Return the vertices and triangles of a PLY file.
 
-    Raises ValueError if the file is shorter than its header says, or is not one.
+    Raises ValueError if the file is shorter than its header says, or is not a PLY file.
     """
     content = content.removeprefix(BOM_UTF8)
     end = END.search(content, 0, LONGEST_HEADER)
@@ -24,7 +24,8 @@ def read(content: bytes) -> tuple[Float, Int]:
         raise ValueError("has no header of a PLY file")
     rows = [line.split() for line in content[: end.start()].decode("latin-1").splitlines()[1:]]
     forms = [words for words in rows if words[:1] == ["format"]]
-    kept = [words for words in rows if words[:1] in (["element"], ["property"])]  # no comment, which may name a picture
+    # comments may name an image, so they are dropped
+    kept = [words for words in rows if words[:1] in (["element"], ["property"])]
     if len(forms) != 1:
         raise ValueError(f"has {len(forms)} rows that say its format")
     counts = _counts(kept)
@@ -32,8 +33,8 @@ def read(content: bytes) -> tuple[Float, Int]:
     text = forms[0][1:2] == ["ascii"]
     held = sum(1 for row in body.split(b"\n") if row.strip()) if text else len(body)
     if sum(counts.values()) > held:
-        told = " and ".join(f"{count:,} of {quoted(name)}" for name, count in counts.items())
-        raise ValueError(f"says {told}, and has {held:,} {'rows' if text else 'bytes'}")
+        claimed = " and ".join(f"{count:,} of {quoted(name)}" for name, count in counts.items())
+        raise ValueError(f"says {claimed}, and has {held:,} {'rows' if text else 'bytes'}")
     head = "\n".join(" ".join(words) for words in (["ply"], forms[0], *kept, ["end_header"]))
     return load(head.encode() + b"\n" + body, "ply")
 

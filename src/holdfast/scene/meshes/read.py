@@ -12,7 +12,7 @@ from holdfast.base.errors import GeometryError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.scene.meshes import dae, glb, obj, off, ply, stl
 
-MAX_BYTES = 1_000_000_000  # the largest mesh file that is read
+MAX_BYTES = 1_000_000_000  # size of the largest mesh file that is read
 
 Reader = Callable[[bytes], tuple[Float, Int]]
 
@@ -31,8 +31,7 @@ def triangles_of(path: Path) -> tuple[Float, Int]:
     """Return the vertices (V, 3), in the units of the file, and the triangles (F, 3) of a mesh file.
 
     DAE files say their unit, so their vertices are in metres. All pieces of the file become one mesh; materials and
-    textures are not looked for. Raises GeometryError if the file cannot be read to its end, as half a mesh would be
-    another one.
+    textures are ignored. Raises GeometryError if the file cannot be read completely.
     """
     where, reader = str(path), READERS.get(path.suffix.lower())
     check_ordinary(path, "mesh file", error=GeometryError, remedy="paths are relative to the scene file")
@@ -40,7 +39,7 @@ def triangles_of(path: Path) -> tuple[Float, Int]:
         raise GeometryError(message(where, f"suffix {path.suffix!r}", f"reads {', '.join(SUFFIXES)}"))
     content = read_ordinary(path, "mesh file", most=MAX_BYTES, error=GeometryError, too_large="simplify the mesh")
     try:
-        with np.errstate(invalid="ignore"):  # of NaN that is converted; it is told when a mesh is made of it
+        with np.errstate(invalid="ignore"):  # NaN in integers; it raises an error when a mesh is made
             vertices, faces = reader(content)
     except (ValueError, TypeError, LookupError, OverflowError, RecursionError, MemoryError) as cause:
         problem = f"cannot be read: {cause or type(cause).__name__}"

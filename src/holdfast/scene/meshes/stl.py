@@ -18,8 +18,8 @@ WORDS = ("solid", "facet", "outer", "endloop", "endfacet", "endsolid")  # rows t
 def read(content: bytes) -> tuple[Float, Int]:
     """Return the vertices (three for each triangle) and the triangles of an STL file.
 
-    Raises ValueError if a binary file has not the length that its number of triangles asks for, or if a row of a text
-    file is not understood.
+    Raises ValueError if the length of a binary file does not fit its number of triangles, or if a row of a text file is
+    not understood.
     """
     count = int.from_bytes(content[HEAD - 4 : HEAD], "little")
     if len(content) >= HEAD and len(content) == HEAD + count * TRIANGLE.itemsize:

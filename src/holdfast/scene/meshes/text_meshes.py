@@ -10,7 +10,7 @@ import numpy as np
 from holdfast.base.arrays import Float
 from holdfast.base.text import quoted
 
-BLOCK = 50_000  # rows that are parsed at a time, as texts take several times the memory of numbers
+BLOCK = 50_000  # rows that are converted at a time, because texts need several times the memory of numbers
 
 
 def rows_of(content: bytes, comment: str = "#") -> Iterator[tuple[int, list[str]]]:
@@ -24,7 +24,7 @@ def rows_of(content: bytes, comment: str = "#") -> Iterator[tuple[int, list[str]
     try:
         text = body.decode("utf-8")
     except UnicodeDecodeError:
-        text = body.decode("latin-1")  # names and comments of older programs; numbers are the same
+        text = body.decode("latin-1")  # for names and comments of older programs
     before: list[str] = []
     ends = "\n" if "\n" in text else "\r"
     for number, line in enumerate(text.split(ends), 1):
@@ -53,7 +53,7 @@ def fan(corners: Sequence[int]) -> list[tuple[int, int, int]]:
 
 
 class Rows:
-    """A growing table of rows of three numbers, kept as arrays of BLOCK rows."""
+    """A growing table of rows of three numbers, stored as arrays of BLOCK rows."""
 
     def __init__(self) -> None:
         self._full: list[Float] = []

@@ -1,6 +1,6 @@
 """glTF: scenes from its files, and files from scenes.
 
-``reader`` registers the format, ``extras`` is what holdfast says in a file beside the meshes, and ``writer`` writes.
+``reader`` registers the format, ``extras`` defines the data that holdfast adds to the meshes, and ``writer`` writes.
 """
 
 from holdfast.scene.formats.gltf import reader

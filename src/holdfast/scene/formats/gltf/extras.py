@@ -1,8 +1,8 @@
-"""What holdfast itself says in a glTF file, in the ``extras`` of its scene and of its nodes under ``holdfast``.
+"""The data that holdfast writes to glTF files, in the ``extras`` of the scene and of nodes under ``holdfast``.
 
-The scene says friction, gravity, excluded pairs and its name; a node the mass of its body, whether it is fixed, its
-material, and its shape where that is more than a mesh. The mesh of a node may have been edited since: ``surface`` is a
-checksum of the one that was written, and without it the mesh itself counts.
+The scene has friction, gravity, excluded pairs and its name; a node has the mass of its body, whether it is fixed, its
+material, and its shape if that is not just a mesh. The mesh of a node may have been edited since: ``surface`` is a
+checksum of the mesh that was written, and if it does not match, the mesh counts.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 
 KEY = "holdfast"
-FAR = 16.0  # [sizes] of a mesh from its frame: further away, where single precision would show, its node has its own
+FAR = 16.0  # [sizes of the mesh] if a mesh is farther from its frame, its node gets an own frame, for precision
 
 M = TypeVar("M", bound=BaseModel)
 
 
 class SceneWords(Model):
-    """What the scene says."""
+    """The data of the scene."""
 
     format: Literal["holdfast-scene/1"]
     name: str = ""
@@ -56,7 +56,7 @@ class SceneWords(Model):
 
 
 class BodyWords(Model):
-    """What a node says of its body; numbers as in a scene file."""
+    """The data of a node about its body; numbers are as in a scene file."""
 
     surface: str
     shape: Annotated[AnyModel, Field(discriminator="type")] | None = None
@@ -71,7 +71,7 @@ class BodyWords(Model):
 
 
 class Drawn(NamedTuple):
-    """What a node shows: vertices (V, 3) and triangles (T, 3), and where they lie in the frame of the body (3,)."""
+    """The mesh of a node: vertices (V, 3) and triangles (T, 3), and its position (3,) [m] in the body frame."""
 
     vertices: Float
     faces: Int
@@ -79,7 +79,7 @@ class Drawn(NamedTuple):
 
 
 def drawn(shape: Shape) -> Drawn:
-    """Return the mesh of a shape as a glTF file shows it."""
+    """Return the mesh of a shape as it is in a glTF file."""
     if not isinstance(shape, Mesh):
         return Drawn(shape.surface.vertices, shape.surface.faces, np.zeros(3))
     low, high = shape.vertices.min(0), shape.vertices.max(0)
@@ -98,7 +98,7 @@ def scene_data(scene: Scene) -> dict[str, Any]:
 def body_data(body: Body, shown: Drawn) -> dict[str, Any]:
     """Return the extras of the node of a body.
 
-    A mesh is in the file in single precision, so that what follows from its shape is written out, too.
+    A mesh is in the file in single precision, so data that follow from the exact shape are written, too.
     """
     data: dict[str, Any] = {"surface": checksum(shown.vertices, shown.faces)}
     com, inertia, density = body.com, body.inertia, body.density
@@ -118,17 +118,17 @@ def body_data(body: Body, shown: Drawn) -> dict[str, Any]:
 
 
 def checksum(vertices: Float, faces: Int) -> str:
-    """Return a checksum of a mesh as it is in a file, in single precision."""
+    """Return a checksum of a mesh in single precision, as it is in a file."""
     return f"{zlib.crc32(vertices.astype('<f4').tobytes() + faces.astype('<u4').tobytes()):08x}"
 
 
 def scene_words(extras: Any, path: Path) -> SceneWords | None:  # noqa: ANN401
-    """Return what a scene says, or None if it says nothing; raises SceneError if that is malformed."""
+    """Return the data of a scene, or None if there are none; raise SceneError if they are malformed."""
     return _checked(SceneWords, extras, path)
 
 
 def body_words(node: Node, path: Path) -> BodyWords | None:
-    """Return what a node says, or None if it says nothing; raises SceneError if that is malformed."""
+    """Return the data of a node, or None if there are none; raise SceneError if they are malformed."""
     return _checked(BodyWords, node.extras, path)
 
 
@@ -143,7 +143,7 @@ def _checked(model: type[M], extras: Any, path: Path) -> M | None:  # noqa: ANN4
 
 
 def known_of(words: BodyWords, name: str) -> Known:
-    """Return what a node whose mesh is the one that was written says of its body's shape, centre and inertia."""
+    """Return the shape, centre of mass and inertia of a body from a node whose mesh is unchanged."""
     shape = None if words.shape is None else shape_of(words.shape, None, name)
     com, inertia, origin = (
         None if each is None else np.array(each) for each in (words.com, words.inertia, words.origin)

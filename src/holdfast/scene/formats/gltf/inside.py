@@ -1,4 +1,4 @@
-"""What a glTF file that holdfast wrote says of its bodies, as far as it still holds of what is in the file now."""
+"""The data about bodies in a glTF file that holdfast wrote, as far as they still match the file."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from holdfast.scene.meshes.foreign import Node
 
 @dataclass(frozen=True)
 class Inside:
-    """What the scene says, and what each node says of its body; nothing, if another program wrote the file."""
+    """The data of the scene and of each node about its body; empty if another program wrote the file."""
 
     scene: SceneWords | None
     bodies: Mapping[str, BodyWords]
 
     @classmethod
     def of(cls, nodes: Sequence[Node], extras: Any, path: Path) -> Inside:  # noqa: ANN401 - plain data
-        """Return what is said in the file at ``path``; raises SceneError if that is malformed."""
+        """Return the data in the file at ``path``; raise SceneError if they are malformed."""
         found = {node.name: body_words(node, path) for node in nodes}
         return cls(scene_words(extras, path), {name: words for name, words in found.items() if words is not None})
 
     def weight(self, name: str) -> Weight:
-        """Return the mass [kg] and the density [kg/m³] of a body, as far as they are said."""
+        """Return the mass [kg] and the density [kg/m³] of a body, None if not given."""
         words = self.bodies.get(name)
         return (None, None) if words is None else (words.mass, words.density)
 
@@ -49,9 +49,9 @@ class Inside:
         return {name: words.material for name, words in self.bodies.items() if words.material is not None}
 
     def known(self, nodes: Sequence[Node], weights: Mapping[str, Weight], notes: list[str]) -> dict[str, Known]:
-        """Return the shapes, centres of mass and inertias of bodies whose meshes are those that were written.
+        """Return the shapes, centres of mass and inertias of bodies whose meshes are unchanged.
 
-        An inertia is that of the mass that was written: it is left out for a body that has another one of ``weights``.
+        The inertia belongs to the written mass, so it is left out for a body with another mass in ``weights``.
         """
         found, edited = {}, []
         for node in nodes:
@@ -70,7 +70,7 @@ class Inside:
         return found
 
     def friction(self, names: Collection[str], notes: list[str]) -> Friction | None:
-        """Return the friction table, without pairs of bodies and materials that are no longer there."""
+        """Return the friction table without pairs of bodies and materials that do not exist any more."""
         if self.scene is None:
             return None
         whole = friction_of(self.scene.friction)
@@ -81,7 +81,7 @@ class Inside:
         return table
 
     def excluded(self, names: Collection[str], known: Mapping[str, Known], notes: list[str]) -> list[Excluded]:
-        """Return the pairs that do not touch, as far as both bodies, or parts of compounds, are there."""
+        """Return the excluded pairs of which both bodies, or parts of compounds, still exist."""
         pairs = [] if self.scene is None else self.scene.excluded
         compounds = {name for name, each in known.items() if isinstance(each.shape, Compound)}
         kept = [
@@ -102,6 +102,6 @@ def materials_of_parts(known: Mapping[str, Known]) -> set[str]:
 
 
 def _as_written(node: Node, words: BodyWords) -> bool:
-    """Tell whether a node has the mesh that was written, and no scale."""
+    """Tell whether a node has the mesh that was written, without a scale."""
     _, stretch = split(node.matrix, f"node {node.name}")
     return np.array_equal(stretch, np.eye(3)) and checksum(node.vertices, node.faces) == words.surface

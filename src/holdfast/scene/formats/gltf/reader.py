@@ -1,4 +1,4 @@
-"""Read glTF scenes: one body for each node with a mesh; masses from densities or from a file beside it."""
+"""Reads glTF scenes: one body for each node with a mesh, with masses from densities or from a sidecar file."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ from holdfast.scene.meshes import glb
 from holdfast.scene.scene import Scene
 
 USUAL_GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
-PICTURES = ("images", "textures", "samplers", "materials")  # nothing of a scene at rest
+PICTURES = ("images", "textures", "samplers", "materials")  # they do not matter for a scene at rest
 
 
 class NodeModel(BaseModel):
-    """What a sidecar file says of one node."""
+    """The data of one node in a sidecar file."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -53,7 +53,7 @@ class NodeModel(BaseModel):
 
 
 class SidecarModel(BaseModel):
-    """A sidecar file: what a glTF file does not say."""
+    """A sidecar file with the data that a glTF file lacks."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -88,10 +88,10 @@ def read(
     """Return the scene of a glTF file, turned so that its y axis, which is up in glTF, becomes z.
 
     The options are those of ``hf.from_trimesh``; a file ``NAME.glb.yaml`` beside ``NAME.glb`` may give them too, with
-    ``nodes: {mug: {mass: 0.3, material: glass}, table: {fixed: true}}``. Options come before what it says, and both
-    before what holdfast wrote in the file itself.
+    ``nodes: {mug: {mass: 0.3, material: glass}, table: {fixed: true}}``. Options have priority over this file, and both
+    over the data that holdfast wrote to the glTF file itself.
 
-    Raises SceneError or GeometryError if the file is malformed, or if masses or friction are given nowhere.
+    Raises SceneError or GeometryError if the file is malformed, or if masses or friction are not given.
     """
     beside, path = _sidecar(source), str(source.path)
     try:
@@ -147,7 +147,7 @@ def _beside(source: Source) -> Path:
 
 
 def _sidecar(source: Source) -> SidecarModel:
-    """Return what the file beside the scene says; without one, or for a scene that is no file, nothing."""
+    """Return the data of the sidecar file; empty if there is none, or if the scene is not a file."""
     path = _beside(source)
     if source.given is not None or not path.exists():
         return SidecarModel()
@@ -159,9 +159,9 @@ def _sidecar(source: Source) -> SidecarModel:
 
 
 def packed(source: Source) -> bytes:
-    """Return a .gltf file and what it needs as one binary file, without pictures.
+    """Return a .gltf file and the files that it needs as one binary file, without images.
 
-    Raises ValueError if it is malformed, SceneError if a file that it names is missing or lies elsewhere.
+    Raises ValueError if it is malformed, and SceneError if a file to which it refers is missing or elsewhere.
     """
     data: dict[str, Any] = {key: value for key, value in source.data.items() if key not in PICTURES}
     buffers, views = data.get("buffers", []), data.get("bufferViews", [])

@@ -1,4 +1,4 @@
-"""Write glTF scenes: a node for each body, coloured, with all that the reader needs to give the same scene back."""
+"""Writes glTF scenes: a coloured node for each body, with all data that the reader needs to restore the scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from holdfast.scene.formats.gltf.extras import Drawn, body_data, drawn, scene_da
 from holdfast.scene.scene import Scene
 
 FIXED: Final = rgb_of("#d3d2ce")
-# of bodies that can move, in their order, and from the first again
+# colours of movable bodies, in their order, repeated if there are more bodies
 COLOURS: Final = tuple(
     map(rgb_of, ("#4f7cac", "#e08e45", "#5aa469", "#c65b5b", "#8a6fb3", "#c9a227", "#3f9aa6", "#b0688f"))
 )
@@ -22,9 +22,9 @@ TEXT: Final = ".gltf"
 
 
 def write(scene: Scene, path: Path) -> bytes:
-    """Return the content of a binary file or, for the suffix .gltf, of one of text that holds its own numbers.
+    """Return the content of a binary file or, for the suffix .gltf, of a text file that includes its buffer.
 
-    Shapes, masses, poses, friction and all else come back as they were; meshes in single precision.
+    The reader restores shapes, masses, poses, friction and everything else exactly, but meshes in single precision.
     """
     file = Gltf()
     meshes: dict[tuple[Shape, Rgb], tuple[int, Drawn]] = {}
@@ -32,7 +32,7 @@ def write(scene: Scene, path: Path) -> bytes:
     for body in scene.bodies:
         colour = FIXED if body.fixed else COLOURS[moving % len(COLOURS)]
         moving += not body.fixed
-        if (body.shape, colour) not in meshes:  # equal shapes of one colour are one mesh
+        if (body.shape, colour) not in meshes:  # equal shapes with the same colour share a mesh
             shown = drawn(body.shape)
             primitive = Primitive(shown.vertices, shown.faces, file.material(colour))
             meshes[body.shape, colour] = file.mesh([primitive]), shown

@@ -1,4 +1,4 @@
-"""A scene of a compiled MuJoCo model and its state."""
+"""Scenes from a compiled MuJoCo model and its state."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene
 
 NO_GRAVITY = 1 << 7  # mjDSBL_GRAVITY
-SEEN = 1e-3  # of the size of the smaller body that moves: contacts that are soft overlap by less, and that is not told
+SEEN = 1e-3  # relative to the smaller movable body: soft contacts overlap by less, and such overlaps are not reported
 SITE, BODY = 4, 5  # mjTRN_SITE, mjTRN_BODY
-MOST_CONDIM = 3  # contacts of more dimensions resist turning and rolling at points
+MOST_CONDIM = 3  # contacts with a larger condim also resist twisting and rolling at points
 
 
 class Group(NamedTuple):
-    """What becomes one body of the scene: ``bodies`` of the model and the colliding ``geoms`` of all of them."""
+    """One body of the scene: ``bodies`` of the model, and the colliding ``geoms`` of all of them."""
 
     name: str
     bodies: list[int]
@@ -37,18 +37,18 @@ class Group(NamedTuple):
     fixed: bool
 
 
-@np.errstate(over="ignore", invalid="ignore")  # numbers beyond all are told with the name of their body
+@np.errstate(over="ignore", invalid="ignore")  # infinite numbers raise an error that names the body
 def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -> Scene:  # noqa: ANN401
     """Return the scene of a MuJoCo model ``mujoco.MjModel`` in the state ``data``, ``mujoco.MjData``.
 
     Poses are those of ``data.xpos`` and ``data.xmat``, which ``mujoco.mj_forward`` (or ``mj_kinematics``) brings up to
     date with ``data.qpos``; ``mj_step`` alone leaves them one step behind. Frames of bodies are MuJoCo's, and so are
     masses, centres of mass and inertias. Bodies with a free joint move, with all that is welded to them; all others are
-    fixed where they are. docs/mjcf.md says what is taken and what is ignored, and the scene's ``notes`` what that
-    was here. Shapes are kept between calls, so a scene of every state of a simulation costs little.
+    fixed where they are. docs/mjcf.md says what is used and what is ignored in general, and the scene's ``notes`` in
+    this case. Shapes are cached between calls, so scenes of many states of a simulation are cheap.
 
-    With ``rigid=True`` bodies that move and are joined by joints or welds are one rigid body. Raises SceneError if
-    there are such joints otherwise, for soft bodies, and for what Scene and Body refuse.
+    With ``rigid=True``, moving bodies that are connected by joints or welds are one rigid body; otherwise such a
+    connection raises SceneError. So do soft bodies, and everything that Scene and Body refuse.
     """
     if not hasattr(model, "body_weldid") or not hasattr(data, "xpos"):
         problem = f"got a {type(model).__name__} and a {type(data).__name__}"
@@ -68,7 +68,7 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
 
 
 def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list[str]]:  # noqa: ANN401
-    """Return what becomes a body, in the order of the model, and the names of moving bodies that touch nothing."""
+    """Return the groups that become bodies, in the model's order, and the names of moving bodies without contacts."""
     labels = [name or f"{mjcf_shapes.kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
     of_body: dict[int, list[int]] = {}
     for g in np.flatnonzero(rules.colliding).tolist():
@@ -92,9 +92,9 @@ def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list
 
 
 def _apart(model: Any, rules: Rules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
-    """Share the geoms of a fixed body out among bodies of the scene.
+    """Divide the geoms of a fixed body among bodies of the scene.
 
-    Planes and geoms of the world are alone; others are together if they may touch the same geoms that move.
+    Planes and geoms of the world are separate; others are together if they may touch the same moving geoms.
     """
     alone = [[g] for g in geoms if b == 0 or model.geom_type[g] == mjcf_shapes.PLANE]
     others = [g for g in geoms if [g] not in alone]
@@ -141,7 +141,7 @@ def _part(model: Any, data: Any, g: int, home: Float, material: str | None) -> P
 
 
 def _excluded(rules: Rules, groups: Sequence[Group]) -> list[Excluded]:
-    """Return the bodies that may not touch, or the geoms of theirs where others may."""
+    """Return the excluded pairs of bodies, or of their geoms if other geoms of the same bodies may touch."""
     if rules.all_may:
         return []
     found: list[Excluded] = []
@@ -154,7 +154,7 @@ def _excluded(rules: Rules, groups: Sequence[Group]) -> list[Excluded]:
 
 
 def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa: ANN401
-    """Return notes of what the model has and the scene does not."""
+    """Return notes on what the model has and the scene lacks."""
     notes = []
     seen = int((~rules.colliding).sum())
     if seen:
@@ -174,18 +174,18 @@ def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa:
 
 
 def _unread(model: Any, data: Any, owners: Groups) -> list[str]:  # noqa: ANN401
-    """Return notes of what acts on bodies in MuJoCo and not here.
+    """Return notes on what acts on bodies in MuJoCo, but not in the scene.
 
-    Equality constraints, tendons, lifted weights and soft bodies are not among it: where they reach a body that moves,
-    the model is refused or the body held (mjcf_groups.py). Sensors, keyframes, custom data and all that is seen do
-    nothing.
+    Equality constraints, tendons, gravity compensation and soft bodies are not among it: if they act on a moving body,
+    the model is refused or the body is held (mjcf_groups.py). Sensors, keyframes, custom data and visual elements have
+    no effect.
     """
     moves, names = owners.owner != STILL, owners.names
 
     def moving(bodies: Any) -> list[int]:  # noqa: ANN401 - numbers of bodies
         return [int(b) for b in bodies if moves[b]]
 
-    def set_of_geoms(field: str) -> list[int]:  # not every version of MuJoCo has it
+    def set_of_geoms(field: str) -> list[int]:  # some versions of MuJoCo lack it
         return [int(model.geom_bodyid[g]) for g in np.unique(np.nonzero(getattr(model, field, ()))[0])]
 
     kind, target = np.asarray(model.actuator_trntype), np.asarray(model.actuator_trnid).reshape(-1, 2)[:, 0]
@@ -203,7 +203,7 @@ def _unread(model: Any, data: Any, owners: Groups) -> list[str]:  # noqa: ANN401
 
 
 def _overlaps(data: Any, groups: Sequence[Group], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401
-    """Return a note of the contacts in which bodies overlap by much in MuJoCo's own eyes, if there are any."""
+    """Return a note on the contacts in which bodies overlap much according to MuJoCo, if there are any."""
     of = {g: body for group, body in zip(groups, bodies, strict=True) for g in group.geoms}
     deepest: dict[tuple[str, str], float] = {}
     geoms, depths = np.asarray(data.contact.geom).reshape(-1, 2), -np.asarray(data.contact.dist).ravel()
@@ -215,7 +215,7 @@ def _overlaps(data: Any, groups: Sequence[Group], bodies: Sequence[Body]) -> lis
     if not deepest:
         return []
     pairs = sorted(deepest, key=lambda pair: -deepest[pair])
-    told = listed([f"{quoted(a)} and {quoted(b)} by {deepest[a, b] * 1e3:.3g} mm" for a, b in pairs], 4)
+    pairs_text = listed([f"{quoted(a)} and {quoted(b)} by {deepest[a, b] * 1e3:.3g} mm" for a, b in pairs], 4)
     gap = f"{1.1 * deepest[pairs[0]]:.2g}"
     remedy = f"step the model to rest and take hf.from_mujoco(model, data), or assemble with gap={gap}"
-    return [f"bodies overlap: {told}; {remedy}"]
+    return [f"bodies overlap: {pairs_text}; {remedy}"]

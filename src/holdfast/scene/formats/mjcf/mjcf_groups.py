@@ -1,4 +1,4 @@
-"""Which bodies of a MuJoCo model move as one, and which stand still."""
+"""Groups of bodies of a MuJoCo model that move as one, and bodies that stand still."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ NO_EQUALITY = 1 << 1  # mjDSBL_EQUALITY
 
 @dataclass(frozen=True)
 class Groups:
-    """The bodies of a model by what carries them; ``notes`` say what was held fixed or joined.
+    """The bodies of a model, grouped by the free body with which they move.
 
-    ``owner`` (nbody,) is the number of the free body that carries each body, or STILL. ``names`` are
-    those of all bodies, with the numbers of those without one; ``named`` are the numbers of those that have one.
+    ``owner`` (nbody,) is the number of that free body for each body, or STILL. ``names`` are those of all bodies;
+    bodies without a name get their number, and ``named`` are the numbers of the others. ``notes`` say what was held
+    fixed or joined.
     """
 
     owner: Int
@@ -37,16 +38,16 @@ class Groups:
     notes: tuple[str, ...]
 
     def of(self, owner: int) -> list[int]:
-        """The numbers of the bodies that move with this one, itself first."""
+        """Return the numbers of the bodies that move with this one, itself first."""
         return [int(b) for b in np.flatnonzero(self.owner == owner)]
 
 
 def find_groups(model: Any, data: Any, *, rigid: bool) -> Groups:  # noqa: ANN401 - MuJoCo has no types
     """Find which bodies move as one.
 
-    A body moves if it has a free joint, or others that nothing holds and that together let it move as freely. A joint
-    or a weld between bodies that move raises SceneError, with its name, and so does one between a body and the world
-    that can move and that nothing drives, unless ``rigid`` says that they are held.
+    A body moves if it has a free joint, or other joints that nothing holds and that together allow the same motions. A
+    joint or a weld between moving bodies raises SceneError with its name, and so does a movable joint between a body
+    and the world that nothing drives, unless ``rigid`` is True: then they hold.
     """
     given = entries(model, "body", int(model.nbody))
     names = [name or f"body {b}" for b, name in enumerate(given)]
@@ -71,9 +72,9 @@ def find_groups(model: Any, data: Any, *, rigid: bool) -> Groups:  # noqa: ANN40
 
 
 def _owners(model: Any, data: Any) -> tuple[Int, list[int], list[int], dict[int, list[int]]]:  # noqa: ANN401
-    """Return the owner of each body, and the joints that are faults, that hold and that free a body, by its number.
+    """Return the owner of each body, and by number the joints that are errors, that hold, and that free a body.
 
-    Joints below free bodies are faults, and so are those of chains on the world that nothing holds.
+    Joints below free bodies are errors, and so are those of chains on the world that nothing holds.
     """
     count = int(model.nbody)
     free = {b for b in range(1, count) if any(model.jnt_type[j] == FREE for j in joints_of(model, b))}
@@ -94,7 +95,7 @@ def _owners(model: Any, data: Any) -> tuple[Int, list[int], list[int], dict[int,
 
 
 def _owned(model: Any, free: set[int]) -> Int:  # noqa: ANN401
-    """Return the number of the free body that carries each body, or STILL."""
+    """Return the number of the free body with which each body moves, or STILL."""
     owner = np.zeros(int(model.nbody), dtype=np.int64)
     for b in range(1, len(owner)):
         owner[b] = b if b in free else owner[model.body_parentid[b]]
@@ -121,7 +122,7 @@ def _equalities(model: Any, data: Any) -> list[tuple[int, int, str]]:  # noqa: A
 
 
 def _check_others(model: Any, owner: Any, names: Sequence[str]) -> None:  # noqa: ANN401
-    """Raise SceneError for what acts on bodies that move and is neither weight nor contact."""
+    """Raise SceneError for anything but weight and contact that acts on moving bodies."""
     if model.nflex:
         raise SceneError(message("flex", f"the model has {model.nflex} soft bodies", "needs rigid bodies alone"))
     lifted = [names[int(b)] for b in np.flatnonzero((np.asarray(model.body_gravcomp) != 0) & (owner != STILL))]
@@ -175,5 +176,5 @@ def _inverse(pose: Float) -> Float:
 
 
 def relative(pose: Float, home: Float) -> Float:
-    """Return a pose (4, 4) of the world as seen from the frame ``home`` (4, 4)."""
+    """Return a pose (4, 4) in the world relative to the frame ``home`` (4, 4)."""
     return _inverse(home) @ pose

@@ -1,4 +1,4 @@
-"""What an MJCF file may make MuJoCo do: which files it may read, and how much it may ask for."""
+"""Checks of MJCF files before MuJoCo reads them: the files they refer to, and the memory they ask for."""
 
 from __future__ import annotations
 
@@ -18,26 +18,27 @@ from holdfast.scene.formats.source import Source
 ROOT = "mujoco"
 ELEMENTS = "elements"
 MOST_ELEMENTS = 100_000
-MOST_NESTED = 20  # models that are attached one to the other
-MOST = {  # of a model with all that it attaches: a cell takes 3 kB until its surface is answered, a pixel up to 9 bytes
+MOST_NESTED = 20  # largest depth of models attached to models
+MOST = {  # limits of a model with all its attachments; a height field cell needs up to 3 kB, a pixel up to 9 bytes
     ELEMENTS: (MOST_ELEMENTS, "elements with all copies of its <replicate> and <attach>"),
     "hfield": (300_000, "cells of heightfields"),
     "texture": (100_000_000, "pixels of textures"),
 }
 KTX = b"\xabKTX"
 PNG = b"\x89PNG\r\n\x1a\n"
-MOST_BYTES = 200_000_000  # of a file that a model names
+MOST_BYTES = 200_000_000  # size of the largest file that a model may refer to
 LARGEST = {"width": 16_384, "height": 98_304, "nrow": 4_096, "ncol": 4_096, "size": 100_000, "nkey": 100_000}
-UNUSED = ("njmax", "nconmax", "nstack", "memory")  # room for the solver, which the reader does not take
-SIZED = ("texture", "hfield", "numeric", "size")  # elements whose numbers above say how much memory is filled
+UNUSED = ("njmax", "nconmax", "nstack", "memory")  # memory for the solver, which the reader does not need
+# elements whose attributes in MOST determine the memory that is filled
+SIZED = ("texture", "hfield", "numeric", "size")
 DECLARED = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
-BEFORE = re.compile(r"\s*(?:<\?.*?\?>|<!--.*?-->)", re.DOTALL)  # what may stand before the first element
+BEFORE = re.compile(r"\s*(?:<\?.*?\?>|<!--.*?-->)", re.DOTALL)  # what may precede the first element
 FIRST = re.compile(r"\s*<(?:!DOCTYPE\s+)?([A-Za-z_][\w.:-]*)", re.IGNORECASE)
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
 
 def root_of(text: str) -> str:
-    """Return the name of the first element of an XML text, or of its document type; empty if it is no XML."""
+    """Return the name of the first element of an XML text, or of its document type; "" if it is not XML."""
     at = 0
     while skipped := BEFORE.match(text, at):
         at = skipped.end()
@@ -59,11 +60,10 @@ def parsed(text: str, where: str) -> Xml.Element:
 
 
 def files_of(text: str, path: Path, within: Path) -> list[Path]:
-    """Return the files that a model names, included and attached ones too.
+    """Return the files to which a model refers, also through included and attached files.
 
-    ``path`` is that of the model. Raises SceneError for a file that lies outside the folder ``within``, is missing or
-    too large or no ordinary file, for a model that declares entities or attaches itself, and for one that asks for more
-    than it may.
+    ``path`` is that of the model. Raises SceneError for a file that is outside the folder ``within``, missing, too
+    large or not a regular file, for a model that declares entities or attaches itself, and for one that exceeds MOST.
     """
     files: list[Path] = []
     _asked(text, path, _Asked(within, files, {}), (path.resolve(),))
@@ -71,7 +71,7 @@ def files_of(text: str, path: Path, within: Path) -> list[Path]:
 
 
 class _Asked(NamedTuple):
-    """What is asked so far: the folder ``within`` which all files lie, the files, and how much attached models ask."""
+    """The state of the check: the allowed folder ``within``, the files, and the demands of attached models."""
 
     within: Path
     files: list[Path]
@@ -79,14 +79,14 @@ class _Asked(NamedTuple):
 
 
 def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Counter[str]:
-    """Add the files that a model names to those so far, and return how much it asks for, by the keys of MOST.
+    """Add the files to which a model refers, and return its demands by the keys of MOST.
 
-    ``above`` are the models that it is attached to, and itself.
+    ``above`` are the models to which it is attached, and itself.
     """
     within, files = so_far.within, so_far.files
     trees = [parsed(text, str(path))]
     included: list[Path] = []
-    for tree in trees:  # grows while included files are found
+    for tree in trees:  # the list grows when included files are found
         for element in tree.iter("include"):
             (place,) = _places(element.get("file", ""), ("",), element, path, within)
             if place not in included:
@@ -113,9 +113,9 @@ def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Co
 
 
 def _attached(trees: list[Xml.Element], path: Path, so_far: _Asked, above: tuple[Path, ...]) -> dict[str, Counter[str]]:
-    """Return how much each model asks for that may be attached, by the names under which that is done.
+    """Return the demands of each model that may be attached, by the name under which it is attached.
 
-    MuJoCo follows a model that attaches itself, directly or by others, until the process dies.
+    If a model attaches itself, directly or through others, MuJoCo recurses until the process dies.
     """
     found: dict[str, Counter[str]] = {}
     for element in (each for tree in trees for each in tree.iter("model")):
@@ -135,13 +135,13 @@ def _attached(trees: list[Xml.Element], path: Path, so_far: _Asked, above: tuple
 
 
 def _folders(tree: Xml.Element) -> Iterator[str]:
-    """Yield the folders to which a model says that files are relative."""
+    """Yield the folders to which file names of a model are relative."""
     for compiler in tree.iter("compiler"):
         yield from (compiler.get(key, "") for key in ("meshdir", "texturedir", "assetdir"))
 
 
 def _places(name: str, folders: tuple[str, ...], element: Xml.Element, path: Path, within: Path) -> list[Path]:
-    """Return where a file is: MuJoCo may look in each of the folders, for its path or its name alone."""
+    """Return where a file is; MuJoCo searches each of the folders for its path and for its name alone."""
     where = f"{path}: {element.tag} file {quoted(name)}"
     if SCHEME.match(name) or "\0" in name:
         raise SceneError(message(where, "is no path", "name a file beside the model"))
@@ -152,7 +152,7 @@ def _places(name: str, folders: tuple[str, ...], element: Xml.Element, path: Pat
             if not Path(os.path.realpath(place)).is_relative_to(os.path.realpath(within)):
                 problem = f"leads to {quoted(os.path.normpath(place), 120)}, outside {quoted(str(within), 120)}"
                 raise SceneError(message(where, problem, "say within= a folder that holds all files, if you trust it"))
-            if os.path.exists(place):  # a name that is too long is that of no file
+            if os.path.exists(place):  # False for a name that is too long
                 found.append(place)
                 if check_ordinary(place, f"{element.tag} file") > MOST_BYTES:
                     raise SceneError(message(where, "is too large", f"the limit is {MOST_BYTES:,} bytes"))
@@ -177,11 +177,11 @@ def _whole(number: str) -> int:
     try:
         return max(1, int(float(number)))
     except (ValueError, OverflowError):
-        return 1  # MuJoCo says what is wrong with it
+        return 1  # MuJoCo will report the error
 
 
 def _filled(element: Xml.Element, places: list[Path]) -> int:
-    """Return how many cells or pixels an element has: by its numbers, or as its files say in their first bytes."""
+    """Return the number of cells or pixels of an element, from its attributes or the headers of its files."""
     if element.tag not in ("hfield", "texture"):
         return 0
     if places:
@@ -194,9 +194,9 @@ def _filled(element: Xml.Element, places: list[Path]) -> int:
 
 
 def _size_of(place: Path) -> int:
-    """Return the number of pixels of a PNG file, or of the cells of MuJoCo's own, which begins with their numbers."""
+    """Return the number of pixels of a PNG file, or of cells of MuJoCo's own format, from the header."""
     head = Source(place).head
-    if head.startswith(KTX):  # for graphics cards: MuJoCo keeps it as it is
+    if head.startswith(KTX):  # a format of graphics cards, which MuJoCo does not unpack
         return 0
     if head.startswith(PNG):
         return int.from_bytes(head[16:20], "big") * int.from_bytes(head[20:24], "big")

@@ -1,6 +1,6 @@
-"""Shapes of MuJoCo's geoms, as MuJoCo collides them: a mesh is its convex hull.
+"""Shapes of MuJoCo's geoms, as MuJoCo uses them for collision: a mesh is replaced by its convex hull.
 
-Shapes that were made once are kept, so that a scene of a state of a simulation costs little.
+Shapes are cached, so that scenes of many states of a simulation are cheap.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = range(8)  # mjtGeom
 KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
-KEPT = 4096  # shapes
+MOST_CACHED = 4096  # number of shapes in each cache
 
 
 def pose_of(model: Any, g: int) -> Float:  # noqa: ANN401 - MuJoCo has no types
@@ -29,13 +29,13 @@ def pose_of(model: Any, g: int) -> Float:  # noqa: ANN401 - MuJoCo has no types
 
 
 def kind_of(model: Any, g: int) -> str:  # noqa: ANN401
-    """Return the type of a geom in MJCF's words."""
+    """Return the name of a geom's type in MJCF."""
     kind = int(model.geom_type[g])
     return KINDS[kind] if kind < len(KINDS) else f"type {kind}"
 
 
 def solid_of(model: Any, g: int) -> Solid:  # noqa: ANN401
-    """Return the shape of a geom that is no plane; raise GeometryError for a type that has none."""
+    """Return the shape of a geom other than a plane; raise GeometryError for a type without a shape."""
     kind, size = int(model.geom_type[g]), tuple(np.asarray(model.geom_size[g]).tolist())
     if kind == MESH:
         return _hull(_mesh_vertices(model, int(model.geom_dataid[g])).tobytes())
@@ -44,7 +44,7 @@ def solid_of(model: Any, g: int) -> Solid:  # noqa: ANN401
     return _simple(kind, size)
 
 
-@lru_cache(KEPT)
+@lru_cache(MOST_CACHED)
 def _simple(kind: int, size: tuple[float, float, float]) -> Solid:
     match kind:
         case 2:
@@ -62,18 +62,18 @@ def _simple(kind: int, size: tuple[float, float, float]) -> Solid:
 
 
 def _mesh_vertices(model: Any, mesh: int) -> Float:  # noqa: ANN401
-    """Return the vertices (n, 3) [m] of the convex hull of a mesh, as MuJoCo made it; all vertices if it made none."""
+    """Return the vertices (n, 3) [m] of the convex hull of a mesh from MuJoCo; all vertices if there is no hull."""
     first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     vertices = np.array(model.mesh_vert[first : first + count], dtype=np.float64)
     graph = int(model.mesh_graphadr[mesh])
     if graph < 0:
         return vertices
     number = int(model.mesh_graph[graph])
-    corners = graph + 2 + number  # after the numbers of vertices and faces and where the edges of each vertex begin
+    corners = graph + 2 + number  # skips the counts of vertices and faces, and the start of each vertex's edges
     return np.array(vertices[model.mesh_graph[corners : corners + number]])
 
 
-@lru_cache(KEPT)
+@lru_cache(MOST_CACHED)
 def _hull(vertices: bytes) -> Mesh:
     points = np.frombuffer(vertices).reshape(-1, 3)
     mesh = manifold3d.Manifold.hull_points(points).to_mesh64()
@@ -88,7 +88,7 @@ def _field(model: Any, field: int) -> Mesh:  # noqa: ANN401
 
 @lru_cache(16)
 def _terrain(heights: bytes, rows: int, columns: int, size: tuple[float, float, float, float]) -> Mesh:
-    """Return the solid below a height field: ``size`` holds half its extents along x and y, its rise and its base."""
+    """Return the solid below a height field; ``size`` holds its half extents along x and y, its height and its base."""
     across, along, rise, base = size
     x, y = np.meshgrid(np.linspace(-across, across, columns), np.linspace(-along, along, rows))
     top = np.column_stack([x.ravel(), y.ravel(), rise * np.frombuffer(heights)])
@@ -98,7 +98,7 @@ def _terrain(heights: bytes, rows: int, columns: int, size: tuple[float, float, 
 
 
 def _under(rows: int, columns: int) -> Int:
-    """Return the triangles (F, 3) around two grids of vertices, the first above the second."""
+    """Return the triangles (F, 3) of the surface around two grids of vertices, the first above the second."""
     grid = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = (grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1])
     above = np.vstack([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
@@ -108,7 +108,7 @@ def _under(rows: int, columns: int) -> Int:
     return np.asarray(np.vstack([above, above[:, ::-1] + low, *sides]), dtype=np.int64)
 
 
-@lru_cache(KEPT)
+@lru_cache(MOST_CACHED)
 def compound(parts: tuple[Part, ...]) -> Compound:
-    """Return a compound; the union of its surfaces is made once for all states of a simulation."""
+    """Return a compound; it is cached, so that its union is computed once for all states of a simulation."""
     return Compound(parts)

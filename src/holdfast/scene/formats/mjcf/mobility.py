@@ -1,4 +1,4 @@
-"""How freely bodies move that hang on the world of a MuJoCo model by joints: not at all, freely, or in between."""
+"""The mobility of bodies that are connected to the world of a MuJoCo model by joints: fixed, free or in between."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 
 FREE, BALL, SLIDE = 0, 1, 2  # mjJNT_FREE, mjJNT_BALL, mjJNT_SLIDE
-DOFS = {FREE: 6, BALL: 3}  # of other joints 1
+DOFS = {FREE: 6, BALL: 3}  # other joints have 1
 JOINT, IN_PARENT, TENDON = 0, 1, 3  # mjTRN_JOINT, mjTRN_JOINTINPARENT, mjTRN_TENDON
 WRAP_JOINT = 1  # mjWRAP_JOINT
-AT_REST = 1e-6  # share of a motion that a joint may have and count as held
-INDEPENDENT = 1e-6  # least singular value of six unit motions that count as independent of each other
-WEIGHTLESS = 1e-6  # mass of a body that only carries joints, as a share of the body behind them
+AT_REST = 1e-6  # share of a motion up to which a joint counts as held
+INDEPENDENT = 1e-6  # least singular value of six unit motions that count as independent
+WEIGHTLESS = 1e-6  # largest mass of a body that only carries joints, relative to the body behind them
 
 
 def dofs_of(model: Any, j: int) -> Int:  # noqa: ANN401 - MuJoCo has no types
@@ -27,7 +27,7 @@ def dofs_of(model: Any, j: int) -> Int:  # noqa: ANN401 - MuJoCo has no types
 
 
 def held_joints(model: Any, data: Any, joints: Sequence[int]) -> Bool:  # noqa: ANN401
-    """Tell which of these joints (k,) cannot move: actuators hold their positions, equality constraints the rest.
+    """Tell which of these joints (k,) cannot move, because of actuators that hold positions or equality constraints.
 
     Each actuator on a joint or on a tendon of joints is a row of a linear system, and so is each active equality
     constraint among these joints; a joint is held if no motion that all rows allow moves it. So the joints of a closed

@@ -43,8 +43,8 @@ def read(
 ) -> Scene:
     """Return the scene at the model's initial positions, at those of the keyframe ``key``, or at ``qpos`` (nq,).
 
-    ``rigid`` as in ``from_mujoco``. The files that the model names must lie in its own folder, or in the folder
-    ``within``. Raises SceneError with MuJoCo's own words for a model that it refuses.
+    ``rigid`` is as in ``from_mujoco``. The files to which the model refers must be in its own folder, or in the folder
+    ``within``. Raises SceneError with MuJoCo's message for a model that MuJoCo refuses.
     """
     path = source.path
     folder = path.parent if within is None else checked_path(within, "within")
@@ -52,7 +52,7 @@ def read(
         raise SceneError(message(str(path), "its root is not <mujoco>", "needs an MJCF model"))
     files = files_of(source.text, path, folder)
     mujoco = import_module("mujoco")
-    with _warnings(mujoco) as told:
+    with _warnings(mujoco) as heard:
         try:
             model = _compiled(mujoco, source, files)
             data = mujoco.MjData(model)
@@ -63,20 +63,20 @@ def read(
             _pose(mujoco, model, data, key, qpos)
             mujoco.mj_forward(model, data)
             scene = from_mujoco(model, data, rigid=rigid, name=_name(model, path))
-    return replace(scene, notes=(*scene.notes, *(f"MuJoCo warns: {text}" for text in told)))
+    return replace(scene, notes=(*scene.notes, *(f"MuJoCo warns: {text}" for text in heard)))
 
 
 @contextmanager
 def _warnings(mujoco: Any) -> Iterator[list[str]]:  # noqa: ANN401 - MuJoCo has no types
     """Collect the warnings that MuJoCo would write to a file in the current folder, and those of its compiler."""
-    told: list[str] = []
+    heard: list[str] = []
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda text: told.append(one_line(text)))
+    mujoco.set_mju_user_warning(lambda text: heard.append(one_line(text)))
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            yield told
-            told += [one_line(str(each.message)) for each in caught if not isinstance(each.message, HoldfastWarning)]
+            yield heard
+            heard += [one_line(str(each.message)) for each in caught if not isinstance(each.message, HoldfastWarning)]
     finally:
         mujoco.set_mju_user_warning(before)
     for each in caught:
@@ -85,9 +85,9 @@ def _warnings(mujoco: Any) -> Iterator[list[str]]:  # noqa: ANN401 - MuJoCo has 
 
 
 def _compiled(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: ANN401 - MuJoCo has no types
-    """Return the compiled model; of one that is no file, MuJoCo is given what it names.
+    """Return the compiled model; if it is not a file, MuJoCo gets the content of the files to which it refers.
 
-    The room that a file asks for the solver is not taken: nothing is solved by MuJoCo here.
+    The memory that a file requests for the solver is not allocated, because MuJoCo solves nothing here.
     """
     if source.given is None:
         spec = mujoco.MjSpec.from_file(str(source.path))
@@ -100,7 +100,7 @@ def _compiled(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: A
 
 
 def _pose(mujoco: Any, model: Any, data: Any, key: str | int | None, qpos: ArrayLike | None) -> None:  # noqa: ANN401
-    """Set the positions that were asked for."""
+    """Set the requested positions."""
     if key is not None and qpos is not None:
         raise SceneError(message("key and qpos", "are both given", "give one of them"))
     if key is not None:
@@ -111,7 +111,7 @@ def _pose(mujoco: Any, model: Any, data: Any, key: str | int | None, qpos: Array
 
 
 def _check_limits(mujoco: Any, model: Any, qpos: Float) -> None:  # noqa: ANN401
-    """Raise SceneError if a turning or sliding joint is given a position that its limits do not allow."""
+    """Raise SceneError if the position of a hinge or slide joint is outside its limits."""
     names = entries(model, "jnt", int(model.njnt))
     turning, sliding = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
     for j in range(int(model.njnt)):

@@ -1,8 +1,9 @@
-"""MuJoCo's rules: which geoms may touch, and with which friction.
+"""MuJoCo's rules on which geoms may touch, and with which friction.
 
-An explicit ``<pair>`` decides alone. Otherwise two geoms may touch if the contype of one and the conaffinity of the
-other have a bit in common and no ``<exclude>`` names their bodies; the friction is that of the geom of higher priority,
-or the larger one if both priorities are equal, and likewise the dimension of the contact. One of dimension 1 has none.
+An explicit ``<pair>`` overrides everything. Otherwise two geoms may touch if the contype of one and the conaffinity of
+the other have a bit in common and no ``<exclude>`` names their bodies; the friction is that of the geom of higher
+priority, or the larger one if both priorities are equal, and likewise the dimension of the contact. One of dimension 1
+has none.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ FRICTIONLESS = 1  # condim
 
 
 class Rules:
-    """The geoms of a model in classes that are treated alike.
+    """The geoms of a model, in classes with the same rules.
 
     ``of`` (ngeom,) is the class of each geom. ``mu`` (C, C) is the friction between two classes, ``may`` (C, C) whether
     they may touch, and ``named`` (C, C) whether a ``<pair>`` says so. ``materials`` are the names of the classes; two
@@ -49,7 +50,7 @@ class Rules:
         self.mu, self.may = _mixed(classes, model)
         self.named: Bool = np.zeros(self.may.shape, dtype=bool)
         self.sliding = False
-        signs = np.asarray(model.exclude_signature, dtype=np.int64)  # two numbers of bodies in one
+        signs = np.asarray(model.exclude_signature, dtype=np.int64)  # two body numbers in one integer
         low, high = np.minimum(signs >> 16, signs & 0xFFFF), np.maximum(signs >> 16, signs & 0xFFFF)
         self._excluded: Int = (low << 16) + high
         for (g, h), friction, dim in zip(ends.tolist(), model.pair_friction, model.pair_dim, strict=True):
@@ -61,19 +62,19 @@ class Rules:
         self.body: Int = np.asarray(model.geom_bodyid, dtype=np.int64)
 
     def _name(self, a: int, b: int, friction: Float, dim: int) -> None:
-        """Take over what a pair says."""
+        """Set what an explicit pair gives."""
         self.mu[[a, b], [b, a]] = 0.0 if dim == FRICTIONLESS else float(friction[:2].min())
         self.may[[a, b], [b, a]] = self.named[[a, b], [b, a]] = True
         self.sliding |= dim != FRICTIONLESS and bool(friction[0] != friction[1])
 
     @property
     def colliding(self) -> Bool:
-        """Which geoms (ngeom,) may touch any other."""
+        """Which geoms (ngeom,) may touch at least one other geom."""
         return np.asarray(np.any(self.may, axis=1), dtype=bool)[self.of]
 
     @property
     def all_may(self) -> bool:
-        """Whether nothing keeps the geoms that collide apart."""
+        """Whether all geoms that collide may touch each other."""
         used = np.unique(self.of[self.colliding])
         return not len(self._excluded) and bool(self.may[np.ix_(used, used)].all())
 

@@ -24,7 +24,7 @@ from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
-WORLD = "world"  # the name that MuJoCo keeps for itself
+WORLD = "world"  # a name that MuJoCo reserves
 FRICTIONLESS, SLIDING = "1", "3"  # condim
 
 

@@ -1,4 +1,4 @@
-"""Poses in SDF files: each one is relative to a frame, which has a pose relative to another."""
+"""Poses in SDF files, each of which is relative to a frame that has a pose relative to another frame."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from holdfast.scene.xml import Element
 
 Key = tuple[Scope, Element | Scope]
 
-MOST_STEPS = 200  # frames that are relative to each other, in a row
+MOST_STEPS = 200  # longest chain of frames that are relative to each other
 
 
 def posed(element: Element) -> tuple[Float, str]:
-    """Return the pose (4, 4) in an element's <pose>, by default none, and the name of the frame that it is in."""
+    """Return the pose (4, 4) in an element's <pose>, by default the identity, and the name of its frame."""
     pose = element.child("pose")
     if pose is None:
         return np.eye(4), ""
@@ -41,7 +41,7 @@ def posed(element: Element) -> tuple[Float, str]:
 
 
 class Frames:
-    """The poses of all that has a name, in the world; each is worked out once."""
+    """The poses of all named elements in the world; each is computed once."""
 
     def __init__(self) -> None:
         self._known: dict[Key, Float] = {}
@@ -49,7 +49,7 @@ class Frames:
 
     def of(self, scope: Scope, what: Element | Scope) -> Float:
         """Return the pose (4, 4) in the world of a link, frame, joint or model in ``scope``."""
-        key = (scope, what)  # the element alone may stand in several models, all of one file
+        key = (scope, what)  # models from the same file share elements
         if isinstance(what, Scope) and what.outer is None:
             return np.eye(4)
         element = what.given if isinstance(what, Scope) else what
@@ -64,7 +64,7 @@ class Frames:
         return self._known[key]
 
     def named(self, scope: Scope, name: str, asking: Element) -> Float:
-        """Return the pose (4, 4) in the world of what bears ``name`` in a scope; without a name, of the scope."""
+        """Return the pose (4, 4) in the world of the element ``name`` in a scope; without a name, that of the scope."""
         if not name or (name == "world" and scope.is_world):
             return self.of(scope.outer or scope, scope)
         found_in, what = scope.found(name, asking)
@@ -79,7 +79,7 @@ class Frames:
         return np.asarray(self.named(scope, frame, element) @ pose)
 
     def _model(self, model: Scope) -> Float:
-        """Return the pose of a model, whose pose in the file may be that of a frame in it."""
+        """Return the pose of a model; the file may give it as the pose of one of its frames."""
         assert model.outer is not None
         pose, frame = posed(model.given)
         at = self.named(model.outer, frame, model.given) @ pose
@@ -91,7 +91,7 @@ class Frames:
 
 
 class _Within(Frames):
-    """Poses in a model, whose own pose is not yet known."""
+    """Poses within a model whose own pose is not known yet."""
 
     def __init__(self, model: Scope) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Read SDF: a world, or a lone model, as Gazebo would load it."""
+"""Reads SDF: a world, or a single model, as Gazebo would load it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
 
-USUAL_GRAVITY = (0.0, 0.0, -9.8)  # [m/s²] of SDF
+USUAL_GRAVITY = (0.0, 0.0, -9.8)  # [m/s²] default of SDF
 FLOOR = "floor"
 
 
@@ -49,12 +49,12 @@ def read(
 ) -> Scene:
     """Return the scene of an SDF file.
 
-    ``world`` names one of several worlds. ``fixed`` are names of models (``outer::inner``) that are fixed beside those
-    that are static, and ``floor`` adds the half space below z = 0, with the friction of whatever lies on it. Joints
-    that can move are refused by name, unless ``rigid`` is True: then they hold. ``friction`` is the coefficient of
-    surfaces, and ``density`` [kg/m³] that of links, of which the file says nothing; without them SDF's own values are
-    taken, and noted: a coefficient of 1 and a mass of 1 kg. ``simulator``, "ode", "bullet" or "drake", chooses the
-    friction tags. ``package`` maps the names of packages and models to folders, or is a function that does.
+    ``world`` names one of several worlds. ``fixed`` are names of models (``outer::inner``) that are fixed besides the
+    static ones, and ``floor`` adds the half space below z = 0, with the friction of whatever lies on it. Movable joints
+    are refused by name, unless ``rigid`` is True: then they hold. ``friction`` is the coefficient of surfaces and
+    ``density`` [kg/m³] that of links for which the file gives none; without them, the defaults of SDF are used and
+    noted: a coefficient of 1 and a mass of 1 kg. ``simulator``, "ode", "bullet" or "drake", chooses the friction tags.
+    ``package`` maps the names of packages and models to folders, or is a function that does.
 
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
@@ -110,10 +110,10 @@ def _world(root: Element, name: str | None) -> Element:
 
 
 def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str:
-    """Say whose friction tags count: as chosen, those that are there, of ODE and Bullet those of the world's physics.
+    """Return the simulator whose friction tags count: the chosen one, or the one whose tags the file has.
 
-    Drake combines coefficients in another way, so a file with its tags and others raises SceneError unless one is
-    chosen.
+    If the file has tags of ODE and Bullet, the physics of the world decides. Drake combines coefficients in another
+    way, so a file with its tags and others raises SceneError unless one is chosen.
     """
     if simulator is not None:
         checked_word(simulator, RULES, "simulator")
@@ -132,7 +132,7 @@ def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str
 
 
 def _names(groups: list[Group]) -> list[str]:
-    """Return the name of each group: that of its model if it is the only one there, else with the one of its link."""
+    """Return the name of each group: that of its model, with the name of a link if the model has several groups."""
     count: dict[str, int] = {}
     for group in groups:
         path = group.members[0].scope.path
@@ -142,7 +142,7 @@ def _names(groups: list[Group]) -> list[str]:
 
 
 def _bodies(group: Group, name: str, reader: LinkReader, frames: Frames) -> Iterator[Touching]:
-    """Yield the body of a group, and one more for each plane, with what may touch others."""
+    """Yield the body of a group and one for each plane, with the data that decide what they may touch."""
     links = [(place, reader.link(place.scope, place.element, group.fixed)) for place in group.members]
     first = group.members[0]
     base = frames.of(first.scope, first.element)

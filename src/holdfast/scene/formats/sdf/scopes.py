@@ -1,4 +1,4 @@
-"""The models of an SDF file, included ones among them, as scopes of names that lie in each other."""
+"""The models of an SDF file and of included files, as nested scopes of names."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from holdfast.base.text import quoted
 from holdfast.scene.formats.references import References
 from holdfast.scene.xml import MAX_BYTES, Element, parsed
 
-MOST_INCLUDES = 2_000  # models that a scene may include, one by one
-MOST_NAMES = 200_000  # links, frames, joints and models of a scene, those of included files each time
-MOST_LEVELS = 30  # models in each other
+MOST_INCLUDES = 2_000  # largest number of included models of a scene
+MOST_NAMES = 200_000  # largest number of links, frames, joints and models of a scene, with repetitions
+MOST_LEVELS = 30  # largest depth of models in models
 NAMED = ("link", "frame", "joint")
-UNFELT = ("light", "actor")  # what may be included and touches nothing
+UNFELT = ("light", "actor")  # included elements that have no contacts
 
 
 @dataclass(eq=False, repr=False)
 class Scope:
-    """A world or a model: its name, what has names in it, and the models in it.
+    """A world or a model: its name, its named elements, and the models in it.
 
-    ``outer`` is the scope in which it lies. ``given`` is the element in which its pose stands: its own, or that of the
-    include. ``references`` finds the files that it names.
+    ``outer`` is the scope that contains it. ``given`` is the element with its pose: its own element or the include.
+    ``references`` finds the files to which it refers.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Scope:
 
     @property
     def path(self) -> str:
-        """The names of the models in which it lies, and its own, joined by two colons."""
+        """The names of the enclosing models and its own name, joined by two colons."""
         if self.outer is None:
             return ""
         return f"{self.outer.path}::{self.name}" if self.outer.path else self.name
@@ -62,7 +62,7 @@ class Scope:
             yield from model.within()
 
     def found(self, name: str, asking: Element) -> tuple[Scope, Element | Scope]:
-        """Return the scope in which a name such as ``arm::hand`` ends, and what bears it there."""
+        """Return the scope to which a name such as ``arm::hand`` leads, and the element with that name."""
         scope, names = self, name.split("::")
         for outer in names[:-1]:
             if outer not in scope.models:
@@ -89,14 +89,14 @@ def truth(element: Element, tag: str, default: bool = False) -> bool:
 
 
 class ScopeReader:
-    """Builds scopes, and counts and remembers the files that they include."""
+    """Builds scopes, and counts and caches the files that they include."""
 
     def __init__(self) -> None:
         self._files: dict[Path, Element] = {}
         self._included = self._named = 0
 
     def world(self, element: Element, references: References) -> Scope:
-        """Return the scope of a world, or of a lone model in a world of its own."""
+        """Return the scope of a world, or of a single model in a world of its own."""
         if element.tag == "model":
             around = Element("world", {}, element.file, element.line, [element])
             return self.world(around, references)
@@ -105,7 +105,7 @@ class ScopeReader:
         return scope
 
     def _fill(self, scope: Scope, files: tuple[Path, ...], level: int) -> None:
-        """Find what has a name in a scope; ``files`` are those that include each other down to here."""
+        """Find the named elements of a scope; ``files`` is the chain of includes down to this file."""
         if level > MOST_LEVELS:
             scope.element.fail("lies in too many models", f"the limit is {MOST_LEVELS}")
         for child in scope.element.children:
@@ -133,7 +133,7 @@ class ScopeReader:
             scope.named[name] = what
 
     def _include(self, scope: Scope, include: Element, files: tuple[Path, ...], level: int) -> None:
-        """Add the model of another file; name, pose and static of the include come first."""
+        """Add the model of another file; the name, pose and static of the include have priority."""
         self._included += 1
         if self._included > MOST_INCLUDES:
             include.fail("is one too many", f"the limit is {MOST_INCLUDES:,} included models")
@@ -167,7 +167,7 @@ def _model_file(references: References, include: Element) -> Path:
     """Return the file of an included model: itself, or the one of its folder."""
     uri = include.needed("uri")
     path = references.file(uri.text.strip(), uri.place)
-    if not os.path.isdir(path):  # nor is a name that is too long
+    if not os.path.isdir(path):  # False for a name that is too long
         return path
     config, name = path / "model.config", "model.sdf"
     if os.path.isfile(config):

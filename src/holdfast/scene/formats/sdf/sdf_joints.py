@@ -1,4 +1,4 @@
-"""The joints of an SDF file: which links they hold together."""
+"""The joints of an SDF file, and the groups of links that they hold together."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from holdfast.scene.formats.rigid_parts import Welded, weld
 from holdfast.scene.formats.sdf.scopes import Scope
 from holdfast.scene.xml import Element
 
-Key = tuple[Scope, Element]  # the element alone may stand in several models, all of one file
+Key = tuple[Scope, Element]  # models from the same file share elements
 
-MOST_STEPS = 200  # frames that are attached to each other, in a row
+MOST_STEPS = 200  # longest chain of frames that are attached to each other
 
 
 @dataclass(eq=False)
 class Place:
-    """A link, and the model in which it lies; ``held`` says that it is fixed by itself."""
+    """A link in its model; ``held`` is True if it is fixed by itself."""
 
     scope: Scope
     element: Element
@@ -25,7 +25,7 @@ class Place:
 
     @property
     def path(self) -> str:
-        """Its name with those of the models in which it lies."""
+        """Its name with those of the enclosing models."""
         return f"{self.scope.path}::{self.element.attribute('name')}"
 
 
@@ -33,9 +33,9 @@ Group = Welded[Place]  # links
 
 
 def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) -> list[Group]:
-    """Return the groups of links that fixed joints hold together; the models ``held`` are fixed beside static ones.
+    """Return the groups of links that fixed joints hold together; models in ``held`` are fixed besides static ones.
 
-    Joints that can move are refused by name, unless all that they join is fixed, or ``rigid`` says that they hold.
+    Movable joints are refused by name, unless all links that they join are fixed, or ``rigid`` is True: then they hold.
     """
     names = set(held)
     places = {
@@ -103,7 +103,7 @@ def _end(scope: Scope, joint: Element, tag: str) -> Key | None:
 
 
 def _canonical(model: Scope, asking: Element) -> str:
-    """Return the name of the link that stands for a model: the one that it names, or its first."""
+    """Return the name of the canonical link of a model: the one that it names, or its first link."""
     given = model.element.attributes.get("canonical_link", "").strip()
     links = [name for name, element in model.named.items() if element.tag == "link"]
     first = links[0] if links else next((f"{name}::__model__" for name in model.models), "")

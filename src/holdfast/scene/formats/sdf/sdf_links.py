@@ -19,14 +19,14 @@ from holdfast.scene.inertial import Inertial, together
 from holdfast.scene.shapes import MassProperties
 from holdfast.scene.xml import Element
 
-USUAL_FRICTION = 1.0  # of SDF, where a collision says nothing
-DRAKES_FRICTION = 0.5  # likewise of Drake (default_proximity_properties of SceneGraphConfig)
+USUAL_FRICTION = 1.0  # default of SDF
+DRAKES_FRICTION = 0.5  # default of Drake (default_proximity_properties of SceneGraphConfig)
 RULES = {"ode": "least", "bullet": "product", "drake": "harmonic mean"}  # how simulators combine two surfaces
-USUAL_DENSITY = 1000.0  # [kg/m³] of SDF, for masses that are to be worked out
+USUAL_DENSITY = 1000.0  # [kg/m³] default of SDF for masses that follow from shapes
 USUAL_MASK = 0xFFFF
 
 
-# What is read of a file, or changes nothing at rest, or is noted in other words; all else is named in a note
+# Elements that are read, do not matter at rest or have a note of their own; a note lists all other elements
 KNOWN = {
     "world": ("model", "include", "frame", "joint", "light", "actor", "gravity", "physics", "scene", "gui", "plugin",
               "audio", "spherical_coordinates", "magnetic_field", "atmosphere", "road", "wind"),
@@ -47,7 +47,7 @@ KNOWN = {
 
 
 class Plane(NamedTuple):
-    """The pose (4, 4) of a plane in its link, the normal along z, and the bits by which it finds what it touches."""
+    """The pose (4, 4) of a plane in its link, with the normal along z, and the bits that decide what it may touch."""
 
     pose: Float
     material: str
@@ -55,7 +55,7 @@ class Plane(NamedTuple):
 
 
 class Content(NamedTuple):
-    """A collision, its shape in the link, and its mass properties at unit density if they are not the shape's."""
+    """A collision, its shape in the link, and its mass properties at unit density if they differ from the shape's."""
 
     element: Element
     piece: Piece
@@ -74,7 +74,7 @@ class Link:
 
 @dataclass
 class LinkReader:
-    """Reads links; ``tags`` says whose friction is taken, ``friction`` and ``density`` stand for missing values."""
+    """Reads links with the friction tags of ``tags``; ``friction`` and ``density`` replace missing values."""
 
     tags: str
     surfaces: Surfaces
@@ -118,7 +118,7 @@ class LinkReader:
             link.contents.append(Content(element, Piece(solid, pose, material), exact, mask))
 
     def _mu(self, element: Element, where: str) -> float:
-        """Return the coefficient of a surface: the least of its directions; that of ``friction`` or SDF if none."""
+        """Return the least coefficient of a surface over its directions; by default ``friction`` or that of SDF."""
         found = coefficients(element, self.tags)
         values = [checked_number(mu, f"{element.place}: friction", minimum=0, within=FRICTION) for mu in found]
         if values:
@@ -133,7 +133,7 @@ class LinkReader:
         return usual
 
     def _inertial(self, element: Element, contents: list[Content], where: str) -> Inertial:
-        """Return the mass that the file gives, or that of the shapes, each counted by itself, as SDF prescribes."""
+        """Return the given inertial, or the sum of those of the shapes, ignoring overlaps, as SDF prescribes."""
         inertial = element.child("inertial")
         auto = inertial is not None and inertial.attributes.get("auto", "").strip().lower() in ("true", "1")
         bare = inertial is None or inertial.child("mass") is None
@@ -156,7 +156,7 @@ class LinkReader:
 
 
 def coefficients(element: Element, tags: str) -> list[float]:
-    """Return what a collision says of its friction to Bullet, to Drake or to ODE, by the name of their ``tags``."""
+    """Return the friction coefficients of a collision for the simulator ``tags``: Bullet, Drake or ODE."""
     if tags == "drake":
         properties = element.all("drake:proximity_properties")
         return [each.values(1)[0] for own in properties for each in own.all("drake:mu_static")]
@@ -200,7 +200,7 @@ def _filled(content: Content, density: float) -> Inertial:
 
 
 def _given(element: Element | None, link: Element) -> Inertial:
-    """Return the mass in an <inertial>, with SDF's values for what it leaves out: 1 kg, and 1 kg m² about each axis."""
+    """Return the mass in an <inertial>, with the defaults of SDF: 1 kg, and 1 kg m² about each axis."""
     if element is None:
         return Inertial(1.0, np.zeros(3), np.eye(3))
     pose = _in_link(element, link)

@@ -19,9 +19,9 @@ CONE_SIDES = 64
 
 
 def solid_of(scope: Scope, element: Element, link: str, notes: Notes) -> tuple[Solid, MassProperties | None]:
-    """Return the shape of an element such as <box>, and its mass properties if they are not those of that shape.
+    """Return the shape of an element such as <box>, and its mass properties if they differ from those of the shape.
 
-    What is guessed of it is noted of the ``link``.
+    Assumptions are noted for the ``link``.
     """
     match element.tag:
         case "sphere":
@@ -42,13 +42,13 @@ def solid_of(scope: Scope, element: Element, link: str, notes: Notes) -> tuple[S
 
 
 def plane_pose(element: Element) -> Float:
-    """Return the pose (4, 4) of a <plane> in its collision, with the normal along z; its size is for show."""
+    """Return the pose (4, 4) of a <plane> in its collision, with the normal along z; its size is only visual."""
     normal = element.child("normal")
     up = np.array((0.0, 0.0, 1.0) if normal is None else normal.values(3))
     if not up.any():
         element.fail("has a zero normal", "needs a direction")
     up, pose = unit(up), np.eye(4)
-    if up[2] < 1:  # or the axes stay as they are
+    if up[2] < 1:  # otherwise the axes stay as they are
         pose[:3, 0], pose[:3, 1] = tangents(up)
         pose[:3, 2] = up
     return pose
@@ -59,7 +59,7 @@ def _number(element: Element, tag: str) -> float:
 
 
 def _cone(radius: float, length: float, where: str) -> tuple[Mesh, MassProperties]:
-    """Return a pyramid in a cone, apex up, centred at half its height, and the mass properties of the cone."""
+    """Return a pyramid inscribed in a cone, apex up, centred at half its height, and the cone's mass properties."""
     for name, value in (("radius", radius), ("length", length)):
         checked_number(value, f"{where}: {name}", above=0, within=LENGTH, error=GeometryError)
     n = CONE_SIDES

@@ -1,4 +1,4 @@
-"""Which bodies of an SDF file never touch: links of one model, and collisions without a common bit."""
+"""Bodies of an SDF file that never touch: links of the same model, and collisions without a common bit."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from holdfast.scene.formats.sdf.sdf_links import USUAL_MASK
 
 
 class Toucher(NamedTuple):
-    """What decides whether a collision touches another: its model, whether it touches others of it, and its bits."""
+    """The data that decide what a collision may touch: its model, whether it touches others of it, and its bits."""
 
     model: Scope
     own: bool
     mask: int
 
 
-Touching = tuple[Body, tuple[Toucher, ...]]  # a body, and what decides for each of its parts
+Touching = tuple[Body, tuple[Toucher, ...]]  # a body, with the data of each of its parts
 
 
 def toucher(place: Place, mask: int) -> Toucher:
-    """Return what decides for a collision of a link with these bits (<collide_bitmask>)."""
+    """Return the data for a collision of a link with these bits (<collide_bitmask>)."""
     own = place.scope.touches_itself or truth(place.element, "self_collide")
     return Toucher(place.scope, own, mask)
 
 
 def excluded_pairs(bodies: Sequence[Touching], notes: list[str]) -> list[Excluded]:
-    """Return the bodies that never touch, or their parts where others of the same bodies may.
+    """Return the pairs of bodies that never touch, or of their parts if other parts may touch.
 
     These are links of one model without <self_collide>, and collisions that have no bit in common.
     """
@@ -50,7 +50,7 @@ def excluded_pairs(bodies: Sequence[Touching], notes: list[str]) -> list[Exclude
 
 
 def _may(of_a: Sequence[Toucher], of_b: Sequence[Toucher]) -> Bool:
-    """Tell which parts of two bodies may touch; long lists of parts that are alike are looked at once."""
+    """Tell which parts of two bodies may touch; equal parts are only compared once."""
     first, second = dict.fromkeys(of_a), dict.fromkeys(of_b)
     known = {(x, y): _touch(x, y) for x, y in product(first, second)}
     if len(set(known.values())) == 1:
@@ -59,7 +59,7 @@ def _may(of_a: Sequence[Toucher], of_b: Sequence[Toucher]) -> Bool:
 
 
 def _candidates(bodies: Sequence[Touching]) -> Iterable[tuple[Touching, Touching]]:
-    """Return the pairs of bodies that may be excluded: those of one model, or all if some have bits of their own."""
+    """Return the pairs of bodies that may be excluded: those of the same model, or all pairs if some have bits."""
     if not all(each.mask == USUAL_MASK for _, touching in bodies for each in touching):
         return combinations(bodies, 2)
     of_model: dict[Scope, list[int]] = {}

@@ -51,13 +51,13 @@ def read(
     """Return the scene of one URDF file.
 
     ``pose`` (4, 4) is that of the root link in the world; ``poses`` gives several copies of the file instead, each with
-    a name and a pose. Links that fixed joints hold together are one body, named as the robot, or as its copy; others
-    bear the name of their first link behind it. Movable joints are refused by name, unless ``rigid`` or ``fixed`` is
-    True: then they hold at the positions ``joints`` [rad or m], by default zero. ``fixed`` makes all bodies fixed;
-    as names, it makes these copies and bodies fixed. ``floor`` adds the half space below z = 0, with the friction of
-    whatever lies on it. ``friction`` is the coefficient of surfaces, and ``density`` [kg/m³] that of links, of which
-    the file says nothing. ``simulator``, one of "bullet", "drake", "gazebo", chooses the friction tags of a file that
-    has several kinds. ``package`` maps the names of packages to folders, or is a function that does.
+    a name and a pose. Links that fixed joints hold together are one body, named like the robot or its copy; others have
+    the name of their first link appended. Movable joints are refused by name, unless ``rigid`` or ``fixed`` is True:
+    then they hold at the positions ``joints`` [rad or m], by default zero. ``fixed`` makes all bodies fixed; as names,
+    it makes these copies and bodies fixed. ``floor`` adds the half space below z = 0, with the friction of whatever
+    lies on it. ``friction`` is the coefficient of surfaces and ``density`` [kg/m³] that of links for which the file
+    gives none. ``simulator``, one of "bullet", "drake", "gazebo", chooses the friction tags of a file that has several
+    kinds. ``package`` maps the names of packages to folders, or is a function that does.
 
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
@@ -102,7 +102,7 @@ def _names_in(fixed: object) -> list[str]:
 
 
 def _held(placed: list[tuple[str, Body]], fixed: bool | Collection[str]) -> list[Body]:
-    """Return bodies, each given with the name of its copy, those fixed that ``fixed`` names by either name."""
+    """Return the bodies, given with the names of their copies; those that ``fixed`` lists by either name are fixed."""
     bodies = [body for _, body in placed]
     if isinstance(fixed, bool):
         return bodies
@@ -116,7 +116,7 @@ def _held(placed: list[tuple[str, Body]], fixed: bool | Collection[str]) -> list
 
 
 def _check_expanded(root: Element) -> None:
-    """Refuse macros, whose expansion is another program's."""
+    """Refuse xacro macros, which another program has to expand."""
     pending = [root]
     while pending:
         element = pending.pop()

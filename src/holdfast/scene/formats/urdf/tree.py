@@ -1,4 +1,4 @@
-"""The tree of links and joints of a URDF file, cut into groups of links that move as one."""
+"""The tree of links and joints of a URDF file, divided into groups of links that move as one."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Joint(NamedTuple):
 
 @dataclass(frozen=True)
 class Group:
-    """Links that move as one: the top one, its pose (4, 4) in the root, and the pose of each link in the top one."""
+    """Links that move as one: the first one, its pose (4, 4) in the root, and the pose of each link in the first."""
 
     top: str
     pose: Float
@@ -42,7 +42,7 @@ class Group:
 
 
 def origin_of(element: Element) -> Float:
-    """Return the pose (4, 4) in the element's <origin>, by default none."""
+    """Return the pose (4, 4) in the element's <origin>, by default the identity."""
     origin = element.child("origin")
     if origin is None:
         return np.eye(4)
@@ -56,7 +56,7 @@ def groups_of(
     """Return the groups of links, the root's first.
 
     ``positions`` [rad or m] are those of movable joints, by default zero. Such joints are refused by name unless
-    ``locked`` says that they are to hold. Raises SceneError if the links are no tree.
+    ``locked`` is True: then they hold. Raises SceneError if the links are not a tree.
     """
     joints = _joints(root, links, positions)
     below: dict[str, list[Joint]] = {name: [] for name in links}
@@ -140,7 +140,7 @@ def _position(element: Element, elements: Mapping[str, Element], positions: Mapp
 
 
 def _given(element: Element, name: str, value: float) -> float:
-    """Return the position [rad or m] that is given for a joint; raises SceneError if its limits do not allow it."""
+    """Return the given position [rad or m] of a joint; raise SceneError if it is outside the limits."""
     where = f"joints: {quoted(name)}"
     position = checked_number(value, where, within=PLACE)
     limit, kind = element.child("limit"), element.attribute("type")
@@ -171,7 +171,7 @@ def _motion(element: Element, kind: str, position: float) -> Float:
 
 
 def _check_movable(root: Element, joints: list[Joint], locked: bool, notes: list[str]) -> None:
-    """Refuse joints that can move, by name, unless they are to hold."""
+    """Refuse movable joints by name, unless they hold."""
     movable = [joint for joint in joints if joint.kind not in ("fixed", "floating")]
     if not movable:
         return

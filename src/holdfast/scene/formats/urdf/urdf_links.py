@@ -19,7 +19,7 @@ from holdfast.scene.round_shapes import Capsule
 from holdfast.scene.shapes import Box, Cylinder, Mesh
 from holdfast.scene.xml import Element
 
-# What is read of a file, or changes nothing at rest, or is noted in other words; all else is named in a note
+# Elements that are read, do not matter at rest or have a note of their own; a note lists all other elements
 KNOWN = {
     "robot": ("link", "joint", "material", "transmission", "gazebo", "sensor", "version"),
     "link": ("inertial", "visual", "collision", "contact", "sensor", "drake:self_collision_filter_group"),
@@ -32,15 +32,15 @@ KNOWN = {
                "maxContacts", "implicitSpringDamper", "dampingFactor", "laserRetro", "visual", "provideFeedback",
                "disableFixedJointLumping", "preserveFixedJoint", "light"),
 }  # fmt: skip
-# How the simulators whose tags a file may have combine the coefficients of two surfaces
+# How each simulator combines the coefficients of two surfaces
 RULES = {"bullet": "product", "drake": "harmonic mean", "gazebo": "least"}
 
 
 @dataclass
 class LinkReader:
-    """Reads links of one file: ``simulator`` is the one whose friction is taken, ``friction`` stands for a missing one.
+    """Reads the links of a file. Friction is read from the tags of ``simulator``, and is ``friction`` without them.
 
-    What is guessed or left out goes to ``notes``.
+    What is assumed or left out is added to ``notes``.
     """
 
     root: Element
@@ -78,14 +78,14 @@ class LinkReader:
             self.notes.append(f"friction: tags of {self.simulator}; of two surfaces it is their {rule}")
 
     def _of(self, simulator: str, link: Element, shape: Element) -> list[float]:
-        """Return the coefficients that the file gives, for this simulator, to a shape of a link."""
+        """Return the coefficients of the shapes of a link that the file gives for this simulator."""
         if simulator in ("gazebo", "bullet"):
             return (self._gazebo if simulator == "gazebo" else self._bullet).get(link.attribute("name"), [])
         properties = shape.all("drake:proximity_properties")
         return [each.number("value") for own in properties for each in own.all("drake:mu_static")]
 
     def pieces(self, link: Element) -> list[Piece]:
-        """Return the shapes of a link in its frame: those that collide, or else those that are seen."""
+        """Return the collision shapes of a link in its frame or, if it has none, the visual ones."""
         if not link.all("collision") and link.all("visual"):
             self.notes.of(_called(link), "no <collision>, its <visual> is taken")
         return [self._piece(link, element) for element in _seen(link)]
@@ -120,7 +120,7 @@ class LinkReader:
         return Mesh.from_file(self.references.file(shape.attribute("filename"), shape.place), scale=(sx, sy, sz))
 
     def _mu(self, link: Element, element: Element) -> float:
-        """Return the coefficient of a surface; raises SceneError if neither the file nor ``friction`` says one."""
+        """Return the coefficient of a surface; raise SceneError if neither the file nor ``friction`` gives one."""
         own = [] if self.simulator is None else self._of(self.simulator, link, element)
         if own:
             values = [checked_number(value, f"{link.place}: friction", minimum=0, within=FRICTION) for value in own]
@@ -134,7 +134,7 @@ class LinkReader:
         return self.friction
 
     def inertial(self, link: Element, pieces: list[Piece], density: float | None) -> Inertial | None:
-        """Return the mass of a link in its frame, from ``density`` [kg/m³] if the file says none; None if unknown."""
+        """Return the inertial of a link in its frame, by ``density`` [kg/m³] if the file has none; None if unknown."""
         element = link.child("inertial")
         if element is None:
             if not pieces or density is None:

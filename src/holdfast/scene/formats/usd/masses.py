@@ -1,4 +1,4 @@
-"""Masses in USD: of bodies and colliders, given or by density, in the order that UsdPhysics prescribes."""
+"""Masses of bodies and colliders in USD, given or by density, with the priorities that UsdPhysics prescribes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from holdfast.scene.formats.usd.stage import Stage
 from holdfast.scene.formats.usd.usd_colliders import number_of, numbers_of, value_of
 from holdfast.scene.inertial import Inertial, together
 
-USUAL_DENSITY = 1000.0  # [kg/m³] of UsdPhysics
+USUAL_DENSITY = 1000.0  # [kg/m³] default of UsdPhysics
 
 
 class Collider(NamedTuple):
-    """A collider: its prim, its shape in the body, and the material of physics that it is bound to, or None."""
+    """A collider: its prim, its shape in the body frame, and the physics material to which it is bound, or None."""
 
     prim: Any
     piece: Piece
@@ -34,9 +34,10 @@ def inertial_of(
     density: float | None,
     notes: list[str],
 ) -> Inertial:
-    """Return the mass of a body in its frame; ``stretch`` (3, 3) leads from the frame of its prim [units] to it [m].
+    """Return the inertial of a body in its frame.
 
-    ``density`` [kg/m³] stands for a missing one, instead of the 1,000 of UsdPhysics.
+    ``stretch`` (3, 3) maps the frame of its prim [stage units] to the body frame [m]. ``density`` [kg/m³] replaces the
+    default of UsdPhysics, 1,000, where none is given.
     """
     where = str(body.GetPath())
     with located(where):
@@ -54,7 +55,7 @@ def inertial_of(
 
 
 def _inertia(stage: Stage, body: Any) -> Float | None:  # noqa: ANN401
-    """Return the inertia (3, 3) [kg m²] that a body gives along its axes, or None."""
+    """Return the given inertia (3, 3) [kg m²] of a body along its axes, or None."""
     given = numbers_of(body, "physics:diagonalInertia", (3,), INERTIA)
     if given is None or not given.any():
         return None
@@ -88,7 +89,7 @@ def _collider(stage: Stage, body: Any, collider: Collider, density: float | None
 
 
 def _positive(prim: Any, name: str, within: Any, unit: float) -> float | None:  # noqa: ANN401
-    """Return an attribute in SI units, or None where it is 0, which in UsdPhysics means not given."""
+    """Return an attribute in SI units, or None if it is 0, which in UsdPhysics means that it is not given."""
     value = number_of(prim, name, 0.0)
     if value == 0.0:
         return None

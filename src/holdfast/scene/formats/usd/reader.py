@@ -22,7 +22,7 @@ from holdfast.scene.formats.rigid_parts import checked_fixed, rigid_body, scene_
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
 from holdfast.scene.formats.usd.masses import Collider, inertial_of
-from holdfast.scene.formats.usd.stage import Stage, opened, told
+from holdfast.scene.formats.usd.stage import Stage, opened, usd_errors
 from holdfast.scene.formats.usd.usd_bodies import Group, groups_of, has, touching
 from holdfast.scene.formats.usd.usd_colliders import along, fail, number_of, numbers_of, piece_of
 from holdfast.scene.halfspace import HalfSpace
@@ -31,7 +31,7 @@ from holdfast.scene.scene import Scene
 
 MAGIC = (b"#usda", b"PXR-USDC")
 ZIP = b"PK\x03\x04"
-USUAL_GRAVITY = 9.81  # [m/s²] of UsdPhysics
+USUAL_GRAVITY = 9.81  # [m/s²] default of UsdPhysics
 
 
 def sniff(source: Source) -> bool:
@@ -52,13 +52,13 @@ def read(
 ) -> Scene:
     """Return the scene of a USD stage; needs usd-core (extra ``usd``).
 
-    Lengths and masses are brought to metres and kilograms, and z is made up. Rigid bodies are named by their prims, if
-    need be with their paths; colliders outside of them are fixed bodies. ``friction`` is the coefficient of colliders
-    without a physics material. UsdPhysics does not say how two coefficients make that of a pair: ``combine`` does, one
-    of "least", which it is unless given, "product", "mean", "largest" and other means. ``density`` [kg/m³] is for
-    shapes of which the file says nothing; without it 1,000 is taken, as UsdPhysics says, and noted. ``fixed`` are names
-    of bodies, ``rigid`` welds joints that can move, ``floor`` adds the half space below z = 0, and ``package`` maps
-    names to folders in which layers may lie.
+    Lengths and masses are converted to metres and kilograms, and the stage is rotated so that z is up. Rigid bodies are
+    named like their prims, with the paths if names repeat; colliders outside of them are fixed bodies. ``friction`` is
+    the coefficient of colliders without a physics material. UsdPhysics does not say how two coefficients are combined:
+    ``combine`` does, with "least" (the default), "product", "mean", "largest" and other means. ``density`` [kg/m³] is
+    for shapes for which the file gives none; without it, the default of UsdPhysics, 1,000, is used and noted. ``fixed``
+    are names of bodies, ``rigid`` welds joints that can move, ``floor`` adds the half space below z = 0, and
+    ``package`` maps names to folders in which layers may lie.
 
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
@@ -74,7 +74,7 @@ def read(
     rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
     surfaces = Surfaces(combine or "least")
     notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
-    with told(path), located(str(path)):
+    with usd_errors(path), located(str(path)):
         return _scene(opened(path, package, notes), path.stem, surfaces, friction, density, fixed, rigid, floor, notes)
 
 
@@ -110,7 +110,7 @@ def _scene(
 
 
 def _gravity(stage: Stage, notes: list[str]) -> Float:
-    """Return gravity (3,) [m/s²]; down, and 9.81, where the stage does not say it."""
+    """Return gravity (3,) [m/s²]; by default it is 9.81 m/s² downwards."""
     scenes = [prim for prim in stage.prims if str(prim.GetTypeName()) == "PhysicsScene"]
     if len(scenes) != 1:
         notes.append(f"{len(scenes)} physics scenes: " + ("gravity of the first" if scenes else "gravity is 9.81 m/s²"))
@@ -126,7 +126,7 @@ def _gravity(stage: Stage, notes: list[str]) -> Float:
 
 
 def _names(groups: list[Group]) -> list[str]:
-    """Return the names of the prims, with their paths where several have the same one."""
+    """Return the names of the prims, with their paths if several have the same name."""
     count = Counter(group.prim.GetName() for group in groups)
     return [
         group.prim.GetName() if count[group.prim.GetName()] == 1 else str(group.prim.GetPath())[1:] for group in groups
@@ -174,7 +174,7 @@ def _plane(prim: Any, group: Group, name: str, matrix: Float, surface: str, fixe
 
 
 def _material(prim: Any) -> Any:  # noqa: ANN401
-    """Return the physics material to which a prim is bound, its own or of what it lies in, or None."""
+    """Return the physics material to which a prim or the nearest of its ancestors is bound, or None."""
     from pxr import UsdShade
 
     found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")[0]
@@ -193,7 +193,7 @@ def _mu(prim: Any, material: Any, friction: float | None, notes: list[str]) -> f
 
 
 def _excluded(stage: Stage, found: list[tuple[Body, Group]]) -> list[Excluded]:
-    """Return the bodies that may not touch, or the colliders of theirs where others may."""
+    """Return the excluded pairs of bodies, or of their colliders if others of the same bodies may touch."""
     touch = touching(stage)
     excluded: list[Excluded] = []
     if touch is None:

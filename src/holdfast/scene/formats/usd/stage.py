@@ -1,4 +1,4 @@
-"""Opening of USD stages: every layer that a stage is composed of lies in its folder, and no stage is endless."""
+"""Opening of USD stages: all layers must be in the folder of the stage, and its size is limited."""
 
 from __future__ import annotations
 
@@ -20,14 +20,13 @@ from holdfast.scene.formats.references import Packages, References
 from holdfast.scene.formats.usd.usd_guard import check_lengths
 
 MOST_LAYERS = 1_000
-MOST_PRIMS = 200_000  # of a stage, instances counted one by one
+MOST_PRIMS = 200_000  # largest number of prims of a stage, with each instance
 
 
 class Stage(NamedTuple):
-    """An open stage: its prims, the metres and kilograms of its units, and the turn (4, 4) that makes z up.
+    """An open stage: its prims, its units in metres and kilograms, and the rotation (4, 4) after which z is up.
 
-    Without the ``whole`` its prims expire. Prims and other objects of USD are of the library's own types, which are not
-    followed.
+    ``whole`` keeps the stage alive, because prims expire with it. The types of USD objects are not checked.
     """
 
     whole: Any
@@ -42,7 +41,7 @@ class Stage(NamedTuple):
 
         rows = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
         matrix = np.array(rows, dtype=np.float64).T
-        with np.errstate(over="ignore", invalid="ignore"):  # what is beyond all is told with the name of its prim
+        with np.errstate(over="ignore", invalid="ignore"):  # infinite numbers raise an error that names the prim
             matrix[:3] *= self.metres
             return np.asarray(self.turn @ matrix)
 
@@ -75,7 +74,7 @@ def opened(path: Path, packages: Packages | None, notes: list[str]) -> Stage:
 
 
 def _check_layers(path: Path, packages: Packages | None) -> None:
-    """Open all layers one by one, and refuse those outside of the folder, before any of them is composed."""
+    """Open all layers one by one and refuse those outside the folder, before the stage is composed."""
     from pxr import Sdf
 
     references = References(path, packages)
@@ -90,7 +89,7 @@ def _check_layers(path: Path, packages: Packages | None) -> None:
         for name in layer.GetCompositionAssetDependencies():
             if not name:
                 continue
-            # absolute, or the folder of a stage with a relative path would come twice
+            # absolute, as the folder of a stage with a relative path would otherwise be repeated
             found = references.file(os.path.abspath(here.parent / name) if "://" not in name else name, str(here))
             if found.resolve() not in seen:
                 seen.add(found.resolve())
@@ -100,10 +99,10 @@ def _check_layers(path: Path, packages: Packages | None) -> None:
 
 
 def _check_specs(layer: Any) -> None:  # noqa: ANN401
-    """Raise SceneError if a binary layer names a child that it does not hold: composing it would end the process."""
+    """Raise SceneError if a binary layer names a child that it lacks; composing it would crash the process."""
     from pxr import Sdf
 
-    if layer.GetFileFormat().formatId == "usda":  # the parser makes what it names
+    if layer.GetFileFormat().formatId == "usda":  # the text parser creates all children that it names
         return
 
     def look(path: Any) -> None:  # noqa: ANN401
@@ -120,7 +119,7 @@ def _check_specs(layer: Any) -> None:  # noqa: ANN401
 def _check_package(package: Path, root: Any) -> None:  # noqa: ANN401
     """Open all layers in a package one by one; raise SceneError if one names what is not in the package.
 
-    USD would look for it at its absolute path, or in the current folder.
+    USD would search it at its absolute path, or in the current folder.
     """
     from pxr import Ar, Sdf
 
@@ -135,7 +134,7 @@ def _check_package(package: Path, root: Any) -> None:  # noqa: ANN401
                 raise SceneError(message(layer.identifier, problem, "put it into the package"))
             if found not in seen:
                 seen.add(found)
-                with told(package):
+                with usd_errors(package):
                     waiting.append(Sdf.Layer.FindOrOpen(found))
                 if waiting[-1] is None:
                     raise SceneError(message(found, "is no USD", "check the package"))
@@ -145,8 +144,8 @@ def _check_package(package: Path, root: Any) -> None:  # noqa: ANN401
 
 
 @contextmanager
-def told(path: Path) -> Iterator[None]:
-    """Raise SceneError instead of any error of USD in this block."""
+def usd_errors(path: Path) -> Iterator[None]:
+    """Convert any error of USD in this block to SceneError."""
     from pxr import Tf
 
     try:
@@ -154,15 +153,15 @@ def told(path: Path) -> Iterator[None]:
     except Tf.ErrorException as cause:
         said = " ".join(str(cause).split()).rpartition(" : ")[2].strip(" '") or type(cause).__name__
         raise SceneError(message(str(path), f"is no USD: {said}", "check the file")) from cause
-    except UnicodeDecodeError as cause:  # USD quotes what it does not understand
+    except UnicodeDecodeError as cause:  # USD quotes text that it cannot parse
         raise SceneError(message(str(path), f"has bytes that are not UTF-8: {cause}", "check the file")) from cause
 
 
 def _opened(path: Path, open_: Callable[[str], Any]) -> Any:  # noqa: ANN401
-    """Return what ``open_`` makes of a file; raise SceneError if there is none, or if it is no USD."""
+    """Return the result of ``open_`` for a file; raise SceneError if there is no such file, or if it is not USD."""
     check_ordinary(path, "layer", remedy="check the paths in the file")
     check_lengths(path)
-    with told(path):
+    with usd_errors(path):
         found = open_(str(path))
     if not found:
         raise SceneError(message(str(path), "is no USD", "check the file"))

@@ -1,4 +1,4 @@
-"""Rigid bodies of a USD stage with their colliders, joined by what holds them together, and what never touches."""
+"""Rigid bodies of a USD stage with their colliders, groups of bodies that joints hold together, and excluded pairs."""
 
 from __future__ import annotations
 
@@ -34,9 +34,10 @@ def has(prim: Any, schema: str) -> bool:  # noqa: ANN401
 
 
 def groups_of(stage: Stage, rigid: bool, notes: list[str]) -> list[Group]:
-    """Return the bodies of a stage; a collider in none of them is a fixed body by itself.
+    """Return the groups of bodies of a stage; a collider outside of rigid bodies is a fixed body by itself.
 
-    Joints that can move are refused by name, unless all that they join is fixed, or ``rigid`` says that they hold.
+    Movable joints are refused by name, unless all bodies that they join are fixed, or ``rigid`` is True: then they
+    hold.
     """
     group: dict[Any, Group] = {}
     for prim in stage.prims:
@@ -64,7 +65,7 @@ def _is_rigid(prim: Any) -> bool:  # noqa: ANN401
 
 
 def _owner(prim: Any) -> Any:  # noqa: ANN401
-    """Return the rigid body in which a prim lies: itself, the nearest one above, or None."""
+    """Return the rigid body to which a prim belongs: itself, its nearest ancestor that is one, or None."""
     while prim and not prim.IsPseudoRoot():
         if _is_rigid(prim):
             return prim
@@ -108,7 +109,7 @@ def _end(joint: Any, name: str, group: dict[Any, Group]) -> Group | None:  # noq
 
 
 def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
-    """Return the rule by which two colliders may touch, of collision groups and filtered pairs; None if all do."""
+    """Return the rule by which two colliders may touch, from collision groups and filtered pairs; None if all may."""
     from pxr import UsdPhysics
 
     groups = [prim for prim in stage.prims if prim.IsA(UsdPhysics.CollisionGroup)]
@@ -136,14 +137,14 @@ def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
 
 
 def _merged(group: Any) -> str:  # noqa: ANN401
-    """Return the name under which a collision group counts: that of its merge group, or its path."""
+    """Return the name of the merge group of a collision group, or its path if it has none."""
     return str(value_of(group, "physics:mergeGroup", "")) or str(group.GetPath())
 
 
 def _apart(groups: list[Any]) -> set[tuple[str, str]]:
-    """Return the pairs of collision groups that do not touch, either way round.
+    """Return the pairs of collision groups that do not touch, in both orders.
 
-    The table of usd-core is not used: a filter of a group that is not there switches the first group off in it.
+    The table of usd-core is not used, because it ignores a group with a filter that names a missing group.
     """
     names = {str(group.GetPath()): _merged(group) for group in groups}
     found = set()

@@ -17,9 +17,9 @@ from holdfast.scene.formats.rigid_parts import Piece
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
-ALIKE = 1e-6  # [-] of factors that are equal to single precision, which USD keeps
+ALIKE = 1e-6  # [-] largest relative difference of factors that are equal in single precision, which USD uses
 AS_THEY_ARE = ("none", "convexDecomposition", "meshSimplification")
-ALONG = {  # poses that turn the z axis of a shape into its axis
+ALONG = {  # poses that rotate the z axis to the axis of a shape
     "X": np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
     "Y": np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
     "Z": np.eye(4),
@@ -39,7 +39,7 @@ def value_of(prim: Any, name: str, usual: Any = None) -> Any:  # noqa: ANN401
 
 
 def number_of(prim: Any, name: str, usual: float) -> float:  # noqa: ANN401
-    """Return a number of a prim, or ``usual``; it may be infinite, as some are by default."""
+    """Return a number of a prim, or ``usual``; it may be infinite, as some defaults are."""
     value = value_of(prim, name, usual)
     try:
         return float("no number" if isinstance(value, str | bool) else value)
@@ -48,19 +48,19 @@ def number_of(prim: Any, name: str, usual: float) -> float:  # noqa: ANN401
 
 
 def numbers_of(prim: Any, name: str, shape: tuple[int | None, ...], within: Range | None = None) -> Float | None:  # noqa: ANN401
-    """Return finite numbers of this shape of a prim, or None if it has none."""
+    """Return an attribute of a prim as an array of finite numbers of this shape, or None if it has none."""
     value = value_of(prim, name)
     return None if value is None else checked(value, shape, f"{prim.GetPath()}: {name}", within=within)
 
 
 def along(prim: Any) -> Float:  # noqa: ANN401
-    """Return the pose (4, 4) that turns z into the axis of a prim."""
+    """Return the pose (4, 4) that rotates the z axis to the axis of a prim."""
     axis = str(value_of(prim, "axis", "Z"))
     return ALONG[axis] if axis in ALONG else fail(prim, f"axis is {quoted(axis)}", "needs X, Y or Z")
 
 
 def piece_of(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  # noqa: ANN401
-    """Return the shape of a collider whose ``matrix`` (4, 4) leads from its frame to that of its body [m]."""
+    """Return the shape of a collider; ``matrix`` (4, 4) maps its frame to the body frame [m]."""
     where, kind = str(prim.GetPath()), str(prim.GetTypeName())
     if kind == "Mesh":
         return _mesh(prim, matrix, material, notes)
@@ -92,7 +92,7 @@ def _solid(prim: Any, kind: str, scale: tuple[float, float, float]) -> Solid:  #
 
 
 def _mesh(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  # noqa: ANN401
-    """Return a mesh, or the simple shape that stands for it (physics:approximation)."""
+    """Return a mesh, or the simple shape that replaces it (physics:approximation)."""
     where = str(prim.GetPath())
     pose, stretch = split(matrix, where)
     given = numbers_of(prim, "points", (None, 3), SCALE)

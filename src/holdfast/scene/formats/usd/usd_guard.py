@@ -1,6 +1,6 @@
-"""What can be seen of a binary USD file before USD opens it: every length it states lies within the file.
+"""Checks of binary USD files before USD opens them: all lengths in the file must be within the file.
 
-USD takes memory for as much as a file says it has, and finds out afterwards that it has not.
+USD allocates as much memory as a file claims to need before it reads the content.
 """
 
 from __future__ import annotations
@@ -15,21 +15,22 @@ from holdfast.base.text import quoted
 
 CRATE = b"PXR-USDC"
 ENTRY = b"PK\x03\x04"
-MOST_ENTRIES = 10_000  # of a package
-MOST_NESTED = 4  # packages one in the other
-DENSEST = 1024  # values that a byte can hold: four to a byte, and what is alike 255 times over
-LOCAL = Struct("<4sHHHHHIIIHH")  # of an entry of a package: mark, version, flags, method, times, sums, sizes, lengths
-SECTION = Struct("<16sqq")  # of the table of contents of a crate: a name, where it begins, its length
+MOST_ENTRIES = 10_000  # largest number of files in a package
+MOST_NESTED = 4  # largest depth of packages in packages
+DENSEST = 1024  # largest number of values for each byte: four, times 255 by compression of repetitions
+# header of a file in a package: mark, version, flags, method, times, sums, sizes, lengths
+LOCAL = Struct("<4sHHHHHIIIHH")
+SECTION = Struct("<16sqq")  # row in the table of contents of a crate: name, start and length of a section
 NUMBER = Struct("<Q")
-PLACE = (1 << 48) - 1  # of what says where a value is
-MOST_VALUES = 20_000_000  # of one list: more than in the largest file that is read
-LISTED = frozenset((31, 40, 41, 48, 49, 50))  # kinds of values that begin with their number: dictionaries, vectors
-OPERATED = frozenset((*range(32, 40), 54, 55))  # and those that have a byte before it: edits of lists
-COUNTED = (b"TOKENS", b"STRINGS", b"FIELDS", b"FIELDSETS", b"PATHS", b"SPECS")  # sections that begin with a number
+PLACE = (1 << 48) - 1  # mask for the position in the description of a value
+MOST_VALUES = 20_000_000  # of one list; no file that is read has more
+LISTED = frozenset((31, 40, 41, 48, 49, 50))  # types of values that begin with a count: dictionaries, vectors
+OPERATED = frozenset((*range(32, 40), 54, 55))  # types with one byte before the count: list edits
+COUNTED = (b"TOKENS", b"STRINGS", b"FIELDS", b"FIELDSETS", b"PATHS", b"SPECS")  # sections that begin with a count
 
 
 class Part(NamedTuple):
-    """A part of an open file: where it begins and its length, both in bytes, and its name for messages."""
+    """A part of an open file: its start and length in bytes, and its name for messages."""
 
     stream: BinaryIO
     begin: int
@@ -37,7 +38,7 @@ class Part(NamedTuple):
     where: str
 
     def read(self, at: int, count: int) -> bytes:
-        """Return bytes of the part; raise SceneError if it has not so many."""
+        """Return bytes of the part; raise SceneError if it has fewer."""
         if at < 0 or count < 0 or at + count > self.length:
             problem = f"states a length beyond its end: {count:,} bytes at {at:,} of {self.length:,}"
             raise SceneError(message(self.where, problem, "check the file"))
@@ -45,12 +46,12 @@ class Part(NamedTuple):
         return self.stream.read(count)
 
     def number(self, at: int) -> int:
-        """Return a whole number of eight bytes."""
+        """Return an integer of eight bytes."""
         return int(NUMBER.unpack(self.read(at, NUMBER.size))[0])
 
 
 def check_lengths(path: Path) -> None:
-    """Raise SceneError if a length in a crate or a package exceeds the file, or a name in a package leads out of it."""
+    """Raise SceneError if a length in a crate or package exceeds the file, or if a package refers to other files."""
     with path.open("rb") as stream:
         size = stream.seek(0, 2)
         _check(Part(stream, 0, size, str(path)), 0)
@@ -68,7 +69,7 @@ def _check(part: Part, depth: int) -> None:
 
 
 def _check_crate(crate: Part) -> None:
-    """Check where the sections of a crate lie, and that none says it holds more values than fit into its bytes."""
+    """Check that the sections of a crate are inside the file, and that none claims more values than fit into it."""
     contents = crate.number(16)
     count = crate.number(contents)
     table = crate.read(contents + NUMBER.size, count * SECTION.size)
@@ -84,12 +85,12 @@ def _check_crate(crate: Part) -> None:
 
 
 def _check_values(crate: Part, begin: int) -> None:
-    """Check that no list of values is longer than the rest of the file allows; ``begin`` is the section FIELDS.
+    """Check that no list of values is longer than the rest of the file; ``begin`` is the start of the section FIELDS.
 
-    The fields are numbers of eight bytes, packed: what kind of value each has, and where its content is.
+    The fields are compressed integers of eight bytes, with the type of each value and the position of its content.
     """
     version = tuple(crate.read(8, 3))
-    if version < (0, 4, 0):  # not packed, and older than UsdPhysics
+    if version < (0, 4, 0):  # not compressed, and older than UsdPhysics
         raise SceneError(message(crate.where, f"is of version {version}", "write it anew with USD's own tools"))
     count, packed = crate.number(begin), crate.number(begin + 8)
     at = begin + 16 + packed
@@ -107,9 +108,9 @@ def _check_values(crate: Part, begin: int) -> None:
 
 
 def _unpacked(crate: Part, at: int, length: int, most: int) -> bytes:
-    """Return what LZ4 packed: runs of bytes as they are, each followed by a piece of what came before."""
+    """Decompress LZ4 data: runs of literal bytes, each followed by a repetition of earlier bytes."""
     content = crate.read(at, length)
-    found, at = bytearray(), 1  # the first byte says in how many pieces it is: 0 for one
+    found, at = bytearray(), 1  # the first byte is the number of chunks, 0 for a single one
     try:
         while at < len(content) and not content[0]:
             token, at = content[at], at + 1
@@ -133,7 +134,7 @@ def _unpacked(crate: Part, at: int, length: int, most: int) -> bytes:
 
 
 def _extended(content: bytes, at: int, count: int) -> tuple[int, int]:
-    """Return a length that goes on in further bytes if it begins with 15, and where it ends."""
+    """Return a length, which continues in further bytes if it begins with 15, and the position after it."""
     more = 255 if count == 15 else 0
     while more == 255:
         more, at = content[at], at + 1
@@ -142,7 +143,7 @@ def _extended(content: bytes, at: int, count: int) -> tuple[int, int]:
 
 
 def _entries(package: Part) -> Iterator[Part]:
-    """Yield the files in a package, which lie in it one after the other, as they are."""
+    """Yield the files in a package, which are stored in it one after the other without compression."""
     at = 0
     for _ in range(MOST_ENTRIES):
         if package.length - at < LOCAL.size or package.read(at, 4) != ENTRY:

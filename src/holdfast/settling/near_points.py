@@ -1,4 +1,4 @@
-"""Near points of two bodies: where they touch, overlap or come near, with signed distance and normal."""
+"""Near points of two bodies: where they touch, overlap or are near, with signed distances and normals."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from holdfast.contacts.tolerances import Angles
 from holdfast.settling.facing_triangles import ROW, facing_corners
 from holdfast.settling.moved_surfaces import Posed
 from holdfast.settling.near_faces import FacePairs
-from holdfast.settling.shared import Shared, shared_solids, ways_out
+from holdfast.settling.shared_volume import Shared, shared_solids, ways_out
 
-FACING = 15.0  # [deg] faces that enclose a smaller angle meet as faces, others by their edges and vertices
-SHARP = 3.0  # [deg] an edge or a vertex touches if nothing beside it falls towards the other body by more
-STRICT = 1e-6  # of the smaller body: how far from a sharp edge a vertex touches a face
-ALIKE = float(np.cos(np.radians(30)))  # cosine of the angle between normals of one and the same contact
-SAME = 1e-5  # of the smaller body: points nearer to each other than this are one
-TURNED = 0.3  # of the smaller body: how far apart points with perpendicular normals count at least
-LEAN = 0.05  # [rad] points on a body's ends are worth keeping if a smaller rotation lets them touch
-MOST = 5  # near points of two bodies that are chosen: the corners of a face and one more
-MANY = 256  # near points: of more than this, first the deepest in each cell of space is taken
-CELL = 0.005  # of the smaller body: the side of a cell
-BESIDE = 1.5  # depths of an overlap: how far from it others may be that explain it
-FOLDED = 1.05  # depths of an overlap: how wide a gap the other way may be that explains it, beside a folded triangle
-THIN = 0.5  # of the thickness of the thinner body: how deep an overlap may be, and its way out still be known
+FACING = 15.0  # [deg] faces at a smaller angle meet as faces, others with their edges and vertices
+SHARP = 3.0  # [deg] an edge or a vertex touches if the surface beside it does not slope towards the other body by more
+STRICT = 1e-6  # relative to the smaller body: least distance from a sharp edge at which a vertex touches a face
+ALIKE = float(np.cos(np.radians(30)))  # cosine of the largest angle between normals of the same contact
+SAME = 1e-5  # relative to the smaller body: closer points are the same
+TURNED = 0.3  # relative to the smaller body: distance that a unit difference of normals counts as
+LEAN = 0.05  # [rad] a point with a gap is chosen if a smaller rotation of the body would close the gap
+MOST = 5  # number of near points of two bodies that are chosen: the corners of a face and one more
+MANY = 256  # if there are more near points, only the deepest in each cell of space is used
+CELL = 0.005  # side of a cell, relative to the smaller body
+BESIDE = 1.5  # [depths of the overlap] distance up to which another near point may explain an overlap
+FOLDED = 1.05  # [depths of the overlap] largest gap in the opposite direction that explains it, at a folded triangle
+THIN = 0.5  # relative to the thinner body's thickness: largest overlap whose direction is unambiguous
 
 
 class Near(NamedTuple):
@@ -51,11 +51,11 @@ def near_points(
 ) -> Near:
     """Find the near points of two bodies that are up to ``margin`` apart or into each other [m].
 
-    ``faces`` are those of these two bodies, which it keeps up to date. Overlaps of more than ``least`` [m] are
-    compared with what the bodies share, if both are closed. Where they are known to be ``overlapping``, overlaps are
-    looked for as deep as gaps are wide.
+    ``faces`` is the cache of nearby faces of these two bodies. Overlaps of more than ``least`` [m] are checked against
+    the common volume of the bodies, if both are closed. If the bodies are known to be ``overlapping``, overlaps are
+    searched to the full depth of ``margin``.
     """
-    a, b, skin_a, skin_b = one.body, other.body, one.skin, other.skin
+    a, b, mesh_a, mesh_b = one.body, other.body, one.mesh, other.mesh
     size = min(a.size, b.size)
     depth = margin if overlapping else min(margin, THIN * min(a.shape.surface.thickness, b.shape.surface.thickness))
     found = [np.empty((0, ROW))]
@@ -66,26 +66,27 @@ def near_points(
     pairs = faces.within(one, other, margin)
     if len(pairs):
         limit, sharp = float(np.cos(np.radians(FACING))), Angles(SHARP, SHARP)
-        mesh = [facing_corners(skin_a, skin_b, pairs, margin=margin, depth=depth, cos_angle=limit)]
+        by_mesh = [facing_corners(mesh_a, mesh_b, pairs, margin=margin, depth=depth, cos_angle=limit)]
         features = touching_features(
-            skin_a, skin_b, pairs, gap=margin, depth=depth, angles=sharp, size=size, strict=STRICT * size
+            mesh_a, mesh_b, pairs, gap=margin, depth=depth, angles=sharp, size=size, strict=STRICT * size
         )
-        mesh += [_rows(found_here) for found_here in features]
-        rows = np.concatenate(mesh)
+        by_mesh += [_rows(found_here) for found_here in features]
+        rows = np.concatenate(by_mesh)
         for foot in exact:
-            rows = rows[np.linalg.norm(rows[:, None, :3] - foot.ends, axis=2).min(1) > foot.reach]
+            rows = rows[np.linalg.norm(rows[:, None, :3] - foot.ends, axis=2).min(1) > foot.mesh_radius]
         found.append(rows)
     rows = _thinned(np.concatenate(found), size)
     if overlapping or (rows[:, 6] < -least).any():
         shared = shared_solids(one, other)
         rows = _leading_out(rows, shared, least) if shared is not None else _inside(rows, one, other, least)
-    return _kept(rows, size)
+    return _without_explained(rows, size)
 
 
 def _inside(rows: Float, one: Posed, other: Posed, least: float) -> Float:
-    """Return the rows without overlaps of more than ``least`` that are outside of a body whose surface has an inside.
+    """Drop overlaps of more than ``least`` [m] at points that are outside one of the bodies.
 
-    Bodies with many such overlaps are deep in each other, and their folds matter little: there all of them are kept.
+    If there are many such overlaps, the bodies are deep in each other, folds of their surfaces matter little, and all
+    overlaps remain.
     """
     for body in (one, other):
         deep = np.flatnonzero(rows[:, 6] < -least)
@@ -95,24 +96,25 @@ def _inside(rows: Float, one: Posed, other: Posed, least: float) -> Float:
 
 
 def _leading_out(rows: Float, shared: tuple[Shared, ...], least: float) -> Float:
-    """Return the rows without overlaps of more than ``least`` that do not lead out of what two bodies share.
+    """Drop overlaps of more than ``least`` [m] that do not lead out of the common volume of two bodies.
 
-    A solid that none leads out of gets one: in its middle, as deep as it extends along the way in which it shrinks.
+    If no overlap leads out of one of its solids, one is added: in the middle of the solid, along the direction in which
+    the solid shrinks, and as deep as the solid extends in that direction.
     """
     deep = rows[:, 6] < -least
     fits = ways_out(shared, *_overlaps(rows))
-    kept = [rows[~deep | fits]]
+    found = [rows[~deep | fits]]
     for solid in shared:
         if solid.way is not None and not ways_out((solid,), *_overlaps(rows[deep])).any():
             extent = float(solid.extent(solid.way[None])[0])
             middle = (solid.points.min(0) + solid.points.max(0)) / 2
             if extent > least:
-                kept.append(np.concatenate([middle, solid.way, [-extent]])[None])
-    return np.concatenate(kept)
+                found.append(np.concatenate([middle, solid.way, [-extent]])[None])
+    return np.concatenate(found)
 
 
 def _overlaps(rows: Float) -> tuple[Float, Float, Float]:
-    """Return points (n, 3), normals (n, 3) and depths (n,) of rows."""
+    """Return the points (n, 3), normals (n, 3) and depths (n,) of rows (n, ROW)."""
     return rows[:, :3], rows[:, 3:6], -rows[:, 6]
 
 
@@ -123,15 +125,15 @@ def _rows(features: Features) -> Float:
 
 
 def _thinned(rows: Float, size: float) -> Float:
-    """Return the near points, the deepest first, of too many only the deepest in every cell of space."""
+    """Return the near points, the deepest first; if there are too many, only the deepest in each cell of space."""
     rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
     if len(rows) > MANY:
         rows = rows[np.sort(np.unique(_cells(rows, CELL * size), return_index=True)[1])]
     return rows
 
 
-def _kept(rows: Float, size: float) -> Near:
-    """Return the near points without those that say nothing new, the deepest first."""
+def _without_explained(rows: Float, size: float) -> Near:
+    """Return the near points, the deepest first, without those that others explain."""
     rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
     rows = np.ascontiguousarray(rows)
     good = np.empty(len(rows), dtype=np.bool_)
@@ -143,7 +145,7 @@ def _kept(rows: Float, size: float) -> Near:
 
 
 def _cells(rows: Float, side: float) -> Int:
-    """Return one number (n,) for each cell of space, of this ``side`` [m], and of directions that rows are in."""
+    """Return the number (n,) of the cell of each row; cells are cubes of this ``side`` [m], divided by direction."""
     cells = np.column_stack([np.floor(rows[:, :3] / side), np.round(2 * rows[:, 3:6])]).astype(np.int64)
     cells -= cells.min(0)
     return np.asarray(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(0) + 1)))
@@ -152,11 +154,11 @@ def _cells(rows: Float, side: float) -> Int:
 @compiled
 @lean
 def _explained(rows: Float, alike: float, good: Bool) -> None:
-    """Tell which near points (n,), the deepest first, are no side effect of a smaller overlap or gap beside them.
+    """Tell in ``good`` (n,) which near points, the deepest first, are not explained by a smaller overlap or gap nearby.
 
-    Where a corner is inside another body, every face of that body near it could push it out: the nearest one does. A
-    wall has another side, from which it would be left the wrong way: the side that is nearer to touching counts. Scans
-    have folded triangles, that face inwards on the outside: there an overlap is as deep as the gap that it belongs to.
+    If a corner is inside another body, it has an overlap with every face nearby, but only the nearest face should push
+    it out. At a thin wall, the far side would push a body the wrong way, so only the nearer side counts. Scans have
+    folded triangles that face inwards on the outside; their overlap is about as deep as the gap to which it belongs.
     """
     for i in range(len(rows)):
         good[i] = True
@@ -178,10 +180,10 @@ def _explained(rows: Float, alike: float, good: Bool) -> None:
 
 @compiled
 def _spread(rows: Float, size: float, kept: Int) -> int:
-    """Write to ``kept`` the numbers of near points that lie far from each other and touch, the deepest first.
+    """Write to ``kept`` the numbers of near points that are far from each other and nearly touch, the deepest first.
 
-    Each next one is that with the largest distance from those before, less what its gap is worth. Points with other
-    normals count as farther away. Returns how many there are: no two are closer than SAME.
+    Each further point has the largest distance from those before it, minus its gap over LEAN. Points with different
+    normals count as farther apart. Returns the number of points; no two of them are closer than SAME.
     """
     apart = np.full(len(rows), np.inf)
     count, chosen = 0, 0

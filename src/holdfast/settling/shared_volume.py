@@ -1,4 +1,4 @@
-"""What two closed bodies share: the solids in which they overlap, and the way along which these shrink."""
+"""The common volume of two closed bodies: its solids, and the direction of motion in which each shrinks."""
 
 from __future__ import annotations
 
@@ -10,35 +10,35 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.settling.moved_surfaces import Posed
 
-CLEAR = 0.3  # of the area of the second body in a shared solid: less of it facing one way in sum says nothing
-SHEET = 0.05  # of the root of the area of a shared solid: a sheet is thinner than that
-PARTED = 0.05  # of the volume of a sheet: bodies that share no more after a motion to one side have come apart there
-FARTHEST = (1.0, 2.0, 4.0, 8.0)  # thicknesses of a sheet: motions to either side by which bodies may come apart
-AGAINST = -0.5  # cosine of the angle to the way of a shared solid from which on a normal goes against it
-AROUND = 0.1  # of the depth of a near point: how far from a shared solid it may lie
-DEEPER = 1.05  # of how far a shared solid extends along a normal: what lies deeper is not the way out of it
+CLEAR = 0.3  # least sum of area vectors, relative to the area of the second body inside the first, that has a direction
+SHEET = 0.05  # thickness, relative to the square root of the area, below which a common solid is a sheet
+PARTED = 0.05  # bodies have come apart if their common volume after a motion, relative to before, is at most this
+FARTHEST = (1.0, 2.0, 4.0, 8.0)  # [thicknesses of the sheet] motions to either side that are tried
+AGAINST = -0.5  # a normal whose cosine to the direction of a solid is smaller points against it
+AROUND = 0.1  # [depths of a near point] how far from a common solid the point may lie
+DEEPER = 1.05  # largest depth of a near point, relative to the extent of the solid along its normal
 
 
 class Shared(NamedTuple):
-    """A connected solid that two bodies share, with corners ``points`` (n, 3) [m].
+    """A connected solid of the common volume of two bodies, with corners ``points`` (n, 3) [m].
 
-    Moving the second body along the unit vector ``way`` (3,) makes it smaller fastest: the derivative of a shared
-    volume is the integral of n·v over that part of the surface of the body that is inside the other one. Where the sum
-    of the normals there is nearly zero, and they are those of a sheet, it is the side to which the bodies come apart: a
-    thin floor that is just inside another one. It is None if neither tells, as for a peg in a tight hole or a rod
-    through a plate.
+    It shrinks fastest if the second body moves along the unit vector ``way`` (3,): the derivative of the common volume
+    is the integral of n·v over the part of that body's surface inside the other one. If the area vectors there nearly
+    cancel and the solid is a sheet, as for a thin floor just inside another one, ``way`` points to the side on which
+    the bodies come apart. It is None if neither gives a direction, as for a peg in a tight hole or a rod through a
+    plate.
     """
 
     points: Float
     way: Float | None
 
     def extent(self, directions: Float) -> Float:
-        """Return how far the solid extends along each of ``directions`` (m, 3) [m]."""
+        """Return the extent (m,) [m] of the solid along each of ``directions`` (m, 3)."""
         return np.asarray(np.ptp(self.points @ directions.T, axis=0))
 
 
 def shared_solids(a: Posed, b: Posed) -> tuple[Shared, ...] | None:
-    """Return the solids that two bodies share, or None if a surface is not closed."""
+    """Return the solids of the common volume of two bodies, or None if a surface is not closed."""
     if a.solid is None or b.solid is None:
         return None
     return tuple(_shared(part, a.solid, b.solid, b.number) for part in (a.solid ^ b.solid).decompose())
@@ -60,9 +60,9 @@ def _shared(part: manifold3d.Manifold, a: manifold3d.Manifold, b: manifold3d.Man
 def _side(
     part: manifold3d.Manifold, a: manifold3d.Manifold, b: manifold3d.Manifold, area: Float, sizes: Float
 ) -> Float | None:
-    """Return the unit normal (3,) of a sheet that solids share, towards the side on which b leaves a, or None.
+    """Return the unit normal (3,) of a common sheet ``part``, pointing to the side on which b leaves a, or None.
 
-    ``area`` (n, 3) are the normals of the triangles of b inside a, as long as their ``sizes`` (n,).
+    ``area`` (n, 3) are twice the area vectors of the triangles of b inside a, and ``sizes`` (n,) their lengths.
     """
     thickness = 2 * part.volume() / part.surface_area()
     if not len(area) or thickness > SHEET * part.surface_area() ** 0.5:
@@ -79,10 +79,11 @@ def _side(
 
 
 def ways_out(shared: tuple[Shared, ...], points: Float, normals: Float, depths: Float) -> Bool:
-    """Tell which near points (n,) of overlapping bodies, ``depths`` (n,) [m] in each other, are ways out of a solid.
+    """Tell which near points (n,) of overlapping bodies lead out of one of the common solids.
 
-    Such a point lies at the solid. If the way in which this shrinks is known, it is no deeper than the solid extends
-    along the normal, which does not go against that way. All others belong to other sides of walls, or to folds.
+    Such a point is at the solid. If the direction in which the solid shrinks is known, the normal does not point
+    against it, and the depth, one of ``depths`` (n,) [m], is at most the extent of the solid along the normal. All
+    other near points belong to the far sides of walls or to folds.
     """
     fits = np.zeros(len(points), dtype=bool)
     for solid in shared:

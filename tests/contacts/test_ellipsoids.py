@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-from holdfast.contacts.eggs import Egg, meet, nearest
+from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet, nearest
 from holdfast.contacts.swept import Swept, meeting
 
 LIMITS = {"gap": np.inf, "depth": np.inf, "cos_twist": 0.0, "cos_side": float(np.cos(np.radians(5)))}
@@ -23,11 +23,11 @@ def pose(place: Float | tuple[float, ...], turn: Float | None = None) -> Float:
     return found
 
 
-def egg(rng: np.random.Generator, place: Float) -> Egg:
-    return Egg.of(pose(place, Rotation.random(random_state=rng).as_matrix()), rng.uniform(0.5, 2.0, 3))
+def egg(rng: np.random.Generator, place: Float) -> PlacedEllipsoid:
+    return PlacedEllipsoid.of(pose(place, Rotation.random(random_state=rng).as_matrix()), rng.uniform(0.5, 2.0, 3))
 
 
-def apart(one: Egg, two: Egg, normals: Float) -> Float:
+def apart(one: PlacedEllipsoid, two: PlacedEllipsoid, normals: Float) -> Float:
     """How far both are apart along normals (n, 3): what separates them most is the distance."""
     reaches = [np.sqrt(np.einsum("ni,ij,nj->n", normals, each.squares, normals)) for each in (one, two)]
     return np.asarray(normals @ (two.centre - one.centre) - reaches[0] - reaches[1])
@@ -65,7 +65,7 @@ def test_ellipsoids_with_equal_axes_are_balls() -> None:
         a, b = rng.uniform(0.5, 2.0, 2)
         one, two = rng.normal(size=3), 3 * rng.normal(size=3)
         half = rng.normal(size=3)
-        found = meet(Egg.of(pose(one), np.full(3, a)), Swept(two, half, b, flat=False), **LIMITS)
+        found = meet(PlacedEllipsoid.of(pose(one), np.full(3, a)), Swept(two, half, b, flat=False), **LIMITS)
         exact = meeting(Swept(one, np.zeros(3), a, flat=False), Swept(two, half, b, flat=False), **LIMITS)
         if found is None or exact is None:
             assert found is exact
@@ -94,7 +94,7 @@ def test_no_point_of_an_axis_is_nearer() -> None:
         found = meet(one, two, **LIMITS)
         assert found is not None
         shares = np.linspace(-1, 1, 201)
-        each = [nearest(one, Egg(two.at(share), np.zeros((3, 3)))).apart - two.radius for share in shares]
+        each = [nearest(one, PlacedEllipsoid(two.at(share), np.zeros((3, 3)))).apart - two.radius for share in shares]
         assert found.heights[0] <= min(each) + 1e-12
         assert found.heights[0] >= min(each) - 1e-2
 
@@ -132,7 +132,7 @@ def test_the_side_of_a_cylinder_ends_at_its_rims() -> None:
     """Beside the middle an egg touches it; beyond an end, where it would meet the rim, that is left to others."""
     tin = Swept(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.5, flat=True)
     for height, touches in ((0.0, True), (0.9, True), (1.6, False)):
-        found = meet(Egg.of(pose((1.0, 0.0, height)), np.array([0.5, 0.4, 0.7])), tin, **LIMITS)
+        found = meet(PlacedEllipsoid.of(pose((1.0, 0.0, height)), np.array([0.5, 0.4, 0.7])), tin, **LIMITS)
         assert (found is not None) == touches
         if found is not None:
             assert found.heights[0] == pytest.approx(0.0, abs=1e-12)

@@ -1,4 +1,4 @@
-"""Where balls, capsules, ellipsoids and the sides of cylinders touch sharp edges and corners of another body."""
+"""Contacts of balls, capsules, ellipsoids and sides of cylinders with sharp edges and corners of another body."""
 
 from __future__ import annotations
 
@@ -7,39 +7,48 @@ from collections.abc import Iterator
 import numpy as np
 
 from holdfast.base.arrays import Int
-from holdfast.contacts.eggs import Egg, meet
-from holdfast.contacts.skin import outward
+from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
+from holdfast.contacts.search_mesh import outward
 from holdfast.contacts.swept import Meeting, Swept
 from holdfast.geometry.surface import Surface
 
-ROUNDING = 1e-9  # sine of the angle by which what is over an edge may seem to be over a face beside it
+ROUNDING = 1e-9  # sine of the angle by which a contact at an edge may seem to be over a face beside it
 
 
 def on_edges(
-    one: Swept | Egg, surface: Surface, edges: Int, *, gap: float, depth: float, cos_twist: float, cos_side: float
+    one: Swept | PlacedEllipsoid,
+    surface: Surface,
+    edges: Int,
+    *,
+    gap: float,
+    depth: float,
+    cos_twist: float,
+    cos_side: float,
 ) -> Iterator[Meeting]:
-    """Yield where a round body touches ``edges`` (n,) of a closed ``surface``; normals point into the latter.
+    """Yield where a round body touches ``edges`` (n,) of a closed ``surface``; normals point into the surface.
 
-    The tolerances are those of ``meeting``. An edge is touched where it is nearer than the faces beside it, and its end
-    where it is nearer than all that leads away from there.
+    The tolerances are those of ``meeting``. An edge is touched at a point only if it is nearer there than the two faces
+    beside it, and a corner only if it is nearer than all edges that meet there.
     """
     ends = surface.vertices[surface.topology.edges[edges]]
     wide = one.extent + gap
     box = [one.centre - wide, one.centre + wide]
     near = ((ends.min(1) <= box[1]) & (ends.max(1) >= box[0])).all(1)
-    if isinstance(one, Egg):  # what comes near is sought step by step
+    if isinstance(
+        one, PlacedEllipsoid
+    ):  # the exact contact is iterative, so edges that are too far are ruled out first
         apart = one.least_apart(ends)
         near &= (apart <= gap) & (apart >= -depth)
     for edge, (start, stop) in zip(edges[near].tolist(), ends[near], strict=True):
         two = Swept((start + stop) / 2, (stop - start) / 2, 0.0, flat=False)
         found = meet(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
         if found is not None and _is_nearest(surface, edge, found):
-            # what is beside an edge may lie along the round
+            # a face beside the edge may be tangent to the round body
             yield found._replace(bend=min(found.bend, one.flattest(found.normal)))
 
 
 def _is_nearest(surface: Surface, edge: int, found: Meeting) -> bool:
-    """Tell whether nothing beside the edge, or around its end, comes nearer."""
+    """Tell whether nothing beside the edge, or around its end, is nearer than the contact that was found."""
     topology, away = surface.topology, -found.normal
     ends = topology.edges[edge]
     place = found.ends[1].mean(0)

@@ -1,4 +1,4 @@
-"""The surface of a body made ready for the search: arrays for compiled code, and pairs of faces that come near."""
+"""The surface of a body prepared for the contact search, and the search for pairs of nearby faces."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH, Topology
 from holdfast.scene.body import Body
 
-LARGE = 8  # times the median: larger faces are searched apart, so that they do not widen the window of the others
+LARGE = 8  # [medians] longer boxes are searched separately, as they would widen the search window of all others
 
 
-class Skin(NamedTuple):
+class SearchMesh(NamedTuple):
     """A triangle surface in the world as plain arrays for compiled code.
 
-    All of them are read-only: a skin with one that is not would be compiled for anew.
+    All arrays are read-only, because Numba would compile the search again for a mesh with a writable one.
 
-    ``triangles`` (F, 3, 3) with ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3); ``box`` (2, 3) is the lowest and
-    the highest corner of all of them; ``faces`` (F, 3) and the fields of Topology; ``mean`` (V, 3) normals of smooth
-    vertices, zero at sharp ones; ``owns_vertex`` and ``owns_edge`` (F, 3) give every vertex and edge to one face;
-    ``outward`` (F, 3, 3) are the unit directions in a face's plane across its edges, away from it; ``facet`` (F,) is
-    the large flat face a triangle is part of, or -1. ``curved`` (F,) marks the faces that stand for a curved surface.
+    ``vertices`` (V, 3) [m] and ``faces`` (F, 3) are as in ``Surface``; ``triangles`` (F, 3, 3) [m] are the corners of
+    the faces, with unit ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3) [m]. ``box`` (2, 3) [m] is the lowest and
+    the highest corner of all boxes. ``edges`` to ``neighbours`` are the fields of ``Topology``. ``mean`` (V, 3) are the
+    normals of smooth vertices, zero at sharp ones. ``owns_vertex`` and ``owns_edge`` (F, 3) assign every vertex and
+    edge to one face. ``outward`` (F, 3, 3) are unit vectors in the plane of a face, perpendicular to its edges, that
+    point away from it. ``facet`` (F,) is the number of the large flat face to which a triangle belongs, or -1.
+    ``curved`` (F,) marks the faces that represent a curved surface.
     """
 
     vertices: Float
@@ -49,8 +51,8 @@ class Skin(NamedTuple):
     curved: Bool
 
     @classmethod
-    def of(cls, body: Body) -> Skin:
-        """Of a body in its pose, flat faces in as few triangles as they need."""
+    def of(cls, body: Body) -> SearchMesh:
+        """Return the mesh of a body in its pose, with as few triangles as its flat faces need."""
         local, surface = body.shape.surface.reduced, body.reduced_world
         topology, faces, count = local.topology, local.faces, len(local.faces)
         owner = np.zeros(len(surface.vertices), dtype=np.int64)
@@ -58,7 +60,7 @@ class Skin(NamedTuple):
         number = np.arange(count)[:, None]
         triangles = surface.vertices[faces]
         low, high = triangles.min(1), triangles.max(1)
-        skin = cls(
+        prepared = cls(
             np.ascontiguousarray(surface.vertices),
             np.ascontiguousarray(triangles),
             np.ascontiguousarray(surface.normals),
@@ -79,11 +81,11 @@ class Skin(NamedTuple):
             local.facets.label,
             local.curved,
         )
-        return sealed(skin)
+        return sealed(prepared)
 
 
 def _box(low: Float, high: Float) -> Float:
-    """The lowest and the highest corner (2, 3) of boxes (F, 3)."""
+    """Return the lowest and the highest corner (2, 3) of boxes (F, 3)."""
     return np.array([[column.min() for column in low.T], [column.max() for column in high.T]])
 
 
@@ -95,7 +97,7 @@ def outward(triangles: Float, normals: Float) -> Float:
 
 
 def _smooth_normals(surface: Surface, topology: Topology) -> Float:
-    """(V, 3) mean normal of the faces around each vertex; zero where a sharp edge or a rim ends."""
+    """Return the mean normal (V, 3) of the faces at each vertex; zero at the ends of sharp edges and rims."""
     order, count = surface.faces.T.ravel(), len(surface.vertices)
     total = np.column_stack([np.bincount(order, np.tile(part, 3), count) for part in surface.normals.T])
     sharp = ~(topology.bend < SMOOTH)
@@ -104,8 +106,8 @@ def _smooth_normals(surface: Surface, topology: Topology) -> Float:
     return np.ascontiguousarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0.1))
 
 
-def moved_skin(local: Skin, pose: Float) -> Skin:
-    """Return the skin of a body in its own frame as it is in ``pose`` (4, 4)."""
+def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:
+    """Return ``local``, the mesh of a body in its own frame, moved to ``pose`` (4, 4)."""
     faces = local.faces
     vertices, triangles = np.empty_like(local.vertices), np.empty_like(local.triangles)
     low, high = np.empty_like(local.low), np.empty_like(local.high)
@@ -129,7 +131,7 @@ def moved_skin(local: Skin, pose: Float) -> Skin:
 def _place(
     points: Float, faces: Int, turn: Float, shift: Float, vertices: Float, triangles: Float, low: Float, high: Float
 ) -> None:
-    """Write vertices (V, 3), triangles (F, 3, 3) and their boxes (F, 3), of ``points`` (V, 3) turned and shifted."""
+    """Rotate and shift ``points`` (V, 3); write the vertices (V, 3), triangles (F, 3, 3) and their boxes (F, 3)."""
     for v in range(len(points)):
         for k in range(3):
             vertices[v, k] = shift[k]
@@ -144,42 +146,46 @@ def _place(
                 low[f, k], high[f, k] = min(low[f, k], x), max(high[f, k], x)
 
 
-def near_faces(a: Skin, b: Skin, gap: float, facets: tuple[int, int] | None = None) -> Int:
-    """(m, 2) faces of a and b whose boxes come within ``gap``.
+def near_faces(a: SearchMesh, b: SearchMesh, gap: float, facets: tuple[int, int] | None = None) -> Int:
+    """Return the pairs (m, 2) of faces of a and b whose boxes come within ``gap`` [m].
 
-    With ``facets``, the numbers of a large flat face of each body, only those that these two consist of.
+    If ``facets`` gives the number of a large flat face of each body, only triangles of these two count.
     """
     if facets is None:
         return _near_faces(a, b, gap)
     return _near_faces(a, b, gap, (a.facet == facets[0], b.facet == facets[1]))
 
 
-def near_but_facets(a: Skin, b: Skin, gap: float) -> Int:
-    """The same as ``near_faces`` without pairs that are both part of large flat faces, which meet as a whole."""
+def near_but_facets(a: SearchMesh, b: SearchMesh, gap: float) -> Int:
+    """Return ``near_faces`` without pairs in which both belong to large flat faces, which are treated as polygons."""
     return _near_faces(a, b, gap, apart=(a.facet >= 0, b.facet >= 0))
 
 
-def in_reach(a: Skin, b: Skin, gap: float) -> tuple[Bool, Bool]:
-    """Mark the faces (F,) of a and of b that come within ``gap`` of the box that the boxes of both bodies share."""
+def in_common_box(a: SearchMesh, b: SearchMesh, gap: float) -> tuple[Bool, Bool]:
+    """Mark the faces (F,) of a and of b within ``gap`` [m] of the intersection of the boxes of both bodies."""
     low, high = _common(a, b, gap)
-    of_a, of_b = (np.ones(len(skin.low), dtype=bool) for skin in (a, b))
-    for skin, of in ((a, of_a), (b, of_b)):
-        for k in range(3):  # by columns: numpy is slow along short rows
-            of &= (skin.high[:, k] >= low[k]) & (skin.low[:, k] <= high[k])
+    of_a, of_b = (np.ones(len(mesh.low), dtype=bool) for mesh in (a, b))
+    for mesh, of in ((a, of_a), (b, of_b)):
+        for k in range(3):  # by columns, because NumPy is slow along short rows
+            of &= (mesh.high[:, k] >= low[k]) & (mesh.low[:, k] <= high[k])
     return of_a, of_b
 
 
-def _common(a: Skin, b: Skin, gap: float) -> tuple[Float, Float]:
-    """The lowest and the highest corner (3,) of what the boxes of both bodies share, wider by ``gap`` on all sides."""
+def _common(a: SearchMesh, b: SearchMesh, gap: float) -> tuple[Float, Float]:
+    """Return the corners (3,) of the intersection of the boxes of both bodies, widened by ``gap`` [m] on all sides."""
     return np.maximum(a.box[0], b.box[0]) - gap, np.minimum(a.box[1], b.box[1]) + gap
 
 
 def _near_faces(
-    a: Skin, b: Skin, gap: float, among: tuple[Bool, Bool] | None = None, apart: tuple[Bool, Bool] | None = None
+    a: SearchMesh,
+    b: SearchMesh,
+    gap: float,
+    among: tuple[Bool, Bool] | None = None,
+    apart: tuple[Bool, Bool] | None = None,
 ) -> Int:
-    """(m, 2) near faces, if given only ``among`` some of a and of b, and without those that are both in ``apart``."""
+    """Return nearby faces (m, 2), only those in the masks ``among``, and no pairs within the masks ``apart``."""
     low, high = _common(a, b, gap)
-    of_a, of_b = in_reach(a, b, gap)
+    of_a, of_b = in_common_box(a, b, gap)
     if among is not None:
         of_a, of_b = of_a & among[0], of_b & among[1]
     in_a, in_b = np.flatnonzero(of_a), np.flatnonzero(of_b)
@@ -197,20 +203,20 @@ def _near_faces(
     return np.concatenate(found)
 
 
-def near_facets(a: Skin, b: Skin, gap: float) -> list[tuple[int, int]]:
-    """The pairs of large flat faces of a and b, by their numbers, whose boxes come within ``gap``."""
+def near_facets(a: SearchMesh, b: SearchMesh, gap: float) -> list[tuple[int, int]]:
+    """Return the pairs of large flat faces of a and b, by their numbers, whose boxes come within ``gap`` [m]."""
     (low_a, high_a), (low_b, high_b) = _facet_boxes(a), _facet_boxes(b)
     near = (low_a[:, None] <= high_b + gap) & (low_b <= high_a[:, None] + gap)
     return [(int(i), int(j)) for i, j in np.argwhere(near.all(2))]
 
 
-def _facet_boxes(skin: Skin) -> tuple[Float, Float]:
-    """The lowest and the highest corners (n, 3) of the boxes of the large flat faces."""
-    order = np.argsort(skin.facet, kind="stable")
-    starts = np.searchsorted(skin.facet[order], np.arange(skin.facet.max(initial=-1) + 1))
+def _facet_boxes(mesh: SearchMesh) -> tuple[Float, Float]:
+    """Return the lowest and the highest corners (n, 3) of the boxes of the large flat faces."""
+    order = np.argsort(mesh.facet, kind="stable")
+    starts = np.searchsorted(mesh.facet[order], np.arange(mesh.facet.max(initial=-1) + 1))
     if not len(starts):
         return np.empty((0, 3)), np.empty((0, 3))
-    return np.minimum.reduceat(skin.low[order], starts), np.maximum.reduceat(skin.high[order], starts)
+    return np.minimum.reduceat(mesh.low[order], starts), np.maximum.reduceat(mesh.high[order], starts)
 
 
 def near_boxes(
@@ -222,16 +228,16 @@ def near_boxes(
     gap: float,
     apart: tuple[Bool, Bool] | None = None,
 ) -> Int:
-    """(m, 2) pairs of boxes within ``gap`` of each other; ``low_b`` is sorted along ``axis``.
+    """Return the pairs (m, 2) of boxes within ``gap`` [m] of each other; ``low_b`` has to be sorted along ``axis``.
 
-    Boxes that are both marked in ``apart``, of a and of b, are no pair.
+    Pairs of which both boxes are marked in the masks ``apart`` are left out.
     """
     widest = (high_b[:, axis] - low_b[:, axis]).max(initial=0.0)
     first = np.searchsorted(low_b[:, axis], low_a[:, axis] - widest - gap)
     in_a, in_b = (np.zeros(len(low_a), bool), np.zeros(len(low_b), bool)) if apart is None else apart
     out = np.empty((max(256, 4 * len(low_a)), 2), dtype=np.int64)
     found = _near(low_a, high_a, low_b, high_b, first, axis, gap, in_a, in_b, out)
-    if found > len(out):  # once more, with room for all
+    if found > len(out):  # repeat with enough room
         out = np.empty((found, 2), dtype=np.int64)
         _near(low_a, high_a, low_b, high_b, first, axis, gap, in_a, in_b, out)
     return out[:found]
@@ -251,7 +257,7 @@ def _near(
     marked_b: Bool,
     out: Int,
 ) -> int:
-    """Write the pairs into ``out`` (n, 2), as many as it has room for; returns how many there are."""
+    """Write as many pairs to ``out`` (n, 2) as it has room for; return how many pairs there are."""
     found = 0
     for i in range(len(low_a)):
         for j in range(first[i], len(low_b)):
