@@ -201,7 +201,9 @@ def constraint(
     )
     notes = notes_of(state)
     if found.accuracy > wanted:
-        notes += (f"half of the wrenches tested last may have values more than {found.accuracy:.1%} below the true factor",)
+        notes += (
+            f"half of the wrenches tested last may have values more than {found.accuracy:.1%} below the true factor",
+        )
     return Constraint(
         body=body,
         engine=method.name,

@@ -280,7 +280,7 @@ def _why_wide(found: LoadSet, box: Float, units: tuple[str, ...]) -> str:
     """Return a note on the ray along which the polyhedra are furthest apart, and on why they are not closer."""
     worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * box, units, strict=True))
     return (
-        f"the inner set is {found.accuracy:.0%} too short along the ray to ({worst}), after {found.solves} solves: near "
-        "friction cones that a ray meets at a small angle, a polytope needs thousands of corners; a smaller box and "
-        "more solves help, and constraint() is close to the set along most rays"
+        f"the inner set is {found.accuracy:.0%} too short along the ray to ({worst}), after {found.solves} solves: "
+        "near friction cones that a ray meets at a small angle, a polytope needs thousands of corners; a smaller box "
+        "and more solves help, and constraint() is close to the set along most rays"
     )
