@@ -1,1 +1,1 @@
-"""The evidence: ground truths, baselines and benchmark suites, beside the package and never shipped with it."""
+"""The evidence for holdfast: ground truths, baselines and benchmark suites, which are not part of the package."""

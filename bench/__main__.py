@@ -1,4 +1,4 @@
-"""``python -m bench``, from the root of a checkout: measure again what was measured, and put it into the pages."""
+"""``python -m bench``, from the root of a checkout: run benchmark suites, and put their numbers into the pages."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from holdfast.base.errors import HoldfastError, message
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "bench" / "results"
 CASES = ROOT.parent / "shared" / "cases"  # published scenes that are not part of the repository
-SOURCE = Path(holdfast.__file__).resolve().parents[1]  # of the holdfast that is measured
+SOURCE = Path(holdfast.__file__).resolve().parents[1]  # the source folder of the holdfast that is measured
 
 older: ContextVar[Path | None] = ContextVar("holdfast_older_checkout", default=None)
 

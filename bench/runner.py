@@ -47,18 +47,18 @@ def run(suite: Suite, folder: Path | None = None, *, fresh: bool = False) -> lis
     if not cases:
         remedy = "put the published scenes into shared/cases beside a checkout of holdfast, and run it from there"
         raise HoldfastError(message(f"benchmark {suite.name}", "finds nothing to measure here", remedy))
-    kept = None if folder is None else folder / f"{suite.name}.partial.json"
+    partial = None if folder is None else folder / f"{suite.name}.partial.json"
     done: dict[str, list[Row]] = {}
-    if kept is not None and kept.exists() and not fresh:
-        before = _read(kept)
+    if partial is not None and partial.exists() and not fresh:
+        before = _read(partial)
         if before["machine"] == here:
             done = {label: rows for label, rows in before["cases"].items() if label in cases}
     for number, (label, measure) in enumerate(cases.items()):
         report(suite.name, number, len(cases))
         if label not in done:
             done[label] = [{key: _plain(value) for key, value in row.items()} for row in measure()]
-            if kept is not None:
-                _write(kept, {"suite": suite.name, "machine": here, "cases": done})
+            if partial is not None:
+                _write(partial, {"suite": suite.name, "machine": here, "cases": done})
     report(suite.name, len(cases), len(cases))
     return [row for label in cases for row in done[label]]
 

@@ -1,4 +1,4 @@
-"""What the engines are compared with: dynamic simulations and the paper's optimisation; no engine knows of them."""
+"""The baselines of the engines: dynamic simulations and the paper's optimisation. Engines do not import them."""
 
 from bench.baselines.answers import Answers, simulated
 from bench.baselines.ipopt import optimised

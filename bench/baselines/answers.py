@@ -19,9 +19,9 @@ from holdfast.queries.request import checked_assembly, pushes
 Simulator = Literal["pybullet", "mujoco", "lmgc90"]
 Protocol = Literal["printed", "hold"]
 
-RANGE = 100.0  # [N] of the paper
-WIDEST = 0.05  # relative: a search that ends with a wider bracket is undecided
-NEARLY_NOTHING = 1e-3  # total weights: a bracket narrower than this is always an answer
+RANGE = 100.0  # [N] largest force of the paper's search
+WIDEST = 0.05  # relative width of a bracket above which a search is undecided
+NEARLY_NOTHING = 1e-3  # a bracket narrower than this, in total weights, always counts as an answer
 
 Answer: TypeAlias = tuple[Status, float, float, float]  # status; force, lower and upper [N]
 
@@ -107,7 +107,7 @@ def _answer(peak: Peak, most: float, nothing: float) -> Answer:
             return Status.UNDECIDED, 0.0, 0.0, np.inf
         return Status.UNSTABLE, 0.0, 0.0, 0.0
     if np.isinf(peak.moves):
-        if peak.held >= (1 - 1e-9) * most:  # 100 halvings of a range end next to its end
+        if peak.held >= (1 - 1e-9) * most:  # after 100 bisections, the search is at the end of its range
             return Status.INFINITE, np.inf, peak.held, np.inf
         return Status.UNDECIDED, 0.0, peak.held, np.inf
     if peak.moves - peak.held > max(WIDEST * peak.moves, nothing):

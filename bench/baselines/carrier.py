@@ -27,10 +27,10 @@ STEP = 5e-4  # [s]
 SPEED = 0.05  # [m/s] relative speed of contact nodes from which the assembly counts as moving
 CALM = 2e-3  # [m/s] relative speed of contact nodes below which the assembly counts as resting
 HEAVY = 100.0  # mass of the carrier over that of its load, so that the load's motion hardly slows the carrier
-SETTLE = 0.3  # [s] at rest, before it drives off
-RATES = (8.0, 1.0, 0.1)  # [m/s³] of the ramps
+SETTLE = 0.3  # [s] time at rest before the carrier moves
+RATES = (8.0, 1.0, 0.1)  # [m/s³] slopes of the ramps, in turn
 BACK = 2.5  # a slower ramp starts earlier by this multiple of what a freely sliding body needs to reach SPEED
-MOST = 60.0  # [m/s²] at which a ramp ends
+MOST = 60.0  # [m/s²] acceleration at which a ramp ends
 LOOK = 10  # time steps between two measurements of the speed
 
 

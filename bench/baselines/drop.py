@@ -25,10 +25,10 @@ from holdfast.scene.shapes import Box
 
 STEP = 5e-4  # [s]
 SECONDS = 1.0
-LIFT = 1e-4  # [m] by which the dropped body starts above its place
-STILL = 2e-3  # [m] displacement from which a body does not stand
-STRAIGHT = 1.0  # [deg] rotation from which a body does not stand
-CONVEX = 1e-6  # relative to its hull's volume: by how much less a body that counts as convex may fill
+LIFT = 1e-4  # [m] height above its place at which the dropped body starts
+STILL = 2e-3  # [m] displacement above which a body does not stand
+STRAIGHT = 1.0  # [deg] rotation above which a body does not stand
+CONVEX = 1e-6  # a body is convex if its volume is smaller than that of its hull by no more than this share
 SOFTNESS = {"solref": "0.002 1", "solimp": "0.99 0.999 0.0001 0.5 2"}
 
 

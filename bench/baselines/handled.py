@@ -1,4 +1,4 @@
-"""MuJoCo as a referee of what is done to one body: it is taken out, or pushed slowly until it moves."""
+"""MuJoCo as a referee for one body that is taken out, or pushed slowly until it moves."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
 from holdfast.queries.request import push_columns
 
-NODES = 16  # an interface, unless given
-TAKEN = 0.6  # share of its weight that is taken of a body, besides all of it
-SLOW = 1.0  # [s] over which a push grows
+NODES = 16  # default number of nodes of an interface
+TAKEN = 0.6  # share of a body's weight that is taken, besides the whole weight
+SLOW = 1.0  # [s] time over which a push grows
 LOOK = 50  # time steps between two measurements
-MOVED = 1e-3  # [m] a body that has been moved so far has been pushed
+MOVED = 1e-3  # [m] displacement at which the push ends
 
 
 def rests_without(assembly: Assembly, body: str, nodes: int = NODES) -> bool | None:
-    """Whether all rest without a body, and with TAKEN of its weight taken; None if that cannot be told."""
+    """Whether all rest without a body, and with TAKEN of its weight taken; None if that is not certain."""
     rest = assembly.without([body])
     if rest.hanging:
         return False

@@ -10,7 +10,8 @@ What the paper leaves open, and what is chosen here:
 - IPOPT's own settings otherwise (tolerance 1e-8, MUMPS), started from zero forces and s = 0, in N and N m, torques
   about each body's centre of mass.
 - s is not bounded, as printed. An assembly that falls by itself but that the push would hold up therefore gets a
-  finite answer, which is too high. A negative s means that the weight alone is not carried and counts as infeasible.
+  finite answer, which is too high. A negative s means that there is no equilibrium under the weight alone and counts
+  as infeasible.
 - "Unbounded" is IPOPT's Diverging_Iterates. Solved_To_Acceptable_Level counts as solved. Whatever else IPOPT ends with
   (restoration failed, too few degrees of freedom, a search direction too small) is undecided.
 

@@ -23,23 +23,23 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.scene.body import Body
 
 STEP = 1e-3  # [s]
-THETA = 0.5  # of the time integration
-SETTLE = 0.1  # [s] for the weight alone
-RAMP = 0.1  # [s] over which a load grows
-HOLD = 0.2  # [s] for which the full load stays on at least
-LONGEST = 1.0  # [s] for which the full load stays on at most, where neither rest nor motion is seen earlier
+THETA = 0.5  # parameter of the theta method of time integration
+SETTLE = 0.1  # [s] time under the weight alone
+RAMP = 0.1  # [s] time over which a load grows
+HOLD = 0.2  # [s] shortest time under the full load
+LONGEST = 1.0  # [s] longest time under the full load, if neither rest nor motion is seen earlier
 ALERT = 1e-3  # [m] distance below which LMGC90 looks for contacts
-FAR = 5e-4  # sizes of the assembly: a body displaced farther under the load counts as moving
-SLOW = 1e-4  # sizes of the assembly a second: bodies slower than this at the end count as resting
+FAR = 5e-4  # displacement under the load, in sizes of the assembly, above which a body counts as moving
+SLOW = 1e-4  # speed at the end, in sizes of the assembly per second, below which bodies count as resting
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s²] as LMGC90 has it
 
 
-def holds(assembly: Assembly, load: Float | None = None, *, stiffness: float | None = None) -> Trial:
+def holds(assembly: Assembly, load: Float | None = None) -> Trial:
     """Whether the assembly comes to rest under its weight, and then under ``load`` (6J,) [N, N m] as well.
 
-    ``stiffness`` [N/m] of every contact point; None for rigid ones. Drifts are those of the centres of mass.
+    Contact points are rigid. Drifts are those of the centres of mass.
     """
-    return trial_under(World(assembly, stiffness), load)
+    return trial_under(World(assembly), load)
 
 
 def peak(

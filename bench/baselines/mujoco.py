@@ -26,18 +26,18 @@ from holdfast.base.errors import HoldfastError, message
 
 SIDE = 5  # nodes along a side unless given
 STEP = 1e-4  # [s]
-STEPS = 4  # of time in the time constant of a contact's spring; its dashpot is critical
+STEPS = 4  # number of time steps in the time constant of a contact's spring, which is critically damped
 IMPEDANCE = 2.0  # mean share of a contact's stiffness over the body's own inertia, d / (1 - d) in MuJoCo's terms
 IMPRATIO = 1e5  # friction over normal constraint impedance: creep falls with it
 GLIDE = 0.01  # dashpot of friction over the normal one; sliding contacts press harder in proportion to it
 SPHERE = 2e-3  # radius over the assembly's size
-SETTLE = 0.1  # [s] for the weight alone
-RAMP = 0.1  # [s] over which a load grows
-HOLD = 0.2  # [s] for which the full load stays on at least
-LONGEST = 0.6  # [s] for which the full load stays on at most, where neither rest nor motion is seen earlier
+SETTLE = 0.1  # [s] time under the weight alone
+RAMP = 0.1  # [s] time over which a load grows
+HOLD = 0.2  # [s] shortest time under the full load
+LONGEST = 0.6  # [s] longest time under the full load, if neither rest nor motion is seen earlier
 LOOK = 250  # time steps between two measurements
-FAR = 1e-3  # sizes of the assembly: contact nodes displaced farther under the load count as moving
-SLOW = 5e-5  # sizes of the assembly a second: contact nodes slower than this at the end count as resting
+FAR = 1e-3  # displacement under the load, in sizes of the assembly, above which contact nodes count as moving
+SLOW = 5e-5  # speed at the end, in sizes of the assembly per second, below which contact nodes count as resting
 STAYS = 0.8  # share of the speed at half time: an assembly at least that fast at the end keeps moving
 PASSIVE = {"contype": "0", "conaffinity": "0", "mass": "0"}  # collides only in pairs that are named
 

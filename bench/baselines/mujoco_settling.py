@@ -1,4 +1,4 @@
-"""MuJoCo brings a scene to rest, as users ask it to: with its own contacts and settings, for two seconds.
+"""Bring a scene to rest in MuJoCo, as its users do: with its own contacts and settings, for two seconds.
 
 Optional: the extra ``bench``.
 """
@@ -12,17 +12,17 @@ from holdfast.base.rigid import pose_from
 from holdfast.scene.formats.mjcf.writer import write
 from holdfast.scene.scene import Scene
 
-SECONDS = 2.0
+SECONDS = 2.0  # [s] simulated time
 
 
-def settled_by_mujoco(scene: Scene, seconds: float = SECONDS) -> Scene:
-    """Return the scene with the poses that its bodies have after ``seconds`` in MuJoCo."""
+def settled_by_mujoco(scene: Scene) -> Scene:
+    """Return the scene with the poses that its bodies have after SECONDS in MuJoCo."""
     from pathlib import Path
 
     mujoco = mujoco_module()
     model = mujoco.MjModel.from_xml_string(write(scene, Path()).decode())
     data = mujoco.MjData(model)
-    for _ in range(round(seconds / model.opt.timestep)):
+    for _ in range(round(SECONDS / model.opt.timestep)):
         mujoco.mj_step(model, data)
     poses = {}
     for body in scene.movable:

@@ -19,7 +19,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
 
 UPRIGHT = 0.9  # least cosine between a contact normal and the vertical at which the contact supports
-SHARE = 0.8  # of the base that has to be supported
+SHARE = 0.8  # smallest share of the base that must be supported
 
 
 def support_polygon_limits(assembly: Assembly, directions: Float) -> Float:
@@ -40,8 +40,8 @@ def support_polygon_limits(assembly: Assembly, directions: Float) -> Float:
             return np.zeros(len(way))
         outward = hull.equations[:, :2] @ -way.T  # the centre of mass is moved backwards
         with np.errstate(divide="ignore"):
-            reach = np.where(outward > 1e-12, inside[:, None] / outward, np.inf).min(0)
-        least = np.minimum(least, np.minimum(mu * g, g * reach / height))
+            lever = np.where(outward > 1e-12, inside[:, None] / outward, np.inf).min(0)
+        least = np.minimum(least, np.minimum(mu * g, g * lever / height))
     return least
 
 

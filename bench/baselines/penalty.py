@@ -23,11 +23,11 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled
 
 SIDE = 7  # nodes along a side unless given
-SINK = 1e-6  # sizes of the assembly: compression of all contacts under its weight; verdicts do not depend on it
-DAMPING = 0.6  # of unbalanced forces
-DASHPOT = 0.2  # of the critical damping of the fastest vibration
+SINK = 1e-6  # compression of contacts under the weight, in sizes of the assembly; verdicts do not depend on it
+DAMPING = 0.6  # damping of unbalanced forces
+DASHPOT = 0.2  # damping, as a share of the critical damping of the fastest vibration
 STEP = 0.4  # time step times the fastest angular frequency; 2 is the limit of stability
-BALANCED = 1e-6  # of the total weight: what may be unbalanced at rest (torques over the assembly's size)
+BALANCED = 1e-6  # largest unbalanced force at rest, in total weights (torques divided by the assembly's size)
 FAR = 20.0  # times the displacement before a load step: a node displaced farther counts as moving
 UNWEIGHED = (
     10.0  # times SINK, and the clearances: taken for the displacement before the first load step, where it is zero
@@ -35,7 +35,7 @@ UNWEIGHED = (
 CHECK = 200  # time steps between two checks for motion, and at balance before the assembly counts as resting
 MOST = 400_000  # time steps after which neither rest nor motion was seen
 FIRST = 0.02  # total weights: the first step of load
-GROWTH = 0.08  # of the load: the largest step of load
+GROWTH = 0.08  # largest step of the load, as a share of it
 PARTS = 100  # equal steps in which a given load comes on
 ENDLESS = 30.0  # total weights: the largest load that is tried
 
@@ -80,16 +80,14 @@ def holds(
     assembly: Assembly,
     load: Float | None = None,
     nodes: ContactNodes | None = None,
-    *,
-    ratio: float = 1.0,
 ) -> Trial:
     """Whether the assembly comes to rest under its weight, and then under ``load`` (6J,) [N, N m] as well.
 
     The weight comes on at once, the load in PARTS steps; the drift returned is that of the last. ``nodes``: grids of
-    SIDE x SIDE on every (rectangular) patch unless given. ``ratio``: tangential over normal stiffness.
+    SIDE x SIDE on every (rectangular) patch unless given. Tangential and normal stiffness are equal.
     """
     nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
-    model = blocks(assembly, nodes, ratio)
+    model = blocks(assembly, nodes)
     weight = assembly.weight_wrench()
     state, trial = settled(assembly, model, weight, still(assembly, nodes))
     if load is not None and trial.holds:
@@ -117,8 +115,9 @@ def peak(
     """The largest push [N] at ``point`` [m] of ``body`` along ``direction`` that comes to rest, found by raising it.
 
     Every step of load starts from rest under the one before; where the assembly moves, it goes back there and takes a
-    smaller step, down to ``accuracy`` times the load. ``nodes`` and ``ratio`` as in ``holds``. ``apart`` (I,) is the
-    clearance of each node, in units of the compression of all contacts under the weight; 0 unless given.
+    smaller step, down to ``accuracy`` times the load. ``nodes`` as in ``holds``; ``ratio``: tangential over normal
+    stiffness. ``apart`` (I,) is the clearance of each node, in units of the compression of all contacts under the
+    weight; 0 unless given.
     """
     nodes = grid_nodes(assembly, SIDE) if nodes is None else nodes
     column = push(assembly, body, point, direction)

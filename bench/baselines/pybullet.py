@@ -40,23 +40,23 @@ from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box, Sphere
 
 PRINTED_STEP = 1 / 240  # [s]
-PRINTED_ITERATIONS = 50  # of the contact solver
+PRINTED_ITERATIONS = 50  # iterations of the contact solver
 PRINTED_BISECTIONS = 100
-PRINTED_RANGE = 100.0  # [N]
-PRINTED_ENERGY = 1e-4  # [J]
+PRINTED_RANGE = 100.0  # [N] largest force of the search
+PRINTED_ENERGY = 1e-4  # [J] kinetic energy above which the assembly counts as moving
 STEP = 1e-3  # [s]
-ITERATIONS = 200  # of the contact solver
-SETTLE = 1.0  # [s] for the weight alone
-HOLD = 0.5  # [s] for which a load stays on
-FAR = 2e-3  # sizes of the assembly: points that drift farther in the second half of HOLD count as moving
-CONVEX = 1e-6  # sizes of a body: by how much a convex shape may protrude beyond the plane of a face
+ITERATIONS = 200  # iterations of the contact solver
+SETTLE = 1.0  # [s] time under the weight alone
+HOLD = 0.5  # [s] time under a load
+FAR = 2e-3  # drift in the second half of HOLD, in sizes of the assembly, above which points count as moving
+CONVEX = 1e-6  # protrusion beyond the plane of a face, in sizes of a body, that a convex shape may have
 SMOOTH = 1e-9  # friction coefficient used for 0, which has no logarithm
 
 
-def printed(assembly: Assembly, body: str, point: Float, direction: Float, *, step: float = PRINTED_STEP) -> Peak:
+def printed(assembly: Assembly, body: str, point: Float, direction: Float) -> Peak:
     """Algorithm 2 as printed: a push [N] at ``point`` (3,) [m] of ``body`` along ``direction`` (3,), world axes."""
     column = push(assembly, body, point, direction)
-    return World(assembly, step, PRINTED_ITERATIONS).printed(column)
+    return World(assembly, PRINTED_STEP, PRINTED_ITERATIONS).printed(column)
 
 
 def holds(assembly: Assembly, load: Float | None = None) -> Trial:

@@ -107,8 +107,8 @@ def table1(saved: Saved) -> dict[str, str]:
 def compliant_maps(saved: Saved) -> dict[str, str]:
     """Maps of ``compliant`` beside a path for every point and as many solves of ``limit``."""
 
-    def each(column: str, form: Callable[[float], str], scenes: tuple[str, ...] = SCENES) -> str:
-        return ", ".join(form(value) for value in saved.values(scenes, column))
+    def each(column: str, form: Callable[[float], str]) -> str:
+        return ", ".join(form(value) for value in saved.values(SCENES, column))
 
     return {
         "interpolated": whole(sum(row["interpolated"] for row in saved.rows)),

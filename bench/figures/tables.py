@@ -78,7 +78,7 @@ def table1(saved: Saved) -> dict[str, str]:
     }
 
 
-BY_NOBODY = ("table", "coupled")  # no truth worked out by hand covers legs that rack
+BY_NOBODY = ("table", "coupled")  # pushes without a hand-derived truth, which does not cover racking legs
 
 
 def _errors(row: dict[str, Any], truth: str) -> str:
@@ -247,12 +247,12 @@ def placement_tables(saved: Saved) -> dict[str, str]:
     ]
     columns = ["several", "placed", "states that stand", "least push N", "median N", "time s", "processor time s"]
     shelf = saved.row("README's shelf")
-    told = f"{shelf['upright']} of {shelf['plans']} plans stand the cup upright"
-    told += f", {shelf['least edge mm']:.0f} mm inside the edges or more"
+    sentence = f"{shelf['upright']} of {shelf['plans']} plans stand the cup upright"
+    sentence += f", {shelf['least edge mm']:.0f} mm inside the edges or more"
     more = (
         f"its median least push is {shelf['median N']:.2f} N, {shelf['median over 0.1']:.1f} times that of version 0.1"
     )
-    return {"plans": table(heads, plans), "several": table(columns, several), "readme": f"{told}; {more}"}
+    return {"plans": table(heads, plans), "several": table(columns, several), "readme": f"{sentence}; {more}"}
 
 
 def carriage(saved: Saved) -> dict[str, str]:

@@ -1,1 +1,1 @@
-"""Scenes and pushes that benchmarks measure and tests ask about."""
+"""Scenes and pushes for benchmarks and tests."""

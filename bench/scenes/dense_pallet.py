@@ -1,4 +1,4 @@
-"""A dense pallet: one group, all of which has to be solved anew whichever box moves."""
+"""A dense pallet: a single group, which must be solved as a whole whichever box moves."""
 
 from __future__ import annotations
 

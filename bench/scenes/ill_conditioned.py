@@ -25,7 +25,7 @@ from holdfast.scene.shapes import Box
 
 STEP = 2.0**-16  # [m] all lengths are multiples of it
 GRAVITY = 9.81
-FLOOR = 64.0  # [m]
+FLOOR = 64.0  # [m] side of the floor
 INSET = 0.1  # share of a support that the centre of mass above it keeps from its edges at least
 
 
@@ -102,7 +102,7 @@ def _drawn(rng: Generator, *, aligned: bool) -> tuple[Assembly, list[Stacked], F
 
 
 def _asked(assembly: Assembly, stack: list[Stacked], pushed: int, point: Float, direction: Float) -> list[Query]:
-    """Return the query of a unit push, or nothing if the stack does not stand or any push is carried."""
+    """Return the query of a unit push, or None if the stack does not stand or withstands any push."""
     wrench = wrench_at(direction, point, assembly.com[pushed])
     load = np.zeros(6 * len(assembly.movable))
     load[6 * pushed : 6 * pushed + 6] = wrench

@@ -32,7 +32,7 @@ from holdfast.scene.shipped.blocks import about_y, at, floor, prism
 Family = Callable[[Generator], Scene]
 
 ACROSS = 2.0  # [m] length and width of the floor
-DENSITY = (300.0, 2500.0)  # [kg/m³] from light wood to stone
+DENSITY = (300.0, 2500.0)  # [kg/m³] range from light wood to stone
 FRICTION = (0.3, 0.9)  # the coefficient of a body; that of a pair is the smaller of its two
 TRIES = 50  # draws after which a family counts as one that does not stand
 
@@ -229,7 +229,7 @@ def cantilever(rng: Generator) -> Scene:
     width, thick = side, rng.uniform(0.015, 0.03)
     plank, load = rng.uniform((0.3, 0.2), (1.5, 0.8))
     middle, far, near = 0.1 * length, 0.5 * length, -0.25 * length
-    aim = rng.uniform(-0.2, 0.2) * side  # where over the column the common centre of mass comes to lie
+    aim = rng.uniform(-0.2, 0.2) * side  # offset of the common centre of mass from the axis of the column
     counter = (plank * (middle - aim) + load * (far - aim)) / (aim - near)
     level = height + thick
     bodies = [

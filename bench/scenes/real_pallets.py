@@ -12,7 +12,7 @@ from bench.checkout import CASES
 from holdfast.scene.shipped.blocks import at
 
 MU = 0.5  # the plans give no friction
-FLOOR = (20.0, 20.0, 0.1)  # [m]
+FLOOR = (20.0, 20.0, 0.1)  # [m] sides of the floor
 
 
 def pallets() -> list[list[dict[str, Any]]]:

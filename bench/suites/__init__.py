@@ -1,1 +1,1 @@
-"""Benchmark suites: modules that ``bench.registry`` lists, and what several of them share."""
+"""Benchmark suites: the modules that ``bench.registry`` lists, and parts that several of them share."""

@@ -24,7 +24,7 @@ from holdfast.scene.shipped.blocks import wall
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 DOWN = (0.0, 0.0, -1.0)
 
-# name, body, point [m], direction; pushes on one body stand together
+# name, body, point [m], direction; pushes on one body must be adjacent
 PUSHES = {
     "cube": (
         ("low", "cube", (-0.05, 0, 0.02), X),

@@ -22,13 +22,13 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box
 from holdfast.scene.shipped import shipped_scene
 
-QUERIES = 250  # of each ill-conditioned family
-NARROW = 1e-6  # relative width of bounds that are as good as a number
+QUERIES = 250  # number of queries of each ill-conditioned family
+NARROW = 1e-6  # relative width below which bounds count as a number
 SEED = 5
-PUSHES = 24  # on each scene whose cost is measured
+PUSHES = 24  # number of pushes on each scene whose cost is measured
 RUNS = 9
 SCENES = ("cube", "stack", "table", "arch", "wall2x2", "tabletop")
-LAYERS, SIDE = 3, 3  # of the pallet: 27 boxes
+LAYERS, SIDE = 3, 3  # layers of the pallet and boxes along a side: 27 boxes
 
 
 def ill_conditioned(family: str) -> list[Row]:

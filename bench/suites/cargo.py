@@ -19,8 +19,8 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import Groups, prepared
 
 WAYS = 8  # level directions, evenly spaced
-EVERY = "HOLDFAST_CARGO_EVERY"  # environment variable: only each so-manieth pallet by number of boxes (1: all)
-SOLVES = 3  # of each engine and acceleration, in turn; the fastest counts
+EVERY = "HOLDFAST_CARGO_EVERY"  # environment variable: n takes only every n-th pallet, ordered by number of boxes
+SOLVES = 3  # solves of each engine and acceleration, of which the fastest counts
 
 
 def cases() -> Mapping[str, Case]:

@@ -95,14 +95,14 @@ def written(rows: list[Row]) -> str:
     driven = [row for row in rows if "MuJoCo m/s²" in row]
     asked = [row for row in rows if "directions" in row]
     rest = [row for row in rows if "at rest" in row and "MuJoCo" not in row["case"]]
-    told = []
+    sentences = []
     for name in RULES:
         count = sum(row["known"] for row in asked)
         share = {key: sum(row[f"{name} {key}"] for row in asked) / max(count, 1) for key in ("unsafe", "too cautious")}
         above = sum(row[f"{name} above what holds"] for row in asked) / max(count, 1)
         falls = sum(row[f"{name} at rest"] == "stands" and row["at rest"] == "unstable" for row in rest)
         stands = sum(row[f"{name} at rest"] == "falls" and row["at rest"] == "stable" for row in rest)
-        told.append(
+        sentences.append(
             f"Rule of the {name}: unsafe in {100 * share['unsafe']:.1f} % of {count:,} directions (above what `limit` "
             f"proves to move), above what `compliant` holds in {100 * above:.1f} %, too cautious in "
             f"{100 * share['too cautious']:.1f} %. At rest it lets {falls} pallets stand that fall, and condemns "
@@ -113,7 +113,7 @@ def written(rows: list[Row]) -> str:
         *("one body", "limit s", "compliant s"),
     )
     short = [{key: row[key] for key in keys if key in row} for row in rest]
-    parts = [*told, table(short), table([{k: v for k, v in row.items() if k != "case"} for row in driven])]
+    parts = [*sentences, table(short), table([{k: v for k, v in row.items() if k != "case"} for row in driven])]
     return "\n\n".join(parts)
 
 

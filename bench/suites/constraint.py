@@ -30,7 +30,7 @@ BODIES = (
     ("slope_two", "cube1"),
     ("tabletop", "mug"),
 )
-PALLETS = (0, 10, 22)  # by number of boxes; the top box of each
+PALLETS = (0, 10, 22)  # numbers of pallets, ordered by their boxes; the top box of each is pushed
 WRENCHES = 10_000
 FEWER = 1_000  # wrenches on assemblies of more bodies than MANY
 MANY = 8
@@ -99,12 +99,12 @@ def _row(case: str, assembly: hf.answers.Assembly, body: str) -> Row:
 def _drawn(assembly: hf.answers.Assembly, body: str, found: hf.answers.Constraint, count: int) -> Float:
     """Wrenches (n, 6): half anywhere, in units of what the body takes along the axes, half pushes on its surface."""
     rng = np.random.default_rng(1)
-    reach = np.minimum(np.asarray(found.value(np.eye(6))), found.box)
+    largest = np.minimum(np.asarray(found.value(np.eye(6))), found.box)
     cells = surface_cells(assembly.scene.body(body).surface_world, assembly.scene.body(body).size / 20)
     chosen = rng.integers(len(cells.points), size=count // 2)
     tilted = -cells.normals[chosen] + 0.3 * rng.normal(size=(len(chosen), 3))
     pushes = wrench_at(tilted, cells.points[chosen], found.com)
-    return np.vstack([rng.normal(size=(count - len(pushes), 6)) * reach, pushes])
+    return np.vstack([rng.normal(size=(count - len(pushes), 6)) * largest, pushes])
 
 
 def _gradient(found: hf.answers.Constraint, wrenches: Float) -> float:

@@ -58,7 +58,7 @@ def _at(x: float, y: float, z: float) -> Float:
 
 
 def bricks(courses: int, across: int, levels: int) -> hf.Scene:
-    """A wall in quarter bond, every brick made anew."""
+    """A wall in quarter bond, in which every brick has its own shape object."""
     scene = wall(courses, across, 0.25, "wall")
     bodies = [
         b if b.fixed else hf.Body(b.name, refined(b.shape, levels), mass=b.mass, com=np.zeros(3), pose=b.pose)

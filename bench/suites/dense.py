@@ -15,15 +15,15 @@ from bench.suite import Case, Row, Suite, table
 from holdfast.scene.shipped.blocks import at
 
 T = TypeVar("T")
-SIZE = np.array([0.3, 0.2, 0.15])  # [m] of a box
-SHIFTS = {"columns": (0.0, 0.0, 0.0), "staggered": (0.1, 0.05, 0.0)}  # [m] of every other layer
-MASS, SPREAD = 5.0, 0.2  # [kg] of a box, and by which share masses differ at most
+SIZE = np.array([0.3, 0.2, 0.15])  # [m] sides of a box
+SHIFTS = {"columns": (0.0, 0.0, 0.0), "staggered": (0.1, 0.05, 0.0)}  # [m] shift of every other layer
+MASS, SPREAD = 5.0, 0.2  # mass of a box [kg], and the largest relative difference of masses
 MU = 0.5
 MANY, FEW = (10, 6, 5), (5, 4, 3)  # boxes along x, y and z
 PUSHES = 16
 SEED = 7
-SPACING = 0.03  # [m] of the map
-SLANT = 30.0  # [°] from straight at most
+SPACING = 0.03  # [m] spacing of the map
+SLANT = 30.0  # [°] largest angle from the normal
 
 
 def pallet(counts: tuple[int, int, int], arrangement: str) -> hf.Scene:
@@ -53,7 +53,7 @@ def _pushes(arrangement: str) -> list[Row]:
     assembly = hf.assemble(pallet(MANY, arrangement))
     first, *asked = random_pushes(assembly, np.random.default_rng(SEED), PUSHES + 1, slant=SLANT)
     rows = []
-    for engine in ("limit", "compliant"):  # what only the first answer costs
+    for engine in ("limit", "compliant"):  # warm-up: the first answer includes one-time costs
         hf.robustness(assembly, *first, engine=engine)
     for number, push in enumerate(asked):
         row: Row = {"case": f"{arrangement}, push {number} on {push.body}"}

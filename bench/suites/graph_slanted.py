@@ -16,14 +16,14 @@ from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.verdict import Status
 
-ASSEMBLIES = 10  # of each family
-PUSHES = 20  # of each kind on each assembly
+ASSEMBLIES = 10  # assemblies of each family
+PUSHES = 20  # pushes of each kind on each assembly
 SLANTS = {"straight": 0.0, "slanted": 60.0}  # degrees: the cone about the inward normal that directions come from
 SEED = 14
 ABOVE = 1e-6  # relative: a smaller excess over the bound is rounding
 FAR = 0.1  # relative: an excess that matters
 QUANTILES = (5, 25, 50, 75, 95)
-COUNTS = ("above", "above by a tenth", "infinite", "below half")  # of the bounded pushes
+COUNTS = ("above", "above by a tenth", "infinite", "below half")  # columns that count bounded pushes
 SHOWN = (0.06, 60)  # ratios in the picture; smaller ones end at its border
 ANSWERED = (Status.FINITE, Status.INFINITE)
 

@@ -29,14 +29,14 @@ from holdfast.scene.shipped import shipped_scene
 
 SURFACES = 100
 ROUGH = (1.0, 10.0, 100.0)  # standard deviation of the heights over the compression under the weight
-DEVIATIONS = 4.0  # from peak to valley
-SIDE, WEIGHT = 0.1, 9.81  # of the shipped cube [m, N]
+DEVIATIONS = 4.0  # ratio of the peak-to-valley height to the standard deviation
+SIDE, WEIGHT = 0.1, 9.81  # side [m] and weight [N] of the shipped cube
 POINTS = {"centred": (-0.05, 0, 0.05), "off-centre": (-0.05, 0.045, 0.02), "slanted": (-0.05, 0.03, 0.08)}
 WAYS = {"centred": (1.0, 0, 0), "off-centre": (1.0, 0, 0), "slanted": (1.0, 0.2, -0.5)}
 SCENES = ("table", "wall2x2", "arch", "v_groove", "cantilever", "tabletop", "stack", "slope_two")
 FLATNESS, BED, FACTORS = 5e-5, 2e9, (0.3, 3.0)  # wooden blocks: 0.05 mm; 20 MPa over a centimetre of touching fibres
 SAMPLES, MORE = 32, 200
-DRAWS = 63  # on each of SCENES: more than 500 in all
+DRAWS = 63  # samples on each of SCENES: more than 500 in all
 PUSHES = 6
 SEED = 18
 BEST = 3  # repetitions of what is timed

@@ -26,8 +26,8 @@ from holdfast.engines.limit.engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.scene.scene import Scene
 
-SCENES = 36  # of each family: 504 in all
-PUSHES = 4  # on each scene, half of them straight and half up to 60 degrees from the inward normal
+SCENES = 36  # scenes of each family: 504 in all
+PUSHES = 4  # pushes on each scene, half of them normal and half up to 60 degrees from the inward normal
 SEED = 13
 TROUBLES = (with_ball, with_ball_against, with_frictionless_pair, with_floating, with_falling)
 ANSWERED = (Status.FINITE, Status.INFINITE)

@@ -21,10 +21,10 @@ from holdfast.engines.compliant.grid import Grid
 from holdfast.scene.shipped import shipped_scene
 
 SCENES = ("cube", "stack", "table", "tall_table", "slope_two", "wall2x2", "v_groove", "arch")
-MEMBERS = 5  # of each family of random assemblies
+MEMBERS = 5  # assemblies of each random family
 EVERY, MOST_BOXES = 4, 50  # each so-manieth pallet of no more boxes
-PUSHES = {"scene": 600, "member": 120, "pallet": 60}  # of each slant
-SLANTS = (0.0, 35.0)  # [°] from straight at most
+PUSHES = {"scene": 600, "member": 120, "pallet": 60}  # number of pushes at each slant
+SLANTS = (0.0, 35.0)  # [°] largest angles from the normal
 NODES = 7  # a side
 FAR = 30.0  # times the weight of all bodies, beyond which a path is not followed
 SAME, CLEARLY = 0.002, 0.005  # relative difference of peaks that counts as none, and as a clear one

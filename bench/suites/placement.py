@@ -95,8 +95,8 @@ def plot(rows: list[Row], file: BinaryIO) -> None:
         assembly = hf.assemble(make().scene)
         panels = []
         for label, engine in ENGINES.items():
-            told = f"{name}, {label}: {share[f'{name}, {label}']:.0f} % of the strongest tenth fall"
-            panels.append(PointsPanel(told, picture_of(hf.robustness_map(assembly, engine=engine))))
+            caption = f"{name}, {label}: {share[f'{name}, {label}']:.0f} % of the strongest tenth fall"
+            panels.append(PointsPanel(caption, picture_of(hf.robustness_map(assembly, engine=engine))))
         sheet.append(panels)
     title = "What the object is put on: strong by each engine's map"
     about = "isolated judges every body as if those it stands on were fixed; blue: no push moves anything"

@@ -1,4 +1,4 @@
-"""Placements on README's shelf and on random shelves and trays: which way up, how far inside, kept budgets, drops."""
+"""Placements on README's shelf and on random shelves and trays: which way up, how far inside, time limits, drops."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from holdfast.scene.shipped.blocks import at
 SEEDS = 12  # plans on README's shelf
 BEFORE = 0.1205  # [N] median least push that version 0.1 left with these seeds, engines graph and compliant alike
 SCENES = 50  # random scenes of each kind
-CHUNK = 10  # of them in a case
-BUDGETS = (2.0, 4.0, 8.0)  # [s] in turn
+CHUNK = 10  # number of scenes in a case
+BUDGETS = (2.0, 4.0, 8.0)  # [s] time limits, used in turn
 INSIDE = 0.01  # [m] how far inside the edges the cup ought to stand
 LATE = 1.1  # times its budget that a plan may take
 MU = 0.5
@@ -62,8 +62,8 @@ def readme() -> list[Row]:
         assert p.pose is not None
         assert p.assembly is not None
         upright += bool(p.pose[2, 2] > 1 - 1e-6)
-        reach = np.abs(p.assembly.scene.body("cup").surface_world.vertices[:, :2]).max(0)
-        inside.append(float((np.array([0.3, 0.15]) - reach).min()))
+        radius = np.abs(p.assembly.scene.body("cup").surface_world.vertices[:, :2]).max(0)
+        inside.append(float((np.array([0.3, 0.15]) - radius).min()))
         forces.append(p.robustness)
         own.append(p.rating.own or 0.0 if p.rating is not None else 0.0)
         fall = dropped(p.assembly, "cup", DROP_SECONDS)
@@ -91,8 +91,8 @@ def readme() -> list[Row]:
 def chunk(kind: str, first: int) -> list[Row]:
     """Plans in CHUNK random scenes of one kind, each judged again from the scene alone and dropped in MuJoCo.
 
-    A budget is one of wall clock. What others do on the machine makes plans late that are not by processor time, so
-    both are told, and the load of the machine.
+    The time limit of a plan is in wall-clock time. Other processes can make plans exceed it, so the rows also have the
+    processor time and the load of the machine.
     """
     make = {"shelves": shelf, "trays": tray}[kind]
     found, again, rolling, needless = 0, 0, 0, 0
@@ -180,7 +180,7 @@ def strewn(rng: np.random.Generator, ground: float, half: Float, count: int) -> 
 
 
 def _radius(body: hf.Body) -> float:
-    """How far a body reaches from the vertical through its origin [m]."""
+    """The largest distance [m] of a body's vertices from the vertical through its origin."""
     return float(np.linalg.norm(body.surface_world.vertices[:, :2] - body.pose[:2, 3], axis=1).max())
 
 

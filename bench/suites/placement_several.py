@@ -28,12 +28,12 @@ from holdfast.base.arrays import Float
 from holdfast.scene.body import Body
 from holdfast.scene.shipped.blocks import at
 
-BUDGET = 300.0  # [s] of one call of place_all; of wall clock, so that others on the machine take from it
+BUDGET = 300.0  # [s] wall-clock limit of one call of place_all
 TRAYS = (10, 15, 20)  # objects on a tray
-BOXES = 30  # on a pallet
-KINDS = ((0.4, 0.3, 0.2), (0.3, 0.2, 0.2), (0.4, 0.2, 0.2), (0.3, 0.3, 0.25))  # [m] of the boxes, less a slit
-SLIT = 0.004  # [m]
-APART = {"tray": 0.005, "pallet": 0.002}  # [m]
+BOXES = 30  # number of boxes on a pallet
+KINDS = ((0.4, 0.3, 0.2), (0.3, 0.2, 0.2), (0.4, 0.2, 0.2), (0.3, 0.3, 0.25))  # [m] nominal sides of the boxes
+SLIT = 0.004  # [m] distance between objects
+APART = {"tray": 0.005, "pallet": 0.002}  # [m] distance between objects
 
 
 def cases() -> Mapping[str, Case]:
@@ -61,7 +61,7 @@ def load(kind: str, count: int) -> tuple[hf.Scene, list[Body]]:
 
 
 def run(kind: str, count: int, method: str) -> list[Row]:
-    """Place everything by one method, and judge every state anew from its scene."""
+    """Place everything by one method, and judge every state again from its scene."""
     scene, bodies = load(kind, count)
     ground = scene.bodies[0].name
     hf.place_all(scene, bodies[:2], where=hf.Where(apart=APART[kind]))  # compiles
@@ -117,7 +117,7 @@ def by_rule(assembly: Assembly, bodies: Sequence[Body], kind: str, rule: Rule) -
     poses = []
     for body in sorted(bodies, key=base_area, reverse=True):
         asked = planner_of(assembly, body)
-        found = placing.spots(first, assembly, body, asked.faces, APART[kind], asked)
+        found = placing.places(first, assembly, body, asked.faces, APART[kind], asked)
         best = min(face.face for face in found) if found else 0
         for spot in sorted((spot for spot in found if spot.face == best), key=rule):
             fault, placed, contacts = asked.checks.fits(spot.pose)

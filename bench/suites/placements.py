@@ -1,6 +1,6 @@
 """What Tables II and III have in common: placements of many seeds in one scene by one engine, checked three ways.
 
-Every pose found is judged again from scratch (contacts sought anew, engine compliant) and let go in MuJoCo with its
+Every pose found is judged again from scratch (contacts detected again, engine compliant) and let go in MuJoCo with its
 real shapes; the first RATED of a cell get a full map of 10 mm. Environment variable HOLDFAST_PLACEMENT_SEEDS: seeds a
 cell (10; the paper has 100).
 """
@@ -46,7 +46,7 @@ def cases_of(scenes: Mapping[str, Callable[[], PlacementScene]]) -> Mapping[str,
 
 def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int) -> list[Row]:
     """Placements of seeds 0 to ``count`` - 1 in one scene by one engine."""
-    prepared_planner(make(), engine)  # what is compiled or read on first use is not the planner's time
+    prepared_planner(make(), engine)  # warm-up: compilation and reading do not count as the planner's time
     start = time.perf_counter()
     asked = prepared_planner(make(), engine)
     before = time.perf_counter() - start

@@ -28,11 +28,11 @@ SETTLED = CASES / "settled"
 SHIPPED = ("cube", "stack", "table", "tall_table", "wall2x2", "slope", "slope_two", "cantilever", "arch", "v_groove")
 PALLETS = (0, 2, 6)  # small ones that stand
 NODES = 9  # contact nodes of an interface in MuJoCo
-PUSHES = 4  # of each effect that are simulated on a body
-BODIES = 4  # of an assembly that are pushed
+PUSHES = 4  # simulated pushes of each effect on a body
+BODIES = 4  # bodies of an assembly that are pushed
 MORE = 1.6  # a push of so many times the least that moves something
 ROLLING = {"shelf of eight": ("orange", "pen")}  # MuJoCo lets them roll off untouched: it is asked without them
-NOISE = (1.5, 0.5)  # [mm, deg] of each pose that was seen
+NOISE = (1.5, 0.5)  # [mm, deg] standard deviations of the perceived poses
 STILL = 0.1  # share of the way of the pushed body that others may go along
 
 Make = Callable[[], hf.Scene]

@@ -52,7 +52,7 @@ def _pushes(assembly: hf.answers.Assembly, body: str) -> Row:
     elastic = Grid.of(assembly, assembly.weight_wrench(), Springs(hf.Compliant().nodes))
     elastic.paths(push[:, None])
     queries, paths = [], []
-    for _ in range(5):  # in turn, and the least of each: other users of the machine only add to it
+    for _ in range(5):  # alternating; the shortest time of each counts, as other processes only add to it
         begin = time.perf_counter()
         state.solve(push)
         queries.append(time.perf_counter() - begin)

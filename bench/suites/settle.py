@@ -134,13 +134,13 @@ def falls(number: int) -> list[Row]:
     scene, named = falling_scenes()[number]
     result = hf.settle(scene)
     fell = {fall.body: fall for fall in result.fell}
-    told = result.status is Status.UNSTABLE and bool(fell)
+    reported = result.status is Status.UNSTABLE and bool(fell)
     direction = fell[named].direction if named in fell else next(iter(fell.values())).direction if fell else np.zeros(3)
     return [
         {
             "case": f"falls: {scene.name}",
             "seeds": 1,
-            "told %": 100.0 * told,
+            "told %": 100.0 * reported,
             "fell": ", ".join(fell),
             "down": float(-direction[2]),
         }

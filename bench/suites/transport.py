@@ -21,7 +21,7 @@ from holdfast.scene.shipped import shipped_scene
 
 SCENES = ("slope", "slope_two")
 RUNS = 5
-AXES = {"+X": 0, "+Y": 25, "-X": 50, "-Y": 75}  # of the 100 directions
+AXES = {"+X": 0, "+Y": 25, "-X": 50, "-Y": 75}  # numbers among the 100 directions
 METHODS: Mapping[str, Engine] = {
     "graph": hf.Graph(),
     "limit": hf.Limit(),
@@ -30,8 +30,8 @@ METHODS: Mapping[str, Engine] = {
     "polygon 4": hf.Limit(cone="inscribed", sides=4),
 }
 SIMULATION = "simulation"
-STEP, SIDE = 1e-3, 2  # of the simulation: [s], and corners alone, which are all that accelerations along lines need
-PAPER = {"graph": 0.63, "polygon 8": 3.6, SIMULATION: 38.0}  # [s] for the second scene
+STEP, SIDE = 1e-3, 2  # time step [s] and nodes along a side of the simulation; corners suffice without rotation
+PAPER = {"graph": 0.63, "polygon 8": 3.6, SIMULATION: 38.0}  # [s] times of the paper for the second scene
 
 
 def cases() -> Mapping[str, Case]:
@@ -83,7 +83,7 @@ def _row(scene: str, method: str, curve: Float, seconds: float | str, exact: Flo
 
 
 def written(rows: list[Row]) -> str:
-    """The table without the curves, which the JSON file keeps."""
+    """Return the table without the curves, which are only in the JSON file."""
     return table([{key: value for key, value in row.items() if key != "curve"} for row in rows])
 
 
@@ -103,7 +103,7 @@ def plot(rows: list[Row], file: BinaryIO) -> None:
     figure.savefig(file, dpi=110, format="png", bbox_inches="tight", pad_inches=0.2)
 
 
-ORDER = (SIMULATION, "limit", "graph", "polygon 8", "polygon 4", "compliant")  # as styles of curves follow each other
+ORDER = (SIMULATION, "limit", "graph", "polygon 8", "polygon 4", "compliant")  # the order of the styles of curves
 
 
 def _curve(row: Row) -> Curve:

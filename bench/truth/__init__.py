@@ -1,1 +1,1 @@
-"""Ground truths of simple scenes, worked out without the engines: what the engines are measured against."""
+"""Ground truths of simple scenes, derived without the engines, against which the engines are measured."""

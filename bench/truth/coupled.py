@@ -54,10 +54,10 @@ def robustness(
     joints, weight, number = pile(assembly), assembly.weight, assembly.index[body]
     force = np.full(len(p), np.inf)
     for joint in joints:
-        rest, carried = joint.load / weight, number in joint.above
+        rest, above = joint.load / weight, number in joint.above
         if first_motion(rest, np.zeros(6), joint.mu, joint.half, np.inf) == 0:
             return np.zeros(len(p))
-        for k in range(len(p) if carried else 0):
+        for k in range(len(p) if above else 0):
             push = contact_load(e[k], p[k], joint)
             found = first_motion(rest, push, joint.mu, joint.half, force[k] / weight)
             if np.isnan(found):

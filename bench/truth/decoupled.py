@@ -26,7 +26,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.scene.shapes import Box
 
 WHERE = "decoupled truth"
-SAME = 1e-9  # [m, kg, m/s2] by which a scene may differ from the one that was worked out
+SAME = 1e-9  # [m, kg, m/s2] largest difference of a scene from the derived one
 
 GRAVITY = 9.81  # [m/s2]
 ON_FACE = 1e-6  # how far a point may lie off the face its normal names [m]
@@ -71,7 +71,7 @@ def robustness(
 
 
 def recognised(assembly: Assembly) -> str:
-    """The name of the scene worked out by hand, "cube", "stack" or "table", that an assembly is; else SceneError."""
+    """Return which hand-derived scene an assembly is, "cube", "stack" or "table"; raise SceneError if it is none."""
     cube = (CUBE_SIDE,) * 3
     level = CUBE_SIDE / 2
     known = {
@@ -129,7 +129,7 @@ def truth_cube(points: ArrayLike, normals: ArrayLike) -> Float:
     """
     p = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     axis, sign = _face(p, normals, (0.0, 0.0, CUBE_SIDE / 2), (CUBE_SIDE,) * 3)
-    return _pile(p, axis, sign, carried=np.full(len(p), CUBE_WEIGHT), pile=CUBE_WEIGHT)
+    return _pile(p, axis, sign, borne=np.full(len(p), CUBE_WEIGHT), pile=CUBE_WEIGHT)
 
 
 def truth_stack(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> Float:
@@ -144,8 +144,8 @@ def truth_stack(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> F
         here = _named(body, name, STACK)
         centre = (0.0, 0.0, (level + 0.5) * CUBE_SIDE)
         axis, sign = _face(p[here], np.asarray(normals)[here], centre, (CUBE_SIDE,) * 3)
-        carried = np.full(int(here.sum()), (len(STACK) - level) * CUBE_WEIGHT)
-        result[here] = _pile(p[here], axis, sign, carried=carried, pile=len(STACK) * CUBE_WEIGHT)
+        borne = np.full(int(here.sum()), (len(STACK) - level) * CUBE_WEIGHT)
+        result[here] = _pile(p[here], axis, sign, borne=borne, pile=len(STACK) * CUBE_WEIGHT)
     return result
 
 
@@ -164,13 +164,13 @@ def truth_table(points: ArrayLike, normals: ArrayLike, body: Sequence[str]) -> F
     return result
 
 
-def _pile(p: Float, axis: Int, sign: Float, *, carried: Float, pile: float) -> Float:
-    """Pushes on a cube of a pile: ``carried`` (n,) is the weight on its underside, ``pile`` that of the whole pile."""
+def _pile(p: Float, axis: Int, sign: Float, *, borne: Float, pile: float) -> Float:
+    """Pushes on a cube of a pile: ``borne`` (n,) is the weight on its underside, ``pile`` that of the whole pile."""
     across = np.where(axis == 0, np.abs(p[:, 1]), np.abs(p[:, 0]))
-    twist = CUBE_MU * carried / np.maximum(across / CUBE_LEVER, 1.0)  # mu N min(1, lever / across): slip or torsion
+    twist = CUBE_MU * borne / np.maximum(across / CUBE_LEVER, 1.0)  # mu N min(1, lever / across): slip or torsion
     with np.errstate(divide="ignore"):
         tip = pile * CUBE_SIDE / 2 / p[:, 2]  # the whole pile over its front edge on the floor
-    lift = carried * (CUBE_SIDE / 2) / (CUBE_SIDE / 2 + np.maximum(np.abs(p[:, 0]), np.abs(p[:, 1])))
+    lift = borne * (CUBE_SIDE / 2) / (CUBE_SIDE / 2 + np.maximum(np.abs(p[:, 0]), np.abs(p[:, 1])))
     vertical = np.where(sign > 0, np.inf, lift)
     result: Float = np.where(axis == 2, vertical, np.minimum(twist, tip))
     return result
@@ -200,7 +200,7 @@ def _leg(p: Float, axis: Int, sign: Float) -> Float:
     with np.errstate(divide="ignore"):
         roll = (ON_FLOOR + ON_LEG) * HALF_DEPTH * run / (run * z + rise * (x - LEG_INNER))
     end = np.minimum(slip, roll)
-    over_far_leg = ON_FLOOR * (LEG_OUTER + 0.175) + ON_LEG * 0.025  # about the far leg's outer top edge [N m]
+    over_far_leg = ON_FLOOR * (LEG_OUTER + 0.175) + ON_LEG * 0.025  # [N m] moment about the far leg's outer top edge
     sideways = (ON_FLOOR + ON_LEG) * HALF_DEPTH
     lift = np.minimum(over_far_leg / (LEG_OUTER + x), sideways / (HALF_DEPTH + y))
     vertical = np.where(sign > 0, np.inf, lift)

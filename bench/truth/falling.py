@@ -11,7 +11,7 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box
 
 OVER = 0.005  # [m] how far the centre of mass of a tower lies beyond the edge that it stands on
-SHARE = 0.8  # of the least slope at which a plank would stay
+SHARE = 0.8  # slope of a plank, as a share of the smallest one at which it would stay
 
 
 def placed(x: float, z: float, turn: float = 0.0) -> Float:

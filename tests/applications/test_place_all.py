@@ -11,7 +11,7 @@ import pytest
 import holdfast as hf
 from bench.suites.placement_several import APART, by_rule, least_push, load
 from holdfast.applications.placement.choices import RULES, bottom_left, highest_support
-from holdfast.applications.placement.level_places import Spot
+from holdfast.applications.placement.level_places import LevelPlace
 from holdfast.applications.placement.several import Try
 from holdfast.applications.placement.several_result import PlacedObject
 from holdfast.scene.shipped.blocks import at, box, floor
@@ -132,7 +132,7 @@ def test_a_scene_that_does_not_stand_is_refused() -> None:
 def test_no_time_at_all_is_told() -> None:
     p = hf.place_all(TRAY, THINGS, search=hf.Search(seconds=1e-9), engine="graph")
     assert p.status is hf.Status.UNDECIDED
-    assert "the time was spent" in p.reason
+    assert "the time was used up" in p.reason
     assert p.tries <= 1, "no further try is begun"
 
 
@@ -170,13 +170,13 @@ def test_most_objects_come_first_then_the_weakest_step_then_room_then_the_other_
 
 
 def test_rules_rank_places_by_support_or_by_height() -> None:
-    def spot(height: float, x: float, y: float, support: float) -> Spot:
-        return Spot(np.eye(4), height, np.array([x, y]), support, 0)
+    def place(height: float, x: float, y: float, support: float) -> LevelPlace:
+        return LevelPlace(np.eye(4), height, np.array([x, y]), support, 0)
 
-    jutting, left, right, high = spot(0, 0, 0, 0.8), spot(0, 0, 2, 1), spot(0, 1, 1, 1), spot(0.1, 0, 0, 1)
+    jutting, left, right, high = place(0, 0, 0, 0.8), place(0, 0, 2, 1), place(0, 1, 1, 1), place(0.1, 0, 0, 1)
     assert sorted([jutting, left, right, high], key=highest_support) == [left, right, high, jutting]
     assert sorted([jutting, left, right, high], key=bottom_left) == [jutting, right, left, high]
-    assert min(spot(0, 0, 0, 0.8), turned := spot(0, 0, 0, 0.9), key=bottom_left) is turned, "two turns in one corner"
+    assert min(place(0, 0, 0, 0.8), turned := place(0, 0, 0, 0.9), key=bottom_left) is turned, "two turns in one corner"
 
 
 @pytest.mark.parametrize(

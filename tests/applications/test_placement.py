@@ -244,7 +244,7 @@ def test_a_load_that_no_place_bears_gets_a_reason() -> None:
 def test_a_spent_budget_is_told() -> None:
     p = hf.plan_placement(cube_scene(), thing((2, 2, 2), 5), search=hf.Search(seconds=1e-9), engine="graph")
     assert p.pose is None
-    assert "the time was spent" in p.reason
+    assert "the time was used up" in p.reason
     assert p.attempts == 0
 
 

@@ -23,7 +23,7 @@ def placed(imperfect: hf.Imperfect | None) -> hf.answers.Placement:
 
 
 def test_the_best_pose_is_that_with_the_largest_lower() -> None:
-    """The same three poses; the strongest on ideal faces is not the strongest on high spots."""
+    """The same three poses; the strongest on ideal faces is not the strongest on high places."""
     real, ideal = placed(WOODEN), placed(None)
     forces = {c.pose.tobytes(): c.robustness for c in ideal.candidates}
     assert {c.pose.tobytes(): c.robustness for c in real.candidates} == forces, "forces stay those of ideal faces"

@@ -101,7 +101,7 @@ def test_supports_of_which_nothing_is_known_carry_nothing(place: Any) -> None:
     p = place(same, before=unknown)
     assert p.status is UNDECIDED
     assert p.pose is None
-    assert "is sure to withstand a push" in p.reason
+    assert "certainly withstands a push" in p.reason
     assert REASON in p.reason
 
 

@@ -19,7 +19,7 @@ import pytest
 from reproduced import reproducible
 
 import holdfast as hf
-from holdfast.batches import crew, tables
+from holdfast.batches import local_workers, tables
 from holdfast.batches.folder import Folder
 from holdfast.batches.schema import TABLES
 
@@ -31,7 +31,7 @@ Rows = dict[str, list[dict[str, Any]]]
 @pytest.fixture(autouse=True)
 def drill(monkeypatch: pytest.MonkeyPatch) -> None:
     """Workers do what the files say, which takes no time."""
-    monkeypatch.setattr(crew, "ANSWERED_BY", "batch_drill:answered")
+    monkeypatch.setattr(local_workers, "ANSWERED_BY", "batch_drill:answered")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
 
 
@@ -176,7 +176,7 @@ def test_what_a_scene_does_is_one_row_and_harms_no_other(folder: Path, word: str
     report = batch(folder, resources=hf.sets.Resources(megabytes=1000, shard_size=3), seconds=seconds)
     found = rows(folder.parent / "out")["scenes"]
     assert [row["outcome"] for row in found] == ["answered"] * 3 + [outcome] + ["answered"] * 4
-    assert told in found[3]["told"]
+    assert told in found[3]["problem"]
     assert report.failures[0][:2] == (str(folder / "3.yaml"), outcome)
     assert batch(folder, seconds=seconds).asked == 0
     (folder / "3.yaml").write_text("tame now")
@@ -197,7 +197,7 @@ def test_another_question_is_refused_by_name(folder: Path) -> None:
         batch(folder, ask=("stability", "map"))
     with pytest.raises(hf.HoldfastError, match="options was"):
         batch(folder, options={"engine": "limit"})
-    with pytest.raises(hf.HoldfastError, match="shard_size was 3, and is 4"):
+    with pytest.raises(hf.HoldfastError, match="holds answers for shard_size = 3, not 4"):
         batch(folder, resources=hf.sets.Resources(shard_size=4))
     strange = folder.parent / "strange"
     strange.mkdir()
@@ -259,8 +259,8 @@ def started(folder: Path, **environment: str) -> subprocess.Popen[bytes]:
     code = (
         "import sys, holdfast as hf\n"
         "from pathlib import Path\n"
-        "from holdfast.batches import crew\n"
-        "crew.ANSWERED_BY = 'batch_drill:answered'\n"
+        "from holdfast.batches import local_workers\n"
+        "local_workers.ANSWERED_BY = 'batch_drill:answered'\n"
         "folder = Path(sys.argv[1])\n"
         "def drawn():\n"
         "    print('drawn', flush=True)\n"
@@ -433,7 +433,7 @@ def test_a_carriage_return_by_itself_ends_a_line(folder: Path) -> None:
 @pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1" + 200 * b"\xff" + b"PAR1"])
 def test_a_broken_parquet_manifest_is_told(folder: Path, content: bytes) -> None:
     (folder / "manifest.parquet").write_bytes(content)
-    with pytest.raises(hf.HoldfastError, match=r"manifest\.parquet: is no Parquet file that can be read: .*as CSV"):
+    with pytest.raises(hf.HoldfastError, match=r"manifest\.parquet: is not a readable Parquet file: .*as CSV"):
         hf.batch(folder / "manifest.parquet", out=folder.parent / "out")
 
 

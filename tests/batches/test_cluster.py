@@ -29,7 +29,7 @@ LOOPBACK = "127.0.0.1"
 @pytest.fixture(autouse=True)
 def drill(monkeypatch: pytest.MonkeyPatch) -> None:
     """Workers, here and in the processes of Dask, do what the files say."""
-    monkeypatch.setattr("holdfast.batches.crew.ANSWERED_BY", "batch_drill:answered")
+    monkeypatch.setattr("holdfast.batches.local_workers.ANSWERED_BY", "batch_drill:answered")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
 
 
@@ -139,7 +139,7 @@ class processes:  # noqa: N801 - used as a function
         self.started: list[subprocess.Popen[bytes]] = []
 
     def run(self, kind: str, *arguments: object) -> subprocess.Popen[bytes]:
-        start = "from holdfast.batches import crew\ncrew.ANSWERED_BY = 'batch_drill:answered'\n"
+        start = "from holdfast.batches import local_workers\ncrew.ANSWERED_BY = 'batch_drill:answered'\n"
         command = [sys.executable, "-c", f"{start}from {kind} import main\nmain()", *map(str, (*self.tls, *arguments))]
         log = (self.folder / f"{len(self.started)}.log").open("wb")
         self.started.append(subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder))
@@ -214,6 +214,6 @@ def test_a_scheduler_that_is_none_is_told(folder: Path) -> None:
 def end_keepers() -> Iterator[None]:
     """End the workers of clusters in this process."""
     yield
-    from holdfast.batches.cluster import close_keepers
+    from holdfast.batches.cluster import close_supervisors
 
-    close_keepers()
+    close_supervisors()

@@ -16,7 +16,7 @@ import pytest
 from reproduced import reproducible
 
 import holdfast as hf
-from holdfast.batches import crew, tables
+from holdfast.batches import local_workers, tables
 from holdfast.batches.schema import TABLES
 from holdfast.report.batch_report import write_report
 
@@ -26,7 +26,7 @@ Rows = dict[str, list[dict[str, Any]]]
 
 @pytest.fixture(autouse=True)
 def drill(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(crew, "ANSWERED_BY", "batch_drill:answered")
+    monkeypatch.setattr(local_workers, "ANSWERED_BY", "batch_drill:answered")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
 
 
@@ -38,7 +38,7 @@ def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     for k in range(8):
         (here / "in" / f"{k}.yaml").write_text(f"scene {k}")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(crew, "ANSWERED_BY", "batch_drill:answered")
+        patch.setattr(local_workers, "ANSWERED_BY", "batch_drill:answered")
         patch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
         if request.param == "json lines":
             patch.setattr(tables, "has_pyarrow", lambda: False)

@@ -9,7 +9,7 @@ import pytest
 
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Rules, Scenes, findings, judged
 
-ROW = {"scene": "a", "outcome": "answered", "told": None, "status": "stable", "reason": "rests", "seconds": 0.5}
+ROW = {"scene": "a", "outcome": "answered", "problem": None, "status": "stable", "reason": "rests", "seconds": 0.5}
 ROW |= {"weakest": 5.0, "weakest_lower": 4.0, "weakest_body": "cup", "undecided": 0}
 BODY = {"x": 0.0, "y": 0.0, "z": 0.0, "qx": 0.0, "qy": 0.0, "qz": 0.0, "qw": 1.0}
 
@@ -55,8 +55,8 @@ def compared(now: dict[str, Any], body: dict[str, float], **rules: float) -> str
     before = Scenes({"a": ROW, "b": ROW}, {"a": {"cup": BODY}})
     first, second = findings(scenes, Rules(**rules), before)
     assert (second.scene, second.result) == ("b", FAILED)
-    assert first.result == (FAILED if first.told else PASSED)
-    return first.told
+    assert first.result == (FAILED if first.reason else PASSED)
+    return first.reason
 
 
 def test_what_changed_is_told() -> None:
@@ -82,4 +82,4 @@ def test_poses_are_compared_whatever_the_sign_of_a_quaternion() -> None:
 def test_bodies_that_come_and_go_are_told() -> None:
     scenes = Scenes({"a": ROW}, {"a": {"jug": BODY}})
     (found,) = findings(scenes, Rules(), Scenes({"a": ROW}, {"a": {"cup": BODY}}))
-    assert found.told == "changed: new: jug, gone: cup"
+    assert found.reason == "changed: new: jug, gone: cup"

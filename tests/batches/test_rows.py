@@ -14,11 +14,11 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.batches.job import Job, Question
-from holdfast.batches.keeper import Reply
+from holdfast.batches.outcomes import TIME
 from holdfast.batches.rows import answered
 from holdfast.batches.run import record_of
 from holdfast.batches.schema import TABLES, Tables
-from holdfast.batches.words import TIME
+from holdfast.batches.supervisor import Reply
 
 CUBE = """
 format: holdfast-scene/1
@@ -88,7 +88,7 @@ def test_rows_equal_single_calls_bit_for_bit(folder: Path) -> None:
     (broken,) = (r for r in tables.rows() if r["outcome"] == "error")
     with pytest.raises(hf.HoldfastError) as told:
         hf.load_scene(folder / "in" / "broken.yaml")
-    assert broken["told"] == str(told.value)
+    assert broken["problem"] == str(told.value)
 
 
 def compare(rows: list[dict[str, Any]], found: Any, points: Any, ways: Any) -> None:
@@ -120,7 +120,7 @@ def test_what_was_answered_before_a_scene_ended_its_worker_is_kept(folder: Path)
     assert [len(part["bodies"]) for part in told] == [0, 2, 2]
     kept = record_of(job, Reply(TIME, "", "no answer within 60 s", tuple(told), 60.0))
     assert (kept["scenes"][0]["outcome"], kept["scenes"][0]["status"]) == ("time", "stable")
-    assert kept["scenes"][0]["told"] == "no answer within 60 s"
+    assert kept["scenes"][0]["problem"] == "no answer within 60 s"
     assert kept["interfaces"] == whole["interfaces"]
     assert kept["interfaces"][0]["normal_force"] == pytest.approx(9.81, rel=1e-6)
     assert whole["pushes"]

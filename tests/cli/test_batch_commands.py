@@ -98,7 +98,7 @@ def test_a_check_says_what_changed_since_the_baseline(tmp_path: Path, command: C
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("check", "cube.yaml"), "nothing is asked"),
+        (("check", "cube.yaml"), "there is nothing to check"),
         (("check", "cube.yaml", "--stands"), "names no scene file"),
         (("check", "cube.yaml", "--baseline", "nowhere"), "folder of a batch"),
         (("report", "nowhere"), "folder of a batch"),

@@ -13,7 +13,7 @@ import typer
 import typer.main
 
 import holdfast as hf
-from holdfast.cli.fields import sayings
+from holdfast.cli.fields import help_texts
 from holdfast.cli.main import COMMANDS
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
@@ -76,7 +76,7 @@ def test_a_word_that_nobody_uses_is_found_out(monkeypatch: pytest.MonkeyPatch) -
 def test_the_options_of_place_are_the_fields_of_its_values() -> None:
     options = {each.name: each for each in options_of("place")}
     for kind in VALUES:
-        said = sayings(kind)
+        said = help_texts(kind)
         for field in dataclasses.fields(kind):
             assert options[field.name].help.startswith(said[field.name])
             assert options[field.name].opts[0] == "--" + field.name.replace("_", "-")

@@ -12,7 +12,7 @@ from holdfast.base.arrays import unit
 from holdfast.drawing import lettering, panels, png
 from holdfast.drawing.camera import View, front_view
 from holdfast.drawing.layout import Box, layout_of
-from holdfast.drawing.lettering import block, draw_axes, spots
+from holdfast.drawing.lettering import block, draw_axes, name_places
 from holdfast.drawing.panels import PointsPanel, sheet_png
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.shade import render
@@ -24,7 +24,7 @@ def test_a_name_is_written_on_its_body_and_clear_of_what_is_there() -> None:
     seen[20:80, 10:90], seen[20:80, 110:190] = 0, 1
     taken = np.zeros(seen.shape, dtype=bool)
     block(taken, 50, 150, 60, 20)
-    found = {spot.name: spot for spot in spots(seen, [("left", 40, 12), ("right", 40, 12)], taken)}
+    found = {place.name: place for place in name_places(seen, [("left", 40, 12), ("right", 40, 12)], taken)}
     assert (found["left"].row, found["left"].column) == pytest.approx((50, 50), abs=2)
     right = found["right"]
     assert 110 < right.column < 190
@@ -34,12 +34,12 @@ def test_a_name_is_written_on_its_body_and_clear_of_what_is_there() -> None:
 def test_what_has_no_room_stays_without_a_name_and_names_do_not_overlap() -> None:
     seen = np.full((60, 120), -1)
     seen[10:50, 10:110], seen[28:32, 50:60] = 0, 1
-    assert [spot.name for spot in spots(seen, [("wide", 60, 12), ("tiny", 60, 12)], np.zeros(seen.shape, bool))] == [
-        "wide"
-    ]
+    assert [
+        place.name for place in name_places(seen, [("wide", 60, 12), ("tiny", 60, 12)], np.zeros(seen.shape, bool))
+    ] == ["wide"]
     crowd = np.repeat(np.repeat(np.arange(12).reshape(3, 4), 20, axis=0), 30, axis=1)
-    found = spots(crowd, [(str(k), 26, 12) for k in range(12)], np.zeros(crowd.shape, bool))
-    places = np.array([(spot.row, spot.column) for spot in found])
+    found = name_places(crowd, [(str(k), 26, 12) for k in range(12)], np.zeros(crowd.shape, bool))
+    places = np.array([(place.row, place.column) for place in found])
     assert len(found) == 12
     for k, place in enumerate(places):
         off = np.abs(np.delete(places, k, axis=0) - place)
@@ -61,15 +61,15 @@ def test_the_panel_knows_which_body_is_at_each_pixel(table: Picture) -> None:
 
 def test_every_body_of_a_picture_has_its_name(table: Picture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written: dict[str, int] = {}
-    real = lettering.spots
+    real = lettering.name_places
 
     def listening(*given: object) -> object:
         found = real(*given)  # type: ignore[arg-type]
-        for spot in found:
-            written[spot.name] = written.get(spot.name, 0) + 1
+        for place in found:
+            written[place.name] = written.get(place.name, 0) + 1
         return found
 
-    monkeypatch.setattr(lettering, "spots", listening)
+    monkeypatch.setattr(lettering, "name_places", listening)
     png.write_png(table, tmp_path / "p.png")
     assert written.keys() == {"slab", "leg left", "leg right"}
 

@@ -56,7 +56,7 @@ def test_the_legend_lists_what_there_is_and_nothing_else(
     assert named[Kind.FALLS] == "falls without a push"
     assert Kind.BALANCED not in named
     balanced = retold(plain, plain.body == "book", FINITE)
-    assert legend(picture_of(balanced))[Kind.BALANCED] == "moves at the least push (only balanced)"
+    assert legend(picture_of(balanced))[Kind.BALANCED] == "moves at the smallest push (only balanced)"
 
 
 def test_the_picture_shows_each_point_as_its_answer(mixed: hf.answers.RobustnessMap) -> None:
@@ -79,7 +79,7 @@ def test_arrows_point_at_decided_pushes_only(plain: hf.answers.RobustnessMap) ->
     assert [arrow.label.split(":")[0] for arrow in picture_of(fallen).weakest] == ["book"]
     assert picture_of(unknown(plain)).weakest == ()
     balanced = retold(plain, plain.body == "cup", FINITE)
-    assert picture_of(balanced).weakest[0].label.startswith("cup: the least push")
+    assert picture_of(balanced).weakest[0].label.startswith("cup: the smallest push")
 
 
 def test_the_png_shows_each_kind_in_its_colour(

@@ -9,8 +9,8 @@ from types import TracebackType
 from typing import Any
 
 from fuzz.outcome import Ending, Outcome
-from holdfast.batches import keeper
-from holdfast.batches.words import DONE, TIME
+from holdfast.batches import supervisor
+from holdfast.batches.outcomes import DONE, TIME
 
 SECONDS = 20.0  # the longest trial
 MEGABYTES = 2000  # the most memory that a trial may take
@@ -24,8 +24,8 @@ class Keeper:
     def __init__(
         self, function: str = "fuzz.trials:tried", seconds: float = SECONDS, megabytes: int = MEGABYTES
     ) -> None:
-        limits, setup = keeper.Limits(seconds, megabytes), (function, megabytes)
-        self._worker = keeper.Keeper("fuzz.worker:answered", setup, limits, (str(TESTS),), RENEWED)
+        limits, setup = supervisor.Limits(seconds, megabytes), (function, megabytes)
+        self._worker = supervisor.Supervisor("fuzz.worker:answered", setup, limits, (str(TESTS),), RENEWED)
 
     def __enter__(self) -> Keeper:
         return self
@@ -52,5 +52,5 @@ class Keeper:
             found: Outcome = reply.value
             return replace(found, seconds=reply.seconds, peak=reply.peak)
         if reply.outcome == TIME:
-            return Outcome(Ending.HANG, keeper.innermost(reply.value) or "outside", reply.value, reply.seconds)
-        return Outcome(Ending.CRASH, f"process ended with {reply.code}", reply.told, reply.seconds)
+            return Outcome(Ending.HANG, supervisor.innermost(reply.value) or "outside", reply.value, reply.seconds)
+        return Outcome(Ending.CRASH, f"process ended with {reply.code}", reply.problem, reply.seconds)

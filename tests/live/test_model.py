@@ -9,7 +9,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.base.errors import SceneError
-from holdfast.live.edits import Place, place_of, placed, pose_of, rubbing, weighing
+from holdfast.live.edits import Place, place_of, pose_of, weighing
 from holdfast.live.steps import BETWEEN, Step, places, settling, taking_apart
 from holdfast.live.window_model import STEEPEST, Model
 from holdfast.scene.shipped.blocks import box, floor
@@ -123,7 +123,7 @@ def test_an_edit_forgets_what_was_asked(model: Model) -> None:
 
 
 def test_friction_of_one_pair_is_that_pairs_alone(model: Model) -> None:
-    model.edit(rubbing(model.assembly, ("floor", "left"), 0.1))
+    model.edit(model.assembly.with_friction({("floor", "left"): 0.1}))
     low_from_the_left(model)
     model.ask_push()
     assert model.push is not None
@@ -137,16 +137,16 @@ def test_a_typed_place_moves_a_body_and_its_contacts(model: Model) -> None:
     along = np.array([0.1, 0.0, 0.0])
     before = place_of(model.assembly, "left")
     assert before.turn == pytest.approx([0, 0, 0])
-    same = placed(model.assembly, "left", pose_of(before))
+    same = model.assembly.moved({"left": pose_of(before)})
     assert same.scene.body("left").pose == pytest.approx(model.assembly.scene.body("left").pose)
-    turned = placed(model.assembly, "left", pose_of(Place(before.position + along, np.array([0.0, 0.0, 30.0]))))
+    turned = model.assembly.moved({"left": pose_of(Place(before.position + along, np.array([0.0, 0.0, 30.0])))})
     after = place_of(turned, "left")
     assert after.position == pytest.approx(before.position + along)
     assert after.turn == pytest.approx([0, 0, 30])
     (interface,) = (i for i in turned.interfaces if "left" in i.bodies)
     assert interface.patches[0].centroid == pytest.approx([0.1, 0, 0], abs=1e-9)
     assert turned.scene.body("left").pose[:2, 0] == pytest.approx([np.cos(np.pi / 6), np.sin(np.pi / 6)])
-    apart = placed(model.assembly, "left", pose_of(Place(before.position + np.array([0, 0, 0.2]), before.turn)))
+    apart = model.assembly.moved({"left": pose_of(Place(before.position + np.array([0, 0, 0.2]), before.turn))})
     assert not any("left" in i.bodies for i in apart.interfaces)
 
 
@@ -156,7 +156,7 @@ def test_the_angles_of_a_body_are_those_that_were_typed(model: Model, turn: tupl
     before = place_of(model.assembly, "left").position
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*imbal.*")
-        moved = placed(model.assembly, "left", pose_of(Place(before + np.array([0, 0, 1.0]), np.array(turn, float))))
+        moved = model.assembly.moved({"left": pose_of(Place(before + np.array([0, 0, 1.0]), np.array(turn, float)))})
         assert place_of(moved, "left").turn == pytest.approx(turn, abs=1e-6)
 
 

@@ -7,10 +7,11 @@ import pytest
 
 import holdfast as hf
 from holdfast.drawing import colours
+from holdfast.drawing.layers import sides_of
 from holdfast.live import scenery
 from holdfast.live.scenery import GROUPS, MAP
 from holdfast.live.window_model import Model
-from holdfast.report.map_picture import picture_of
+from holdfast.report.map_picture import outlines_of, picture_of
 from holdfast.scene.shipped.blocks import box, floor
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -76,7 +77,7 @@ def test_forces_at_rest_are_those_of_the_picture(standing: Model) -> None:
 
 
 def test_outlines_close_every_patch(standing: Model) -> None:
-    sides = scenery.outlines(standing)
+    sides = sides_of(outlines_of(standing.assembly))
     assert np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).sum() == pytest.approx(3 * 0.4)
 
 

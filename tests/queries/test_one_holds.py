@@ -81,9 +81,9 @@ def test_what_is_carried_is_judged_by_the_least_of_all_times() -> None:
     assert found.to_dict()["holds"] == {"lower": found.lower[row], "row": row, "time": float(motion.time[row])}
     assert found.time_scale() == pytest.approx(np.sqrt(found.lower[row]))
     assert f"at most {100 / found.lower[row]:.3g} %" in found.reason
-    assert found.reason.endswith(f"is used, at {number(float(motion.time[row]), 's')}")
+    assert found.reason.endswith(f"withstands, at {number(float(motion.time[row]), 's')}")
     assert found.reason in timeline(found).lines[0]
-    assert number(found.lower[row]) in text_of(carried_report(found)).split("where the least is left")[1]
+    assert number(found.lower[row]) in text_of(carried_report(found)).split("times with the smallest factors")[1]
 
 
 @pytest.mark.parametrize(

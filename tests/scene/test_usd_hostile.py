@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import holdfast as hf
-from holdfast.batches.keeper import Keeper, Limits
-from holdfast.batches.words import DONE
+from holdfast.batches.outcomes import DONE
+from holdfast.batches.supervisor import Limits, Supervisor
 
 pxr = pytest.importorskip("pxr", reason="needs usd-core, of the extra usd")
 from pxr import Usd  # noqa: E402
@@ -184,10 +184,12 @@ def test_flipped_bytes_end_no_process(crate: bytes, tmp_path: Path) -> None:
             content[at] = rng.choice((0, 255, rng.randrange(256), content[at] ^ (1 << rng.randrange(8))))
         (tmp_path / f"{k}.usdc").write_bytes(content)
         names.append(str(tmp_path / f"{k}.usdc"))
-    with Keeper("test_usd_hostile:tried", limits=Limits(60, 1500), folders=[str(Path(__file__).parent)]) as keeper:
+    with Supervisor(
+        "test_usd_hostile:tried", limits=Limits(60, 1500), folders=[str(Path(__file__).parent)]
+    ) as supervisor:
         for name in names:
-            reply = keeper.ask(name)
-            assert reply.outcome == DONE, f"{name}: {reply.told}"
+            reply = supervisor.ask(name)
+            assert reply.outcome == DONE, f"{name}: {reply.problem}"
             assert reply.peak < 1500
 
 

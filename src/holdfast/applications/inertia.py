@@ -1,13 +1,13 @@
 """Inertial forces and torques on the bodies of a moving carrier (Nadeau & Kelly, Sec. VII-B).
 
 The fixed bodies are the carrier. In the frame of the carrier, a body with mass m and inertia I (about its centre of
-mass, which is at r from the pivot) feels its weight and, by d'Alembert's principle,
+mass, which is at r from the pivot) is subject to its weight and, by d'Alembert's principle, to
 
     force  -m (a + α x r + ω x (ω x r))        torque  -I α - ω x I ω
 
 Here a is the acceleration of the carrier at the pivot, α its angular acceleration and ω its angular velocity. All
-vectors are along the axes of the scene, which move with the carrier. If a motion is played s times as fast, a and α are
-multiplied by s² and ω by s, so every force and torque is multiplied by s².
+vectors are along the axes of the scene, which move with the carrier. At s times the speed, a and α are multiplied by s²
+and ω by s, so every force and torque is multiplied by s².
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ def inertial_loads(
         np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}", within=within)
         for name, (value, within) in given.items()
     )
-    carried = checked_assembly(assembly)
-    wrenches = inertial_wrenches(carried, a[None], alpha[None], omega[None], at)[:, 0].reshape(-1, 6)
+    given_assembly = checked_assembly(assembly)
+    wrenches = inertial_wrenches(given_assembly, a[None], alpha[None], omega[None], at)[:, 0].reshape(-1, 6)
     return tuple(
         Load(body.name, body.com_world, wrench[:3], wrench[3:])
-        for body, wrench in zip(carried.movable, wrenches, strict=True)
+        for body, wrench in zip(given_assembly.movable, wrenches, strict=True)
     )
 
 
@@ -74,11 +74,11 @@ def inertial_wrenches(assembly: Assembly, a: Float, alpha: Float, omega: Float, 
 
 
 def speed_within(usage: Float, margin: float, where: str) -> float:
-    """Return the largest factor s on the speed of a motion at which no inertial load exceeds what is withstood.
+    """Return the largest factor s on the speed of a motion at which no inertial load exceeds the capacity.
 
-    ``usage`` (n,) is the share of what is withstood that each load uses at speed 1; it grows with s². ``margin`` in
-    [0, 1) is the share that remains unused. The factor is inf if nothing is used. Raises HoldfastError, with ``where``
-    in its message, if ``margin`` is out of range.
+    ``usage`` (n,) is the share of the capacity that each load uses at s = 1; it grows with s². ``margin`` in [0, 1) is
+    the share that must remain unused. The factor is inf if nothing is used. Raises HoldfastError, with ``where`` in its
+    message, if ``margin`` is out of range.
     """
     spare = checked_number(margin, f"{where}: margin", minimum=0)
     if spare >= 1:

@@ -1,4 +1,4 @@
-"""Bring a perceived or authored scene to rest near its given poses, and say what moved, what fell and why."""
+"""Bring a perceived or authored scene to rest near its given poses, and report what moved, what fell and why."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.applications.settled_words import fate_of, moving, told
+from holdfast.applications.settled_words import fate_of, moving, status_and_reason
 from holdfast.assembly.assembly import assemble
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_number
@@ -31,19 +31,20 @@ from holdfast.settling.motion import End, Limits, Motion, come_to_rest
 from holdfast.settling.moved_surfaces import turn_between, upright_pose
 from holdfast.settling.settling_groups import alone, groups_within, joined
 
-SEEN = 0.0067  # of the reach: overlaps up to this deep are found by the motion itself
-REMAINING = 1.7e-3  # of the reach: deeper overlaps may not be left, unless a gap is stated that allows them
-MEETING = 3.3e-3  # of the reach: groups whose bodies end up so near to each other are settled again, as one
+# The first three are shares of the travel.
+SEEN = 0.0067  # depth up to which overlaps are resolved by the motion itself
+REMAINING = 1.7e-3  # depth above which remaining overlaps are an error, unless a gap is given that allows them
+MEETING = 3.3e-3  # groups whose bodies end up closer to each other than this are settled again as one group
 UNFINISHED = (End.GOING, End.EFFORT, End.TROUBLE)
 
-Done = Mapping[tuple[str, ...], Motion]  # what became of each group
+Done = Mapping[tuple[str, ...], Motion]  # the motion of each group
 
 
 @archived
 @shaped(direction="3")
 @dataclass(frozen=True, eq=False, repr=False)
 class Fall(Value):
-    """A body that went beyond the travel, the unit ``direction`` (3,) in which it went, in the world, how far [m]."""
+    """A body that moved beyond the travel, with its unit ``direction`` (3,), world frame, and ``distance`` [m]."""
 
     body: str
     direction: Float
@@ -59,13 +60,13 @@ class Fall(Value):
 class Settled(PublicValue):
     """A scene brought to rest.
 
-    ``scene`` has the new poses, ``given`` the old ones. ``status`` is STABLE only if ``stability`` says so of every
-    body of the new scene, UNSTABLE if a body went beyond its travel or the new scene does not stand, and UNDECIDED
-    otherwise. ``reason`` says why. ``names`` are the J movable bodies in scene order, ``moved`` (J,) [m] how far the
-    centre of mass of each went, ``turned_degrees`` (J,) by how much it turned, and ``reasons`` why. ``fell`` holds the
-    bodies that went farther than ``travel`` [m]; their groups stopped there, and their poses mean nothing else.
-    ``stability`` is the verdict on all other groups, None if there is none. ``steps`` is the number of small motions
-    made.
+    ``scene`` has the new poses, ``given`` the old ones. ``status`` is STABLE if the whole new scene stands by
+    ``stability``, UNSTABLE if a body moved beyond the travel or the new scene does not stand, and UNDECIDED otherwise;
+    ``reason`` says why. ``names`` are the J movable bodies in scene order. ``moved`` (J,) [m] is the distance between
+    the old and the new centre of mass of each, ``turned_degrees`` (J,) the angle of its rotation, and ``reasons`` say
+    why it moved. ``fell`` holds the bodies that moved further than ``travel`` [m]; the motion of their groups was
+    stopped there, so the poses of these have no further meaning. ``stability`` is the verdict on all other groups, None
+    if there is none. ``steps`` is the number of steps of the motion.
     """
 
     scene: Scene
@@ -91,7 +92,7 @@ class Settled(PublicValue):
         return self.status is Status.STABLE
 
     def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON: what became of each body, with its new pose."""
+        """Return plain data for JSON, with the new pose of each body."""
         bodies = [
             {
                 "body": name,
@@ -104,15 +105,15 @@ class Settled(PublicValue):
         ]
         fell = [{"body": f.body, "direction": to_dict(f.direction), "distance": f.distance} for f in self.fell]
         names = ("travel", "steps", "notes")
-        told_of = {name: to_dict(getattr(self, name)) for name in names}
-        return {"status": self.status.value, "reason": self.reason, "bodies": bodies, "fell": fell} | told_of
+        rest = {name: to_dict(getattr(self, name)) for name in names}
+        return {"status": self.status.value, "reason": self.reason, "bodies": bodies, "fell": fell} | rest
 
     def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the bodies at rest, faintly where they were, with arrows along which they moved or fall."""
+        """Draw the bodies at rest, faintly also where they were, with arrows along which they moved or fall."""
         paint(self, path, ".png")
 
     def summary(self) -> Summary:
-        """Summarise the verdict, and what moved farthest."""
+        """Summarise the verdict and the displacements, the largest first."""
         order = np.argsort(-self.moved, kind="stable")
         went, turns = 1e3 * self.moved, self.turned_degrees
         rows = [(self.names[k], f"{went[k]:.3g}", f"{turns[k]:.3g}", self.reasons[k]) for k in order]
@@ -137,20 +138,20 @@ def settle(
 ) -> Settled:
     """Bring the movable bodies to rest under gravity and friction, near the given poses.
 
-    First overlaps are undone by the least motions, weighted by the masses; then the bodies sink, slide and tip without
-    inertia until nothing moves (docs/settle.md). What then rests but does not stand was wedged by friction alone: it
-    sinks once more, first without friction, and if the scene stands after that, it is the answer. A body whose centre
-    of mass goes farther than ``travel`` [m], or that turns by more than ``turn_degrees``, is said to fall. Overlaps
-    deeper than ``travel`` are not undone.
+    First, overlaps are resolved by the smallest motions, weighted by the masses. Then the bodies sink, slide and tip
+    without inertia until nothing moves (docs/settle.md). A group that comes to rest but does not stand was held by
+    self-stress: it is settled again, first without friction, and if the scene then stands, that is the answer. A body
+    whose centre of mass moves further than ``travel`` [m], or that turns by more than ``turn_degrees``, is reported as
+    falling. Overlaps deeper than ``travel`` are not resolved.
 
-    Bodies in ``known`` have exact poses: others give way to them where they overlap; gravity moves them like any other
-    body. ``pose_sigma`` [m] is the standard deviation of the positions, one for all or by body: where bodies overlap,
-    they give way in proportion to its square over their mass. Bodies in ``upright`` are first turned, by
-    ``turn_degrees`` at most, so that the axis of their frame that is nearest to the vertical is vertical. ``gap`` and
-    ``engine`` are those of ``assemble`` and ``stability`` for the verdict on the result.
+    Bodies in ``known`` have exact poses: where they overlap others, the others yield; gravity moves them like any other
+    body. ``pose_sigma`` [m] is the standard deviation of the positions, one for all or by body: overlapping bodies
+    yield in proportion to its square over their mass. Bodies in ``upright`` are first turned, by at most
+    ``turn_degrees``, so that the axis of their frame nearest to the vertical is vertical. ``gap`` and ``engine`` are
+    those of ``assemble`` and ``stability`` for the verdict on the result.
 
-    Nothing about a body depends on bodies that cannot touch it. Raises HoldfastError for an option out of range, and
-    SceneError for an unknown name.
+    The result for a body does not depend on bodies that cannot touch it. Raises HoldfastError for an option out of
+    range, and SceneError for an unknown name.
     """
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"
@@ -171,21 +172,21 @@ def settle(
     overlaps = find_overlaps(start, Tolerances(SEEN * limits.reach, 1.0))
     deep = tuple(o for o in overlaps if o.depth > limits.reach)
 
-    def attempt(kept: Done, smooth: frozenset[tuple[str, ...]]) -> tuple[Settled, Done]:
-        result, done = _brought_to_rest(start, overlaps, deep, limits, exact, sigma, kept, smooth)
+    def attempt(known: Done, smooth: frozenset[tuple[str, ...]]) -> tuple[Settled, Done]:
+        result, done = _brought_to_rest(start, overlaps, deep, limits, exact, sigma, known, smooth)
         return _judged(scene, result, done, deep, limits, gap, engine), done
 
     found, done = attempt({}, frozenset())
-    wedged = _wedged(found, done)
-    if wedged:
-        again, _ = attempt({group: motion for group, motion in done.items() if group not in wedged}, wedged)
+    stressed = _self_stressed(found, done)
+    if stressed:
+        again, _ = attempt({group: motion for group, motion in done.items() if group not in stressed}, stressed)
         if again.status is Status.STABLE:
             return again
     return found
 
 
-def _wedged(found: Settled, done: Done) -> frozenset[tuple[str, ...]]:
-    """Return the groups that came to rest in the motion and yet do not stand: friction holds them by self-stress."""
+def _self_stressed(found: Settled, done: Done) -> frozenset[tuple[str, ...]]:
+    """Return the groups that came to rest in the motion but do not stand, as self-stress held them."""
     groups = () if found.stability is None else found.stability.groups
     loose = {name for g in groups if g.verdict.status is not Status.STABLE for name in g.bodies}
     return frozenset(names for names, motion in done.items() if motion.end is End.REST and loose & set(names))
@@ -198,16 +199,17 @@ def _brought_to_rest(
     limits: Limits,
     exact: frozenset[str],
     sigma: Mapping[str, float],
-    kept: Done,
+    known: Done,
     smooth: frozenset[tuple[str, ...]],
 ) -> tuple[Scene, Done]:
     """Return the scene at rest, and the motion of each group.
 
-    That of groups in ``kept`` is known. Those in ``smooth`` first sink without friction.
+    ``known`` holds the motions of groups that need not be settled again. Groups in ``smooth`` first sink without
+    friction.
     """
     near = groups_within(start, 2 * limits.reach)
-    groups = joined([body.name for body in start.movable], _links((*near, *kept, *smooth)))
-    done = dict(kept)
+    groups = joined([body.name for body in start.movable], _links((*near, *known, *smooth)))
+    done = dict(known)
     while True:
         for group in groups:
             if group not in done and not _among(deep, group):
@@ -238,7 +240,7 @@ def _judged(
     gap: float | None,
     engine: EngineChoice,
 ) -> Settled:
-    """Ask whether what came to rest stands, and put all into words."""
+    """Decide whether the scene at rest stands, and describe the result in words."""
     names = tuple(body.name for body in given.movable)
     fates = [fate_of(group, motion, limits, given.up) for group, motion in done.items()]
     fell = tuple(Fall(name, direction, distance) for fate in fates for name, direction, distance in fate.left)
@@ -253,7 +255,7 @@ def _judged(
             remaining |= {o.bodies: 1e3 * o.depth for o in find_overlaps(assembly.scene, allowed)}
         faults = [f"{quoted(a)} and {quoted(b)} by {depth:.2g} mm" for (a, b), depth in remaining.items()]
     unfinished = [f"{listed(moving(g, m))}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
-    status, reason = told(verdict, [f.body for f in fell], deep, faults, unfinished, limits)
+    status, reason = status_and_reason(verdict, [f.body for f in fell], deep, faults, unfinished, limits)
     words = {name: word for fate in fates for name, word in fate.words.items()}
     for o in deep:
         words |= {n: f"overlaps {quoted(m)} by {1e3 * o.depth:.3g} mm" for n, m in (o.bodies, o.bodies[::-1])}
@@ -266,7 +268,7 @@ def _judged(
         names=names,
         moved=np.array([np.linalg.norm(b.com_world - a.com_world) for a, b in zip(before, after, strict=True)]),
         turned_degrees=np.array([turn_between(a.pose, b.pose) for a, b in zip(before, after, strict=True)]),
-        reasons=tuple(words.get(name, "left as it was: its group overlaps too deep") for name in names),
+        reasons=tuple(words.get(name, "not moved: bodies of its group overlap too deeply") for name in names),
         fell=fell,
         stability=verdict,
         travel=limits.reach,
@@ -281,7 +283,7 @@ def _among(overlaps: Iterable[Overlap], group: Iterable[str]) -> list[Overlap]:
 
 
 def _merged(scene: Scene, groups: tuple[tuple[str, ...], ...], gap: float) -> tuple[tuple[str, ...], ...]:
-    """Return the groups, those joined of which bodies have come within ``gap`` [m]."""
+    """Return the groups, joined where their bodies are within ``gap`` [m] of each other."""
     home = {name: k for k, group in enumerate(groups) for name in group}
     movable = [(a.name, b.name) for a, b in neighbours(scene, gap) if not (a.fixed or b.fixed)]
     meeting = [pair for pair in movable if home[pair[0]] != home[pair[1]]]
@@ -289,12 +291,12 @@ def _merged(scene: Scene, groups: tuple[tuple[str, ...], ...], gap: float) -> tu
 
 
 def _links(groups: Iterable[tuple[str, ...]]) -> list[tuple[str, str]]:
-    """Return pairs of names that join each group."""
+    """Return pairs of names that connect the bodies of each group."""
     return [(group[0], name) for group in groups for name in group[1:]]
 
 
 def _checked_sigma(scene: Scene, value: float | Mapping[str, float] | None) -> dict[str, float]:
-    """Return the standard deviation of the positions by name, of the bodies for which it is given."""
+    """Return the standard deviations [m] of the positions by name, for the bodies that have one."""
     if value is None:
         return {}
     given = value if isinstance(value, Mapping) else {body.name: value for body in scene.movable}
@@ -306,7 +308,7 @@ def _checked_sigma(scene: Scene, value: float | Mapping[str, float] | None) -> d
 
 
 def _upright(scene: Scene, names: Iterable[str], turn: float) -> Scene:
-    """Return the scene with the named bodies upright; raises HoldfastError for one that is farther from it."""
+    """Return the scene with the named bodies upright; raise HoldfastError if one must turn by more than ``turn``."""
     poses = {}
     for name in sorted(names):
         body = scene.body(name)

@@ -1,4 +1,4 @@
-"""What became of each body when a scene was brought to rest, in words."""
+"""Describe in words what happened to each body when a scene was brought to rest."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.stability import Stability
 from holdfast.settling.motion import TOUCH, End, Limits, Motion
 
-LEAST = 1e-6  # [m] smaller motions are none
-STILL_GOING = 0.1  # of the motion of the body that moves most in the last step: what moves less is only carried along
-UPWARD = 0.01  # cosine of the angle between the vertical and a normal from which a contact carries weight
+LEAST = 1e-6  # [m] smaller motions count as none
+STILL_GOING = 0.1  # share of the largest motion of the last step, below which a body counts as dragged along
+UPWARD = 0.01  # cosine of the largest angle between up and the normal of a contact that carries weight
 
 
 @dataclass(frozen=True, eq=False)
 class Fate:
-    """What became of a group: (name, direction (3,), distance [m]) of bodies that ``left``, and ``words`` for all."""
+    """What happened to a group: (name, direction (3,), distance [m]) of bodies that ``left``, and ``words`` for all."""
 
     left: tuple[tuple[str, Float, float], ...]
     words: Mapping[str, str]
 
 
 def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> Fate:
-    """Say what became of the bodies of a group, in the order of the motion; ``up`` (3,) points upwards."""
+    """Describe what happened to the bodies of a group, in the order of the motion; ``up`` (3,) points upwards."""
     left, words = [], {}
     for k, name in enumerate(group):
         posed = motion.bodies[k]
@@ -50,7 +50,7 @@ def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> 
 
 
 def moving(group: Sequence[str], motion: Motion) -> list[str]:
-    """Return the names of the bodies of a group that still moved in the last step, of all if none of them did."""
+    """Return the names of the bodies of a group that still moved in the last step, or of all if none did."""
     ways = np.linalg.norm(motion.going, axis=1)
     return [name for name, way in zip(group, ways, strict=True) if way >= STILL_GOING * float(ways.max())]
 
@@ -81,7 +81,7 @@ def _supports(motion: Motion, k: int, touch: float, up: Float) -> list[str]:
     return [motion.bodies[other].start.name for other in np.unique(below if len(below) else others).tolist()]
 
 
-def told(
+def status_and_reason(
     verdict: Stability | None,
     fell: Sequence[str],
     deep: Sequence[Overlap],
@@ -112,6 +112,6 @@ def told(
     if unfinished:
         return (
             Status.UNDECIDED,
-            f"{'; '.join(unfinished)}: settle the scene that came out once more, or correct the poses",
+            f"{'; '.join(unfinished)}: settle the resulting scene once more, or correct the poses",
         )
     return verdict.status, verdict.reason

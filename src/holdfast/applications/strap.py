@@ -1,12 +1,12 @@
-"""Straps, lashings and bands of film: pretension as standing forces, growth as one-sided elastic bands.
+"""Straps, lashings and bands of film: pretension as standing forces, stretching as tension-only elastic bands.
 
-A strap runs straight from point to point. Over a point on a body it is bent by an angle β; where it was drawn over with
-the friction coefficient μ, the tension beyond the point is smaller by the capstan law (Euler, Eytelwein)
+A strap runs straight from point to point. At a point on a body it bends by an angle β. If it was tightened over the
+point with the friction coefficient μ, the tension beyond is smaller by the capstan law (Euler, Eytelwein)
 
     T_after = T_before exp(-μ β)
 
-and the body feels T_before along the strap towards the tensioner and T_after along it away from there. A strap pulls
-only: at its ends it pulls the body that it is hooked to, and over a body it presses into the bend.
+and the forces on the body are T_before along the strap towards the tensioner and T_after along it away from there. A
+strap only pulls: at its ends it pulls the body that it is hooked to, and at a bend it presses on the body.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
 BENT = 1e-6  # sine of the angle above which a strap counts as bent at a point
-DEPTH = 1e-3  # of the size of a body: how far inside the bend it is looked for
+DEPTH = 1e-3  # depth inside a bend at which the body must be, as a share of the body's size
 
 
 @archived
@@ -45,11 +45,11 @@ DEPTH = 1e-3  # of the size of a body: how far inside the bend it is looked for
 class Strap(Value):
     """A strap along ``points`` (k, 3) [m], in the world frame, on the bodies named in ``bodies``.
 
-    It is given as pairs of the name of a body and a point on its surface. At the first and the last point it is hooked
-    to the body; over all others it is led. It is drawn tight to the ``pretension`` [N] at the first point, over points
-    with the friction coefficient ``mu``: 0 means the same tension everywhere. If ``closed``, it returns from the
-    last point to the first, as film does, and is hooked to nothing; the tension is then the same everywhere, so there
-    is no ``mu``. ``spring`` [N/m] is the force with which it resists being made longer, see ``tied``.
+    Its ``route`` is given as pairs of the name of a body and a point on its surface. It is hooked to the body at the
+    first and the last point, and led over the bodies at all others. It is tightened to the ``pretension`` [N] at the
+    first point; ``mu`` is its friction coefficient at the points, and 0 means the same tension everywhere. If
+    ``closed``, it returns from the last point to the first, as film does, and is hooked to nothing; the tension is then
+    the same everywhere, so ``mu`` must be 0. ``spring`` [N/m] is its stiffness, see ``tied``.
 
     Raises SceneError for fewer than two points (three if closed), two that coincide, or numbers out of range.
     """
@@ -94,22 +94,24 @@ class Strap(Value):
     def around(
         cls, assembly: Assembly | Scene, height: float, pretension: float, bodies: Iterable[str] | None = None
     ) -> Strap:
-        """Return a closed band, such as a layer of stretch film, drawn around movable bodies at one height.
+        """Return a closed band, such as a layer of stretch film, around movable bodies at one height.
 
         ``height`` [m] is measured along the up direction of the scene from its origin. The band runs along the convex
-        hull of the cut through the ``bodies`` (by default all movable ones) and presses on those at its corners. Film
-        that contains with f newtons per metre of height is a band with f h every h metres; an edge board shares the
-        force of a corner between bands at several heights. Raises SceneError if the plane cuts no body.
+        hull of the cross-section of the ``bodies`` (by default all movable ones) and presses on the bodies at its
+        corners. Film with a containment force of f newtons per metre of height can be modelled by a band with the
+        pretension f h at every h metres. Raises SceneError if there is no body at this height.
         """
         given = checked_assembly(assembly)
         up = given.scene.up
         level = checked_number(height, "strap: height", within=PLACE)
         names = given.scene.checked_names(bodies) if bodies is not None else {body.name for body in given.movable}
-        cuts = [(body.name, _cut(body, up, level)) for body in given.movable if body.name in names]
-        points = np.vstack([np.empty((0, 3)), *(cut for _, cut in cuts)])
-        owner = [name for name, cut in cuts for _ in cut]
+        sections = [(body.name, _cross_section(body, up, level)) for body in given.movable if body.name in names]
+        points = np.vstack([np.empty((0, 3)), *(section for _, section in sections)])
+        owner = [name for name, section in sections for _ in section]
         if not len(points):
-            raise SceneError(message("strap: height", f"no body is cut at {level:g} m", "needs a height within a body"))
+            raise SceneError(
+                message("strap: height", f"there is no body at {level:g} m", "needs a height within a body")
+            )
         frame = np.array(tangents(up))
         flat = points @ frame.T
         corners = convex_hull(flat, 1e-9 * float(np.ptp(flat, axis=0).max()))
@@ -120,8 +122,8 @@ class Strap(Value):
     def from_file(cls, path: str | os.PathLike[str]) -> tuple[Strap, ...]:
         """Read straps from a .yaml or .json file: a list with the arguments of ``Strap`` by name.
 
-        Each ``route`` is a list of [body, x, y, z] with places in metres, world frame. Raises SceneError for anything
-        else.
+        Each ``route`` is a list of [body, x, y, z] with coordinates in metres, world frame. Raises SceneError for
+        anything else.
         """
         straps = []
         for number, entry in enumerate(strap_entries(path), 1):
@@ -136,7 +138,7 @@ class Strap(Value):
 
     @property
     def _ahead(self) -> Float:
-        """The way [m] from each point to the next one."""
+        """The vectors [m] from each point to the next one."""
         following = np.roll(self.points, -1, axis=0) - self.points
         return following if self.closed else following[:-1]
 
@@ -157,18 +159,18 @@ class Strap(Value):
         return np.asarray(np.vstack([pull, none]) - np.vstack([none, pull]))
 
     def loads(self, assembly: Assembly | Scene) -> tuple[Load, ...]:
-        """Return the forces of the strap on its bodies as loads, for ``standing=`` of any query.
+        """Return the forces of the strap on its bodies as loads, for the argument ``standing`` of any query.
 
-        The tension stays as it is: a strap is so much softer than contacts that the small motions with which bodies
-        begin to move hardly change it. Raises SceneError for an unknown body, a point that is not on its body, or a
-        bend that does not lie on the body it is led over: a strap cannot pull what it is not hooked to.
+        The tension is constant: a strap is so much softer than contacts that the small motions with which bodies begin
+        to move hardly change it. Raises SceneError for an unknown body, a point that is not on its body, or a bend that
+        would pull the body that the strap is led over instead of pressing on it.
         """
         given = checked_assembly(assembly)
         self.check(given)
         return tuple(Load(name, p, f) for name, p, f in zip(self.bodies, self.points, self.forces(), strict=True))
 
     def check(self, assembly: Assembly) -> None:
-        """Raise SceneError if the strap does not lie on the bodies of the assembly, see ``loads``."""
+        """Raise SceneError if the strap does not lie on the bodies of the assembly; see ``loads``."""
         ways = self._ahead / self.lengths[:, None]
         for k, (name, point) in enumerate(zip(self.bodies, self.points, strict=True)):
             check_on_surface(assembly, name, point[None], f"strap at {quoted(name)}")
@@ -186,18 +188,17 @@ class Strap(Value):
 
     @staticmethod
     def tied(assembly: Assembly | Scene, straps: Iterable[Strap], *, bedding: float) -> Assembly:
-        """Return the assembly with straps as one-sided elastic bands, which resist being made longer.
+        """Return the assembly with straps as tension-only elastic bands.
 
-        A band acts beside the pretension, which is given as ``standing=strap.loads(assembly)``: it adds tension where
-        its ends move apart and nothing where they come nearer. It is a contact without friction between the two bodies,
-        whose normal is along the strap, so its force is never negative: it pulls and never pushes. It has no end:
-        compare what it bears (``stability(...).forces``) with what the strap does. For engine ``limit`` it is as stiff
-        as all else; for engine ``compliant`` its ``spring`` [N/m] counts relative to the ``bedding`` [N/m³], the
-        stiffness of contacts per area. Only straps between two points become bands; one that is led over bodies has
-        pretension only.
+        A band acts in addition to the pretension, which is given as ``standing=strap.loads(assembly)``: it adds tension
+        where its ends move apart and nothing where they approach. It is a frictionless contact between the two bodies,
+        with its normal along the strap, so it pulls and never pushes. It has no strength limit: compare its force
+        (``stability(...).forces``) with the strength of the strap. For engine ``limit``, a band is rigid; for engine
+        ``compliant``, its ``spring`` [N/m] is relative to the ``bedding`` [N/m³], the stiffness of contacts per area.
+        Only straps between two points can be bands; one that is led over bodies has pretension only.
 
-        An edit of the assembly may drop the bands: tie it last. Raises SceneError for a strap without ``spring``,
-        one with more than two points, or one within one body or between fixed bodies.
+        Later edits of the assembly may drop the bands, so tie straps last. Raises SceneError for a strap without
+        ``spring``, with more than two points, within one body or between fixed bodies.
         """
         given = checked_assembly(assembly)
         per_area = checked_number(bedding, "tied: bedding", above=0, within=STIFFNESS)
@@ -222,8 +223,8 @@ class Strap(Value):
         return replace(given, interfaces=(*given.interfaces, *bands))
 
 
-def _cut(body: Body, up: Float, level: float) -> Float:
-    """Return where the edges of a body's surface cross a horizontal plane: points (m, 3) [m]."""
+def _cross_section(body: Body, up: Float, level: float) -> Float:
+    """Return the points (m, 3) [m] where the edges of a body's surface cross a horizontal plane."""
     surface = body.surface_world
     edges = np.vstack([surface.faces[:, [k, (k + 1) % 3]] for k in range(3)])
     low, high = surface.vertices[edges[:, 0]], surface.vertices[edges[:, 1]]

@@ -1,4 +1,4 @@
-"""Reading of what a YAML or JSON file says of straps."""
+"""Read straps from YAML and JSON files."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from holdfast.scene.formats.plain_data import from_json, from_yaml
 
 FIELDS = ("route", "pretension", "mu", "closed", "spring")
 NEEDED = ("route", "pretension")
-MOST_BYTES = 10_000_000  # of a file with straps
+MOST_BYTES = 10_000_000  # largest size of a file with straps
 FORM = "needs a list of {route: [[BODY, X, Y, Z], ...], pretension: N}, optionally mu, closed, spring"
 
 
 def strap_entries(path: str | os.PathLike[str]) -> tuple[dict[str, Any], ...]:
-    """Return the arguments of ``Strap`` by name that each strap in a file has; ``Strap.from_file`` describes the file.
+    """Return the arguments of ``Strap`` by name for each strap in a file, whose form ``Strap.from_file`` describes.
 
-    Raises SceneError for anything else.
+    Raises SceneError for any other content.
     """
     file = checked_path(path, "straps")
     content = read_ordinary(file, "straps", most=MOST_BYTES, too_large="take fewer straps")

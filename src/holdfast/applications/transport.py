@@ -1,7 +1,7 @@
 """Compute how fast the carrier may accelerate before something moves on it (Nadeau & Kelly, Sec. VII-B, Algorithm 3).
 
-The fixed bodies are the carrier. On a carrier that accelerates, a body feels the inertial force of ``inertia.py``. A
-tilted carrier is the same scene with its gravity rotated.
+The fixed bodies are the carrier. On a carrier that accelerates, the inertial forces of ``inertia.py`` act on the
+bodies. A tilted carrier is the same scene with its gravity rotated.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from holdfast.queries.request import (
     engine_of,
     total_wrench,
 )
-from holdfast.queries.result import ROW_HEADS, Columns, least, told
+from holdfast.queries.result import ROW_HEADS, Columns, least, vector_text, verdict_words
 from holdfast.queries.sets import ConvexSet
 from holdfast.scene.scene import Scene
 
@@ -57,10 +57,9 @@ class TransportLimits(Columns):
 
     ``acceleration`` (n,) [m/s²] is along the unit ``directions`` (n, 3), in the axes of the scene. ``status`` (n,) says
     what it means: FINITE; INFINITE; UNSTABLE (the acceleration is 0: the assembly does not stand on the carrier even at
-    rest); UNDECIDED (the acceleration 0 is no answer: the answer is not known, see ``undecided``). ``lower`` and
-    ``upper`` (n,) [m/s²] bound the true answer as far as the engine can promise. ``moving`` (names), ``mode`` and
-    ``mechanism``, each (n,), say what gives way. ``verdict`` says whether ``assembly`` stands on the carrier before it
-    accelerates.
+    rest); UNDECIDED (the acceleration 0 is no answer: see ``undecided``). ``lower`` and ``upper`` (n,) [m/s²] bound the
+    true answer as far as the engine can promise. ``moving`` (names), ``mode`` and ``mechanism``, each (n,), say what
+    gives way. ``verdict`` says whether ``assembly`` stands on the carrier before it accelerates.
     """
 
     assembly: Assembly
@@ -82,8 +81,8 @@ class TransportLimits(Columns):
     ) -> None:
         """Draw the limits along horizontal directions as a polar plot (PNG).
 
-        The limits in ``others``, of the same assembly, are drawn beneath. ``names`` are the names of all limits in the
-        legend, beginning with these. By default they are the names of the engines.
+        The limits in ``others``, of the same assembly, are drawn beneath. ``names`` are the texts of the legend, first
+        that of these limits and then those of ``others``; by default they are the names of the engines.
         """
         paint(self, path, ".png", others=others, names=names)
 
@@ -101,8 +100,10 @@ class TransportLimits(Columns):
         """Summarise the answer by the directions with the smallest limits."""
         name = self.assembly.scene.name or "assembly"
         how_much = least(self.answers, "m/s²")
-        headline = f"{name} on its carrier: {told(self.verdict)}; {len(self.directions):,} directions, {how_much}"
-        places = objects(["(" + ", ".join(f"{v + 0.0:.3f}" for v in way) + ")" for way in self.directions])
+        headline = (
+            f"{name} on its carrier: {verdict_words(self.verdict)}; {len(self.directions):,} directions, {how_much}"
+        )
+        places = objects([vector_text(way, ".3f") for way in self.directions])
         rows = self.weakest_rows("m/s²", places)
         return Summary(headline, self.facts(), ("along", *ROW_HEADS[1:]), rows, self.notes)
 
@@ -122,31 +123,31 @@ def transport_limits(
 
     ``directions`` (n, 3) or (3,), in the axes of the scene, need not have unit length; by default they are 100
     horizontal directions. The carrier is tilted throughout by ``tilt_degrees`` (3,), see ``Scene.tilted``. The
-    ``standing`` loads act throughout. Those of a carrier that also rotates, or that is jolted, are the
-    ``inertial_loads`` of that motion. ``bounds`` and ``imperfect`` have the same meaning as in ``robustness``.
+    ``standing`` loads act throughout; for a carrier that also rotates or is jolted, give the ``inertial_loads`` of that
+    motion. ``bounds`` and ``imperfect`` have the same meaning as in ``robustness``.
 
-    By default the limit is that of whatever moves first. With ``bodies``, a list of names, it is that of these bodies
-    and of their groups, that is of all that touches them directly or through other movable bodies. So an orange that
-    rolls off a fixed shelf does not hide what the boxes beside it withstand. ``notes`` name the bodies left out.
+    By default the limit is the acceleration at which anything moves. With ``bodies``, a list of names, only these
+    bodies count and the groups that they belong to: all movable bodies that touch them, directly or through others. So
+    an orange that rolls off a fixed shelf does not determine the limit of the boxes beside it. ``notes`` name the
+    bodies that do not count.
 
     Raises SceneError if there is no direction, if one is zero, or if one of ``bodies`` is unknown or fixed.
     """
-    carried = checked_assembly(assembly)
+    given = checked_assembly(assembly)
     if tilt_degrees is not None:
-        carried = carried.tilted(tilt_degrees)
-    ways = carried.scene.horizontal_directions() if directions is None else _directions(directions)
+        given = given.tilted(tilt_degrees)
+    ways = given.scene.horizontal_directions() if directions is None else _directions(directions)
     method = engine_of(engine)
-    held = total_wrench(carried, standing)
-    counted, note = _counted(carried, bodies)
-    mass = np.where(counted, carried.mass, 0.0)
+    counted, note = _counted(given, bodies)
+    mass = np.where(counted, given.mass, 0.0)
     W = np.column_stack([body_forces(-mass[:, None] * way) for way in ways])
-    found = asked(method, carried, W, held, bounds=bounds, imperfect=imperfect)
+    found = asked(method, given, W, total_wrench(given, standing), bounds=bounds, imperfect=imperfect)
     found = replace(found, notes=(*found.notes, *note))
-    return TransportLimits(answers=found, assembly=carried, directions=ways)
+    return TransportLimits(answers=found, assembly=given, directions=ways)
 
 
 def _counted(assembly: Assembly, bodies: Sequence[str] | None) -> tuple[Bool, tuple[str, ...]]:
-    """Return which movable bodies (J,) are in the groups of ``bodies``, all if None, and a note naming the others."""
+    """Return which movable bodies (J,) are in the groups of ``bodies`` (None: all), and a note on the others."""
     if bodies is None:
         return np.ones(len(assembly.movable), dtype=bool), ()
     numbers = body_numbers(assembly, bodies, "transport_limits")
@@ -155,7 +156,9 @@ def _counted(assembly: Assembly, bodies: Sequence[str] | None) -> tuple[Bool, tu
         raise SceneError(message("transport_limits", f"{quoted(fixed[0])} is fixed", "name movable bodies"))
     counted = np.isin(assembly.group_of, assembly.group_of[list(numbers.values())])
     others = [body.name for body, taken in zip(assembly.movable, counted, strict=True) if not taken]
-    return counted, (f"what these may be carried at is not asked: {listed(others)}",) if others else ()
+    return counted, (
+        f"the limits do not apply to these bodies, which may move earlier: {listed(others)}",
+    ) if others else ()
 
 
 def safe_time_scale(
@@ -167,13 +170,13 @@ def safe_time_scale(
     """Return the largest factor s on the speed along a path at which all its accelerations stay within the limits.
 
     ``accelerations`` (n, 3) [m/s²] are those of the carrier along the path, in the axes of the scene. If the path q(t)
-    is played as q(s t), they are multiplied by s². A path with s < 1 must be slowed down to that factor; one with s > 1
-    may be played faster. The factor is inf if the path has no acceleration.
+    is followed as q(s t), they are multiplied by s². A factor below 1 means that the path must be slowed down to it. It
+    is inf if the path has no acceleration.
 
-    ``limits`` are a set of sustainable accelerations, of which the guaranteed part ``inner`` is used. They can also be
-    the transport limits along those ``accelerations`` that are not zero, of which ``lower`` is used. ``margin`` in [0,
-    1) is the share of every limit that remains unused. The result is valid only if the carrier keeps its orientation
-    and its load.
+    ``limits`` are a set of sustainable accelerations, of which the guaranteed part ``inner`` is used, or the transport
+    limits along those ``accelerations`` that are not zero, of which ``lower`` is used. ``margin`` in [0, 1) is the
+    share of every limit that remains unused. The result is valid only if the carrier keeps its orientation and its
+    load.
 
     Raises HoldfastError if ``margin`` is out of range, or if the limits are along other directions or promise no lower
     bound.
@@ -185,7 +188,7 @@ def safe_time_scale(
 
 
 def _usage(a: Float, limits: object) -> Float:
-    """Return the share of its limit that each acceleration uses, leaving out accelerations that are zero."""
+    """Return the share of its limit that each nonzero acceleration uses."""
     if not isinstance(limits, TransportLimits):
         remedy = "needs hf.sets.sustainable_accelerations(...) or hf.transport_limits(...)"
         raise HoldfastError(message("safe_time_scale: limits", f"is a {type(limits).__name__}", remedy))

@@ -1,6 +1,6 @@
-"""Compile everything once: by small questions that between them call every compiled function.
+"""Compile every compiled function, by small queries that together call all of them.
 
-Numba compiles a function for the types that it is called with, and a question calls it with those that users' do.
+Numba compiles a function for the types of its arguments, and a query uses the same types as those of users.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ STAGE = "compiling everything, about a minute"
 
 
 def compile_all() -> int:
-    """Compile what every question needs, and keep it; returns how many functions there are."""
+    """Compile what any query needs into the folder of machine code; return the number of functions."""
     for number, ask in enumerate(QUESTIONS):
         report(STAGE, number, len(QUESTIONS))
         with warnings.catch_warnings():
@@ -53,7 +53,7 @@ def _map(name: str, engine: str) -> None:
 
 
 def _distances() -> None:
-    """What is measured where bodies overlap or come near each other."""
+    """Call the distance functions for bodies that overlap or are near each other."""
     surface = Box((1.0, 1.0, 1.0)).surface
     points = np.zeros((1, 3))
     distance_to_surface(points, surface)
@@ -62,44 +62,44 @@ def _distances() -> None:
 
 
 def _combination() -> None:
-    """What bounds a certified map between the points where it is solved."""
+    """Call the function that bounds a certified map between the points where it is solved."""
     combined(np.eye(6), np.eye(6), np.zeros((6, 2), dtype=np.int64), np.ones(6), np.ones((2, 6)))
 
 
 def _gauge() -> None:
-    """What answers a planner's constraint."""
+    """Call the function that evaluates a planner's constraint."""
     known = np.vstack([np.eye(6), -np.eye(6), np.ones((1, 6))])
     hull_gauge(known, np.ones(13), np.ones((1, 6)))
 
 
 def _fall() -> None:
-    """A tower that overhangs: its blocks are followed as they fall."""
+    """Simulate the fall of a tower that overhangs."""
     sizes = {"lower": (0.0, 0.1), "upper": (0.06, 0.2)}
     blocks = [Body(name, Box((0.1, 0.1, 0.1)), mass=1.0, pose=_at(x, z)) for name, (x, z) in sizes.items()]
     stability(assemble(_on_floor(*blocks)))
 
 
 def _tin() -> None:
-    """What is no cuboid: its triangles are looked at."""
+    """Detect the contacts of a body that is not a cuboid, by its triangles."""
     assemble(_on_floor(Body("tin", Cylinder(0.05, 0.1), mass=1.0, pose=_at(0.0, 0.1))))
 
 
 def _settled() -> None:
-    """A box that stands a little deep and aslant in the ground."""
+    """Settle a turned box that penetrates the floor."""
     pose = _at(0.0, 0.099)
     pose[:3, :3] = [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
     settle(_on_floor(Body("box", Box((0.1, 0.1, 0.1)), mass=1.0, pose=pose)))
 
 
 def _again() -> None:
-    """A cube that comes to rest from where it rests already."""
+    """Bring a cube to rest from near its rest position."""
     assembly = assemble(shipped_scene("cube"))
     grid = Grid.of(assembly, assembly.weight_wrench(), Compliant().springs)
     grid.system.come_to_rest(near=2 * grid.settled.q)
 
 
 def _tower() -> None:
-    """So many bodies that their equations are solved front by front."""
+    """Push a tower that is too large for dense equations, so that the frontal solver is used."""
     size, count = 0.1, MOST_DENSE // 6 + 1
     heights = 0.05 + size * (0.5 + np.arange(count))
     blocks = [Body(f"{k}", Box((size, size, size)), mass=1.0, pose=_at(0.0, z)) for k, z in enumerate(heights)]

@@ -1,1 +1,1 @@
-"""Many scenes: one question to each, in processes of their own, and the answers as tables in a folder."""
+"""Batches: one question about many scenes, answered in worker processes, with tables in a folder."""

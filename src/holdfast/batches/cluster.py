@@ -1,4 +1,4 @@
-"""Workers on other machines, by Dask: a task asks a kept worker process there, and its rows come back here."""
+"""Run a batch on other machines by Dask: each task uses a worker process there and returns rows."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from holdfast import __version__
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
-from holdfast.batches.crew import keeper_for
 from holdfast.batches.job import Job, Question
-from holdfast.batches.keeper import Keeper, Limits, Reply
+from holdfast.batches.local_workers import supervisor_for
+from holdfast.batches.supervisor import Limits, Reply, Supervisor
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-AHEAD = 2  # tasks for each thread of the cluster that wait or run at a time: replies take no more memory here than that
-SECONDS = 30  # for which the scheduler is tried to be reached
+AHEAD = 2  # number of submitted tasks per thread of the cluster, which bounds the memory of replies
+SECONDS = 30  # [s] timeout of the connection to the scheduler
 
-_own = threading.local()  # the keeper of each thread of a Dask worker
+_own = threading.local()  # holds the supervisor of each thread of a Dask worker
 _lock = threading.Lock()
-_keepers: list[Keeper] = []
+_supervisors: list[Supervisor] = []
 
 
 def answered_there(
@@ -33,7 +33,7 @@ def answered_there(
 ) -> Iterator[tuple[Job, Reply]]:
     """Yield every job with its reply from the workers of a Dask scheduler.
 
-    A job whose Dask worker is lost is given to another one, by Dask. Raises HoldfastError if the scheduler cannot be
+    If a Dask worker is lost, Dask gives its job to another one. Raises HoldfastError if the scheduler cannot be
     reached, or if a worker has another version of holdfast.
     """
     try:
@@ -46,7 +46,7 @@ def answered_there(
         if not isinstance(client, Client):
             client = stack.enter_context(connected(scheduler))
         given: dict[Future, Job] = {}
-        done = as_completed(loop=client.loop)  # without, it asks for Dask's default client, which ours is not
+        done = as_completed(loop=client.loop)  # without a loop it uses Dask's default client, which ours is not
         stack.callback(lambda: client.cancel(list(given)))
         for job in islice(jobs, _room(client)):
             given[_submitted(client, job, question, limits)] = job
@@ -65,30 +65,31 @@ def answered_there(
 
 
 def asked(job: Job, question: Question, limits: Limits) -> tuple[str, Reply]:
-    """Ask a scene in this thread's own worker process; return the version of holdfast here, and the reply."""
-    own = getattr(_own, "keeper", None)
-    if own is None or own not in _keepers or _own.about != (question.text, limits):
+    """Answer a job in this thread's own worker process; return the version of holdfast there, and the reply."""
+    own = getattr(_own, "supervisor", None)
+    if own is None or own not in _supervisors or _own.about != (question.text, limits):
         with _lock:
-            if own in _keepers:
-                _keepers.remove(own)
+            if own in _supervisors:
+                _supervisors.remove(own)
                 own.close()
-            _own.keeper, _own.about = keeper_for(question, limits), (question.text, limits)
-            _keepers.append(_own.keeper)
-    return __version__, _own.keeper.ask(job)
+            _own.supervisor, _own.about = supervisor_for(question, limits), (question.text, limits)
+            _supervisors.append(_own.supervisor)
+    return __version__, _own.supervisor.ask(job)
 
 
 @atexit.register
-def close_keepers() -> None:
-    """End the worker processes that the tasks in this process left."""
+def close_supervisors() -> None:
+    """End the worker processes of all tasks in this process."""
     with _lock:
-        while _keepers:
-            _keepers.pop().close()
+        while _supervisors:
+            _supervisors.pop().close()
 
 
 def connected(address: object, files: Mapping[str, str] | None = None) -> Client:
-    """Return a client of the scheduler at ``address``; ``files`` are certificates by their names in Dask's Security.
+    """Return a client of the scheduler at ``address``.
 
-    Raises HoldfastError if it cannot be reached.
+    ``files`` maps arguments of Dask's Security to the paths of certificates. Raises HoldfastError if the scheduler
+    cannot be reached.
     """
     from distributed import Client, Security
 
@@ -104,7 +105,7 @@ def connected(address: object, files: Mapping[str, str] | None = None) -> Client
 
 
 def _room(client: Client) -> int:
-    """Return how many tasks may wait or run now."""
+    """Return how many tasks may be submitted at a time."""
     threads: int = sum(client.nthreads().values())
     return max(AHEAD * threads, 1)
 
@@ -119,7 +120,7 @@ def _result(future: Future) -> tuple[str, Reply]:
         version, reply = future.result()
     except HoldfastError:
         raise
-    except Exception as cause:  # of Dask: a worker without holdfast, a task whose workers were lost too often
+    except Exception as cause:  # from Dask: a worker without holdfast, or a task whose workers were lost too often
         problem = f"a task failed: {type(cause).__name__}: {cause}"
         raise HoldfastError(message("scheduler", problem, "check the workers, and ask again")) from cause
     return version, reply

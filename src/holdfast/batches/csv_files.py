@@ -1,4 +1,4 @@
-"""CSV files from outside: manifests and lists of pushes."""
+"""Read CSV files: manifests and lists of pushes."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from itertools import zip_longest
 
 from holdfast.base.errors import HoldfastError, message
 
-Row = dict[str, str | None]  # by the names of the columns; None where a line is too short
+Row = dict[str, str | None]  # values by the names of the columns; None where a line is too short
 
 
 def csv_rows(content: bytes, where: str) -> Iterator[tuple[int, Row]]:
-    """Yield the rows of a CSV file, each with the number of its line; the first yielded holds the names of the columns.
+    """Yield the rows of a CSV file, each with the number of its line; the first row has the column names as keys.
 
-    Raises HoldfastError, which names the file and the line, for content that is not UTF-8 or no CSV.
+    Raises HoldfastError, with ``where`` and the line in its message, for content that is not UTF-8 or not CSV.
     """
     try:
         text = content.decode("utf-8-sig")
@@ -30,6 +30,6 @@ def csv_rows(content: bytes, where: str) -> Iterator[tuple[int, Row]]:
         for values in lines:
             if values:
                 yield lines.line_num, dict(zip_longest(names, values[: len(names)]))
-    except csv.Error as cause:  # of Python: a field of more than 131,072 characters
+    except csv.Error as cause:  # for example a field of more than 131,072 characters
         remedy = "shorten the field, or close the quotation mark that begins it"
         raise HoldfastError(message(f"{where}, line {lines.line_num}", f"is no CSV: {cause}", remedy)) from cause

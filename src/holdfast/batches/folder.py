@@ -1,4 +1,4 @@
-"""The folder of a batch: what is asked there, its tables in shards, and the lock that keeps a second driver out."""
+"""The folder of a batch: its question, its tables in shards, and the lock that excludes a second driver."""
 
 from __future__ import annotations
 
@@ -23,36 +23,36 @@ from holdfast.batches.schema import TABLES, VERSION, Row, described
 
 ABOUT, SCHEMA, JOURNAL, LOCK = "batch.json", "schema.json", "journal", "lock"
 MOST_BYTES = 1_000_000_000
-ABOUT_HOLDS: dict[str, tuple[type, Callable[[Any], bool]]] = {  # the kind of each entry of batch.json, what it may be
+ABOUT_HOLDS: dict[str, tuple[type, Callable[[Any], bool]]] = {  # type and validity of each entry of batch.json
     "version": (str, bool),
     "ask": (list, lambda value: all(isinstance(each, str) for each in value)),
     "options": (dict, lambda value: all(isinstance(each, dict) for each in value.values())),
     "shard_size": (int, lambda value: value > 0),
     "storage": (str, lambda value: value in tables.STORAGES),
 }
-LAST = "scenes"  # the table that is written last: a shard is there when this file of it is
+LAST = "scenes"  # the table that is written last: a shard is complete if its file of this table exists
 
 
 @dataclass(frozen=True)
 class Part:
-    """The share of the shards that one driver does: those whose number leaves ``number`` when divided by ``of``."""
+    """The share of the shards that one driver computes: those whose number modulo ``of`` is ``number``."""
 
     number: int = 0
     of: int = 1
 
     @property
     def text(self) -> str:
-        """The share as it is given: ``number/of``."""
+        """The share as text: ``number/of``."""
         return f"{self.number}/{self.of}"
 
     def has(self, shard: int) -> bool:
-        """Say whether a shard is in this share."""
+        """Return whether a shard is in this share."""
         return shard % self.of == self.number
 
 
 @dataclass
 class Folder:
-    """An open folder: ``path``, the number of scenes in a shard, how rows are stored, and this driver's share."""
+    """An open folder: its path, the number of scenes in a shard, the storage of rows, and this driver's share."""
 
     path: Path
     shard_size: int
@@ -60,7 +60,7 @@ class Folder:
     part: Part = field(default_factory=Part)
 
     def file(self, table: str, shard: int) -> Path:
-        """Return where the rows of a shard are."""
+        """Return the path of the file with the rows of a shard."""
         return self.path / table / f"{shard:06d}{self.storage.suffix}"
 
     def journal(self, shard: int) -> Journal:
@@ -68,7 +68,7 @@ class Folder:
         return Journal(self.path / JOURNAL / f"{shard:06d}.jsonl")
 
     def displaced(self) -> Journal:
-        """Return the journal of rows that shards lost because inputs moved."""
+        """Return the journal of rows that are no longer in their shards because inputs moved."""
         return Journal(self.path / JOURNAL / f"displaced-{self.part.number}-{self.part.of}.jsonl")
 
     def journals(self) -> Iterator[Journal]:
@@ -81,7 +81,7 @@ class Folder:
         return sorted(self._numbers(LAST))
 
     def lost(self) -> list[int]:
-        """Return the numbers of shards that are not there, though later ones or other tables of theirs are."""
+        """Return the numbers of incomplete shards: those before the last one, or with files of other tables."""
         there = self._numbers(LAST)
         known = {shard for table in TABLES for shard in self._numbers(table)} | set(range(max(there, default=0)))
         return sorted(known - there)
@@ -95,7 +95,7 @@ class Folder:
         """Return the rows of a table in a shard; raise DamagedError, which names the file, if it is damaged."""
         found = self.storage.rows(table, self.file(table, shard), columns)
         if table == LAST and not found:
-            raise tables.DamagedError(message(str(self.file(LAST, shard)), "is damaged: it is empty", tables.ANEW))
+            raise tables.DamagedError(message(str(self.file(LAST, shard)), "is damaged: it is empty", tables.AGAIN))
         return found
 
     def names(self, shard: int) -> list[str]:
@@ -103,7 +103,7 @@ class Folder:
         return [str(row["scene"]) for row in self.rows(LAST, shard, ["scene"])]
 
     def records(self, shard: int) -> dict[str, Record]:
-        """Return the rows of all scenes of a shard by their names; raise DamagedError if a file of it is damaged."""
+        """Return the rows of all scenes of a shard by name; raise DamagedError if one of its files is damaged."""
         found: dict[str, Record] = {}
         for row in self.rows(LAST, shard):
             found[row["scene"]] = {table: [] for table in TABLES} | {LAST: [row]}
@@ -112,12 +112,12 @@ class Folder:
                 for row in self.rows(table, shard):
                     if row["scene"] not in found:
                         problem = f"has rows of {quoted(row['scene'])}, which is not in the table {LAST}"
-                        raise tables.DamagedError(message(str(self.file(table, shard)), problem, tables.ANEW))
+                        raise tables.DamagedError(message(str(self.file(table, shard)), problem, tables.AGAIN))
                     found[row["scene"]][table].append(row)
         return found
 
     def write(self, shard: int, records: Sequence[Record]) -> None:
-        """Write a shard. Its rows stand in journals meanwhile; what it held before is gone first."""
+        """Write a shard in place of its old content. The rows are in journals until then."""
         for table in TABLES:
             _made(self.path / table)
         self.remove(shard)
@@ -126,7 +126,7 @@ class Folder:
             self.storage.write(table, self.file(table, shard), rows)
 
     def remove(self, shard: int) -> None:
-        """Remove a shard, beginning with what says that it is there."""
+        """Remove a shard, beginning with the file that marks it as complete."""
         for table in (LAST, *(table for table in TABLES if table != LAST)):
             path = self.file(table, shard)
             try:
@@ -136,7 +136,7 @@ class Folder:
 
 
 def about(folder: Path) -> dict[str, Any]:
-    """Return what batch.json says of a folder; raise HoldfastError if that is not the folder of a batch."""
+    """Return the content of batch.json in a folder; raise HoldfastError if it is not the folder of a batch."""
     path = folder / ABOUT
     content = read_ordinary(path, "folder of a batch", most=MOST_BYTES, error=HoldfastError)
     try:
@@ -155,20 +155,20 @@ def about(folder: Path) -> dict[str, Any]:
 def reading(folder: object) -> Folder:
     """Open a folder to read its tables."""
     path = checked_path(folder, "folder of a batch")
-    told = about(path)
-    found = Folder(path, told["shard_size"], tables.storage_named(told["storage"]))
+    facts = about(path)
+    found = Folder(path, facts["shard_size"], tables.storage_named(facts["storage"]))
     lost = [str(found.file(LAST, shard)) for shard in found.lost()]
     if lost:
         what = f"{lost[0]}{f' and {len(lost) - 1:,} more' if len(lost) > 1 else ''}"
-        text = message(what, "is not there: not finished, or lost", tables.ANEW)
+        text = message(what, "is missing: the batch was not finished, or the file was lost", tables.AGAIN)
         warnings.warn(text, HoldfastWarning, stacklevel=4)
     return found
 
 
 def opened(path: Path, question: Question, shard_size: int, part: Part, stack: ExitStack) -> Folder:
-    """Open a folder to write to it until the stack ends, and make it if there is none.
+    """Open a folder for writing until the stack closes; create it if it does not exist.
 
-    Raises HoldfastError if the folder holds answers to another question, or another driver writes to it.
+    Raises HoldfastError if the folder holds answers to another question, or if another driver writes to it.
     """
     _made(path / JOURNAL)
     _lock(path, part, stack)
@@ -190,7 +190,7 @@ def opened(path: Path, question: Question, shard_size: int, part: Part, stack: E
 
 
 def _made(folder: Path) -> None:
-    """Make a folder, if there is none; raise HoldfastError if that cannot be."""
+    """Create a folder unless it exists; raise HoldfastError if that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as cause:
@@ -201,15 +201,15 @@ def _made(folder: Path) -> None:
 def _check_same(path: Path, old: dict[str, Any], new: dict[str, Any]) -> None:
     for key, value in new.items():
         if old.get(key) != value:
-            problem = f"{key} was {quoted(old.get(key), 120)}, and is {quoted(value, 120)}"
+            problem = f"holds answers for {key} = {quoted(old.get(key), 120)}, not {quoted(value, 120)}"
             raise HoldfastError(message(str(path), problem, "give another folder, or ask the same"))
 
 
 def _lock(path: Path, part: Part, stack: ExitStack) -> None:
-    """Keep others from the shards of this driver.
+    """Lock the shards of this driver.
 
-    Drivers of an array share one lock, in which they write into how many parts the shards are divided, and each holds
-    one of its own. A driver that does all shards holds the first alone.
+    The drivers of an array of jobs share one lock file, which holds the number of parts, and each has a lock file of
+    its own. A driver of all shards locks the first file exclusively.
     """
     shared = stack.enter_context(_lock_file(path / JOURNAL / LOCK))
     if part.of == 1:
@@ -240,7 +240,7 @@ def _lock_file(path: Path) -> IO[str]:
 
 
 def _held(stream: IO[str], kind: int) -> bool:
-    """Take a lock if nobody else holds it; of a file system without locks, warn and go on."""
+    """Return whether a lock could be taken; on a file system without locks, warn and return True."""
     try:
         fcntl.flock(stream, kind | fcntl.LOCK_NB)
     except BlockingIOError:

@@ -1,4 +1,4 @@
-"""A gate for data sets: which scenes pass, which fail, which are not decided, and what changed since a baseline."""
+"""Check data sets: which scenes pass, fail or are undecided, and what changed since a baseline."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 
 from holdfast.base.public import number
 from holdfast.base.text import listed
+from holdfast.batches.outcomes import ANSWERED
 from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
-from holdfast.batches.words import ANSWERED
 from holdfast.queries.result import NAMED
 
 Result = Literal["passed", "failed", "undecided"]
@@ -24,10 +24,10 @@ UNDECIDED: Final = "undecided"
 
 @dataclass(frozen=True)
 class Rules:
-    """What a scene must fulfil: to stand if ``stands``, and to withstand pushes of ``min_force`` [N] if not None.
+    """The requirements: a scene must stand if ``stands``, and withstand pushes of ``min_force`` [N] unless it is None.
 
-    Beside a baseline a body may be moved by ``distance`` [m] and turned by ``angle`` [deg], and the weakest push may
-    change by the share ``force``.
+    Compared with a baseline, a body may have moved by ``distance`` [m] and turned by ``angle`` [deg], and the weakest
+    push may have changed by the share ``force``.
     """
 
     stands: bool = False
@@ -38,17 +38,17 @@ class Rules:
 
 
 class Finding(NamedTuple):
-    """What was found of a scene: its result, why, and how long it took [s]."""
+    """The result of a scene, the reason, and the time that its answers took [s]."""
 
     scene: str
     result: Result
-    told: str
+    reason: str
     seconds: float = 0.0
 
 
 @dataclass(frozen=True)
 class Scenes:
-    """The rows of a batch by the names of its scenes, with their bodies."""
+    """The rows of a batch by the names of its scenes, and the rows of their bodies by name."""
 
     rows: Mapping[str, Row]
     bodies: Mapping[str, Mapping[str, Row]] = field(default_factory=dict)
@@ -63,29 +63,29 @@ class Scenes:
 
 
 def findings(scenes: Scenes, rules: Rules, baseline: Scenes | None = None) -> Iterator[Finding]:
-    """Yield what was found of every scene, and of those of the baseline that are gone."""
+    """Yield the finding of every scene, and of every scene that only the baseline has."""
     for name, row in scenes.rows.items():
-        result, told = judged(row, rules)
+        result, reason = judged(row, rules)
         if baseline is not None and name in baseline.rows:
             changed = list(changes(row, baseline.rows[name], rules))
             changed += moves(scenes.bodies.get(name, {}), baseline.bodies.get(name, {}), rules)
             if changed:
-                result, told = FAILED, "; ".join(filter(None, [told, f"changed: {', '.join(changed)}"]))
-        yield Finding(name, result, told, row["seconds"] or 0.0)
+                result, reason = FAILED, "; ".join(filter(None, [reason, f"changed: {', '.join(changed)}"]))
+        yield Finding(name, result, reason, row["seconds"] or 0.0)
     if baseline is not None:
         for name in baseline.rows:
             if name not in scenes.rows:
-                yield Finding(name, FAILED, "is gone: it is in the baseline alone")
+                yield Finding(name, FAILED, "is missing: only the baseline has it")
 
 
 def judged(row: Row, rules: Rules) -> tuple[Result, str]:
-    """Return the result of a scene by itself, and why if it does not pass.
+    """Return the result of a scene without a baseline, and the reason unless it passes.
 
-    It passes the least force if no lower bound is below it, and fails if a push that is known moves something. In
-    between, and where answers are missing, it is undecided.
+    A scene withstands ``min_force`` if no lower bound is below it, and fails if a decided force is. It is undecided in
+    between, and if answers are missing.
     """
     if row["outcome"] != ANSWERED:
-        return FAILED, f"{row['outcome']}: {row['told']}"
+        return FAILED, f"{row['outcome']}: {row['problem']}"
     if rules.stands and row["status"] != "stable":
         reason = f"{row['status']}: {row['reason']}"
         return (FAILED if row["status"] == "unstable" else UNDECIDED), reason
@@ -99,16 +99,16 @@ def judged(row: Row, rules: Rules) -> tuple[Result, str]:
             f"{number(weakest, 'N')} on {row['weakest_body']} moves {what}, {number(wanted, 'N')} is wanted",
         )
     if row["undecided"]:
-        return UNDECIDED, f"{row['undecided']:,} answers are not known"
+        return UNDECIDED, f"{row['undecided']:,} answers are undecided"
     if lower is None:
-        return UNDECIDED, "no push was asked"
+        return UNDECIDED, "no push was computed"
     if lower < wanted:
         return UNDECIDED, f"only {number(lower, 'N')} is certain, {number(wanted, 'N')} is wanted"
     return PASSED, ""
 
 
 def changes(row: Row, before: Row, rules: Rules) -> Iterator[str]:
-    """Yield what changed in the outcome, the verdict and the weakest push of a scene."""
+    """Yield the changes of the outcome, the verdict and the weakest push of a scene."""
     for name in ("outcome", "status"):
         if row[name] != before[name]:
             yield f"{name} from {before[name]} to {row[name]}"
@@ -118,7 +118,7 @@ def changes(row: Row, before: Row, rules: Rules) -> Iterator[str]:
 
 
 def moves(bodies: Mapping[str, Row], before: Mapping[str, Row], rules: Rules) -> Iterator[str]:
-    """Yield which bodies are new, gone, or at another pose."""
+    """Yield which bodies are new, gone or at another pose."""
     for what, names in (("new", bodies.keys() - before.keys()), ("gone", before.keys() - bodies.keys())):
         if names:
             yield f"{what}: {listed(sorted(names))}"

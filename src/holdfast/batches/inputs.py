@@ -1,4 +1,4 @@
-"""The scenes of a batch, one after the other: files, folders, globs, manifests, and values."""
+"""The inputs of a batch: scenes from files, folders, glob patterns, manifests and values."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from holdfast.scene.formats.registry import readable
 from holdfast.scene.scene import Scene
 
 MANIFESTS = (".csv", ".parquet")
-COLUMN, NAMES = "scene", "name"  # of a manifest: where the scenes are, and what they are called if not so
-MOST_BYTES = 1_000_000_000  # of a manifest
+COLUMN, NAMES = "scene", "name"  # columns of a manifest: the paths of scenes, and optionally their names
+MOST_BYTES = 1_000_000_000  # largest size of a manifest
 MAGIC = frozenset("*?[")
 
 Scenes: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str] | Scene | tuple[str, Any]]"
@@ -28,7 +28,7 @@ Scenes: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str] | 
 
 @dataclass(frozen=True)
 class Input:
-    """A scene by its ``name``: a file at ``path``, or a ``scene`` that was given as a value."""
+    """A scene with its ``name``: a file at ``path``, or a ``scene`` that was given as a value."""
 
     name: str
     path: str | None = None
@@ -36,34 +36,34 @@ class Input:
 
     @staticmethod
     def file(path: str, name: str = "") -> Input:
-        """Return the input of a file, which is named by its path unless there is another name."""
+        """Return the input of a file; its name is its path unless ``name`` is given."""
         return Input(name or as_text(path), path)
 
 
 def as_text(path: str) -> str:
-    """Return a path or a name as a text that every table can hold, though file names may be any bytes."""
+    """Return a path or a name as valid Unicode for the tables, although file names may hold any bytes."""
     try:
         return os.fsencode(path).decode("utf-8", "backslashreplace")
-    except UnicodeEncodeError:  # a lone surrogate, which is that of no file
+    except UnicodeEncodeError:  # a lone surrogate, which no file name has
         return path.encode("utf-8", "backslashreplace").decode()
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """Inputs that are drawn one by one, and their number if it is known beforehand."""
+    """An iterator of inputs, and their number if it is known beforehand."""
 
     items: Iterator[Input]
     count: int | None
 
 
 def inputs_of(scenes: Scenes) -> Inputs:
-    """Return the scenes that ``scenes`` means.
+    """Return the inputs for the argument ``scenes`` of a batch.
 
-    A text or a path is a scene file, a folder (all files below it that a scene format may read, by their suffix), a
-    glob pattern (with ``**`` for folders of any depth) or a manifest (.csv, .parquet) with the column ``scene`` and, if
-    wanted, ``name``; paths in it are relative to its folder. Files of folders and patterns come in the order of their
-    names. Anything else is drawn from: paths, Scene objects and pairs of a name and either. Raises HoldfastError if
-    there is no such file; what is wrong with a single one is told of that one.
+    A string or a path is a scene file, a folder (all files below it with the suffix of a scene format), a glob pattern
+    (``**`` matches folders of any depth) or a manifest (.csv, .parquet) with the column ``scene`` and optionally
+    ``name``; paths in it are relative to its folder. Files of folders and patterns are sorted by name. Anything else
+    must be an iterable of paths, Scene objects, and pairs of a name and one of them. Raises HoldfastError if there is
+    no such file; errors in single scenes become part of their rows.
     """
     if isinstance(scenes, str | os.PathLike):
         found = list(_named(os.fspath(scenes)))
@@ -125,11 +125,11 @@ def _parquet(path: Path) -> Iterator[dict[str, Any]]:
             columns = [name for name in (COLUMN, NAMES) if name in file.schema_arrow.names]
             for batch in file.iter_batches(columns=columns, use_threads=False):
                 yield from batch.to_pylist()
-    except HoldfastError:  # what is done with the rows
+    except HoldfastError:  # from the consumer of the rows
         raise
-    except Exception as cause:  # what reads damaged bytes may raise anything
-        problem = f"is no Parquet file that can be read: {one_line(str(cause), 200) or type(cause).__name__}"
-        raise HoldfastError(message(str(path), problem, "write it anew, or as CSV")) from cause
+    except Exception as cause:  # a reader of damaged bytes may raise any exception
+        problem = f"is not a readable Parquet file: {one_line(str(cause), 200) or type(cause).__name__}"
+        raise HoldfastError(message(str(path), problem, "write it again, or as CSV")) from cause
 
 
 def _input(number: int, item: Any) -> Input:  # noqa: ANN401 - checked here
@@ -145,7 +145,7 @@ def _input(number: int, item: Any) -> Input:  # noqa: ANN401 - checked here
 
 
 def _distinct(items: Iterable[Input]) -> Iterator[Input]:
-    """Yield the inputs; raise HoldfastError where a name comes again."""
+    """Yield the inputs; raise HoldfastError at a name that occurred before."""
     seen: dict[str, int] = {}
     for number, item in enumerate(items):
         if seen.setdefault(item.name, number) != number:

@@ -1,4 +1,4 @@
-"""A scene and what is asked of it, as they travel to a worker: no module of the library is imported for them."""
+"""A scene and the question about it, as they are sent to a worker, without importing the rest of the library."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Push:
-    """A push: at ``point`` [m] of ``body`` along ``direction``, in the world. ``scene`` is empty if it is for all."""
+    """A push at ``point`` [m] of ``body`` along ``direction``, world frame; ``scene`` is "" if it is for all scenes."""
 
     scene: str
     body: str
@@ -24,10 +24,10 @@ class Push:
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of every scene.
+    """The question of a batch.
 
-    ``verbs`` are those of "stability", "map", "transport" and "push" that are asked. ``options`` maps "load",
-    "assemble" and verbs to the keyword arguments of the functions behind them. ``pushes`` are those of a file.
+    ``verbs`` are some of "stability", "map", "transport" and "push". ``options`` maps "load", "assemble" and verbs to
+    keyword arguments of the functions that they call. ``pushes`` are the pushes for the verb "push".
     """
 
     verbs: tuple[str, ...]
@@ -40,7 +40,7 @@ class Question:
 
     @cached_property
     def text(self) -> str:
-        """The question as a text, which is the same for equal questions; without the pushes."""
+        """The question as text, without the pushes; it is the same for equal questions."""
         return json.dumps({"ask": self.verbs, "options": self.options}, sort_keys=True, allow_nan=False)
 
     @cached_property
@@ -51,16 +51,16 @@ class Question:
         return {name: tuple(pushes) for name, pushes in found.items()}
 
     def pushes_on(self, name: str) -> tuple[Push, ...]:
-        """Return the pushes that the scene with this name is asked: those for all, and its own."""
+        """Return the pushes for the scene with this name: those for all scenes, and its own."""
         return tuple(push for key in dict.fromkeys(("", name)) for push in self._pushes_by_scene.get(key, ()))
 
 
 @dataclass(frozen=True)
 class Job:
-    """One scene to ask: its ``number`` and ``name``, and where it is: a file or a value.
+    """One scene of a batch: its ``number`` and ``name``, the question, and the scene as a file or a value.
 
-    ``path`` is as it was given; ``place`` is the absolute path. The ``key`` of a value is known beforehand, that of a
-    file when it has been read.
+    ``path`` is the path as it was given, ``place`` the absolute path. The ``key`` of a value is known beforehand, that
+    of a file once it has been read.
     """
 
     number: int

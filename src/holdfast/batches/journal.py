@@ -1,7 +1,7 @@
-"""Journals: finished scenes, one line each, from when they are answered until their shard is written.
+"""Journals: answered scenes, one line each, until their shard is written.
 
-A line holds all rows of a scene. It is given to the system at once, so that it outlasts the process; about once a
-second it is also brought to the disk. A line that is damaged or not complete is dropped.
+A line holds all rows of a scene. It is written without buffering, so that it survives the process; about once a second
+it is also synced to the disk. A damaged or incomplete line is dropped.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from holdfast.base.files import check_ordinary
 from holdfast.batches.schema import TABLES, Tables
 from holdfast.batches.tables import check_row, completed, line_of
 
-SYNCED = 1.0  # [s] after which what was appended is brought to the disk
+SYNCED = 1.0  # [s] time between two syncs to the disk
 
 Record = Tables  # all rows of one scene, of which the table "scenes" has one
 
@@ -29,7 +29,7 @@ def name_of(record: Record) -> str:
 
 
 class Journal:
-    """The journal at ``path``: it is appended to, and read back by the names of scenes."""
+    """The journal at ``path``: records are appended, and read back by the names of scenes."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -46,7 +46,7 @@ class Journal:
         try:
             if self._stream is None:
                 self._stream = self.path.open("ab", buffering=0)
-                self._stream.truncate(self._end)  # behind it may be what is left of a line
+                self._stream.truncate(self._end)  # an incomplete line may follow
             written = 0
             while written < len(line):
                 written += self._stream.write(line[written:]) or 0
@@ -60,19 +60,19 @@ class Journal:
         self._end += len(line)
 
     def sync(self) -> None:
-        """Bring all that was appended to the disk."""
+        """Sync all that was appended to the disk."""
         if self._stream is not None:
             os.fsync(self._stream.fileno())
         self._synced = time.monotonic()
 
     def record(self, name: str) -> Record:
-        """Return the rows of the scene with this name, of which the last line counts."""
+        """Return the rows of the scene with this name, from its last line."""
         with self.path.open("rb") as stream:
             stream.seek(self.places[name])
             return _record(stream.readline())
 
     def records(self) -> Iterator[Record]:
-        """Yield the rows of all scenes, in the order in which they ended."""
+        """Yield the rows of all scenes, in the order in which they were appended."""
         for name in list(self.places):
             yield self.record(name)
 
@@ -83,14 +83,14 @@ class Journal:
             self._stream = None
 
     def remove(self) -> None:
-        """Remove the journal: its rows are elsewhere."""
+        """Remove the journal, once its rows are in a shard."""
         self.close()
         self.path.unlink(missing_ok=True)
         self.places, self._end = {}, 0
 
     def _index(self) -> None:
-        """Find the beginnings of all lines that are complete and sound; behind the last, there is nothing to keep."""
-        check_ordinary(self.path, "journal", error=HoldfastError, remedy="remove it: what it held is asked anew")
+        """Find the beginnings of all complete and valid lines; the journal ends after the last of them."""
+        check_ordinary(self.path, "journal", error=HoldfastError, remedy="remove it: its scenes are computed again")
         place = 0
         with self.path.open("rb") as stream:
             for line in stream:
@@ -98,7 +98,7 @@ class Journal:
                 try:
                     name = name_of(_record(line))
                 except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
-                    continue  # such as blocks of zeros after a power failure
+                    continue  # for example blocks of zeros after a power failure
                 if line.endswith(b"\n"):
                     self.places[name], self._end = begin, place
 

@@ -1,4 +1,4 @@
-"""Keys: what a scene and a question are, as a hash over the bytes of all that they consist of."""
+"""Keys: hashes of all the data that a scene and its question consist of."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.batches.job import Job
 from holdfast.batches.schema import VERSION
 
-MISSING = "missing"  # digest of a file that is not there or cannot be read
-BLOCK = 1 << 20  # bytes of a file that are hashed at once
+MISSING = "missing"  # digest of a file that does not exist or cannot be read
+BLOCK = 1 << 20  # number of bytes of a file that are hashed at a time
 
-Signature = tuple[int, int, int, int] | None  # of a file that nobody changed since: device, number, size, time
+Signature = tuple[int, int, int, int] | None  # identifies the state of a file: device, inode, size, time of change
 
 
 class Digests:
-    """SHA-256 of files; a file that did not change since it was hashed is not read again."""
+    """The SHA-256 digests of files, with a cache of files that have not changed."""
 
     def __init__(self) -> None:
         self._known: dict[str, tuple[Signature, str]] = {}
@@ -39,17 +39,17 @@ class Digests:
 
 
 class Touched:
-    """The files that reading a scene looked at, in this order, as they were before they were read."""
+    """The files that were read for a scene, in order, with their signatures before they were read."""
 
     def __init__(self) -> None:
         self.before: dict[Path, Signature] = {}
 
     def note(self, path: Path) -> None:
-        """Note a file that is about to be read: for ``noting_files``."""
+        """Note a file that is about to be read; to be passed to ``noting_files``."""
         self.before.setdefault(Path(os.path.abspath(path)), signature(path))
 
     def check(self) -> None:
-        """Raise HoldfastError if a file changed since it was noted: what was read may be neither old nor new."""
+        """Raise HoldfastError if a file changed since it was noted: it may have been read half old, half new."""
         for path, before in self.before.items():
             if signature(path) != before:
                 raise HoldfastError(message(str(path), "changed while it was read", "ask again"))
@@ -73,7 +73,7 @@ def key_of_value(job: Job) -> str:
 
 
 def signature(path: Path) -> Signature:
-    """Return what tells that a file has not changed, None if it is not there."""
+    """Return the signature of a file, None if it does not exist."""
     try:
         found = os.stat(path)
     except (OSError, ValueError):
@@ -90,7 +90,7 @@ def _key(job: Job, parts: Sequence[Sequence[str]]) -> str:
 def _digest(path: Path) -> str:
     found = hashlib.sha256()
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):  # which might never end
+        if not stat.S_ISREG(os.stat(path).st_mode):  # a device or a pipe may never end
             return MISSING
         with open(path, "rb") as stream:
             while block := stream.read(BLOCK):

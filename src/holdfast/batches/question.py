@@ -1,4 +1,4 @@
-"""What a batch asks of every scene: the verbs, their options and the pushes, checked before anything is asked."""
+"""The question of a batch: the verbs, their options and the pushes, checked before any scene is computed."""
 
 from __future__ import annotations
 
@@ -28,18 +28,20 @@ ASKED: Mapping[str, Callable[..., Any]] = {
     "map": robustness_map,
     "transport": transport_limits,
 }
-# Arguments that the batch gives itself, but for the directions of transport, and those that no file can hold
+# Arguments that are not options: the batch supplies them, or they cannot be written to a file. The directions of
+# transport are an option.
 GIVEN = ("assembly", "scene", "body", "points", "directions", "standing", "loads", "imperfect", "interfaces")
 ENGINE = "engine"
-MOST_BYTES = 500_000_000  # of a file of pushes
+MOST_BYTES = 500_000_000  # largest size of a file of pushes
 PUSH_COLUMNS = ("body", "x", "y", "z", "dx", "dy", "dz")
 
 
 def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> Question:
-    """Return what ``ask`` and ``options`` mean; raise HoldfastError if a verb or an option is unknown.
+    """Return the question for the arguments ``ask`` and ``options`` of a batch.
 
     ``ask`` is one of stability, map, transport and push:FILE, or several of them. ``options`` maps "load", "assemble"
-    and verbs to keyword arguments; ``engine`` beside them holds for all verbs.
+    and verbs to keyword arguments, and "engine" to the engine of all verbs. Raises HoldfastError if a verb or an option
+    is unknown.
     """
     words = [ask] if isinstance(ask, str) else checked_items(ask, "ask", "stability, map, transport or push:FILE")
     pushes: tuple[Push, ...] = ()
@@ -59,7 +61,7 @@ def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> Que
 
 
 def _options(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Check options, and give every verb the engine that is for all."""
+    """Return checked options, in which every verb has the common engine unless it has its own."""
     checked_mapping(given, "options", '{"engine": "limit"}')
     engine = {ENGINE: given[ENGINE]} if ENGINE in given else {}
     found: dict[str, dict[str, Any]] = {verb: dict(engine) for verb in VERBS if engine}
@@ -71,7 +73,8 @@ def _options(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             raise HoldfastError(message("options", f"{quoted(verb)}: {quoted(own)}", remedy))
         for name in own:
             if verb != "load" and name not in _known(verb):
-                raise HoldfastError(message(f"options of {verb}", f"{quoted(name)} is unknown", _near(name, verb)))
+                remedy = nearest_of(name, _known(verb))
+                raise HoldfastError(message(f"options of {verb}", f"{quoted(name)} is unknown", remedy))
         found.setdefault(verb, {}).update(own)
     try:
         return dict(json.loads(json.dumps(found, allow_nan=False)))
@@ -84,10 +87,6 @@ def _known(verb: str) -> list[str]:
     given = [name for name in GIVEN if (verb, name) != ("transport", "directions")]
     names = inspect.signature(ASKED[verb]).parameters
     return [name for name in names if name not in given]
-
-
-def _near(name: object, verb: str) -> str:
-    return nearest_of(name, _known(verb))
 
 
 def read_pushes(path: Path) -> tuple[Push, ...]:

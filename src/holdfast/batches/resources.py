@@ -1,4 +1,4 @@
-"""What a batch runs on, and how its scenes are divided."""
+"""The resources of a batch."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ MOST_IN_SHARD = 1_000_000
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Resources(Value):
-    """What a batch runs on, and how its scenes are divided.
+    """Where a batch runs, and how its scenes are divided into shards.
 
-    - ``megabytes`` [MB]: the memory beyond which a scene is given up.
-    - ``scheduler``: the address of a Dask scheduler, or a ``distributed.Client``. The processes are then on its
-      workers; by default they are on this machine.
-    - ``shard``: "i/n" does each n-th shard from number i on, for arrays of jobs that share a folder; all by default.
+    - ``megabytes`` [MB]: the memory limit of a scene.
+    - ``scheduler``: the address of a Dask scheduler, or a ``distributed.Client``. The processes then run on its
+      workers; by default they run on this machine.
+    - ``shard``: "i/n" computes only every n-th shard, beginning with number i, for arrays of jobs that share a folder.
     - ``shard_size``: how many scenes one file of a table holds.
 
     Raises SceneError for a number out of range.

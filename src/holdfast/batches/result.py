@@ -1,4 +1,4 @@
-"""What a batch says of itself at its end, and its tables for other programs."""
+"""The report of a batch, and its tables for other programs."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import many
 from holdfast.base.values import Table
 from holdfast.batches.folder import Folder, reading
+from holdfast.batches.outcomes import ANSWERED, OUTCOMES
 from holdfast.batches.schema import TABLES, Row
-from holdfast.batches.words import ANSWERED, OUTCOMES
 from holdfast.engines.verdict import Status
 
-SHOWN = 8  # scenes that failed, in a summary
+SHOWN = 8  # largest number of scenes without answers in a report
 VERDICTS = (Status.STABLE.value, Status.UNSTABLE.value, Status.UNDECIDED.value)
 
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class BatchReport(PublicValue):
-    """What a folder of a batch holds, counted.
+    """The numbers of scenes in the folder of a batch, by outcome and verdict.
 
     ``folder`` is its path. ``outcomes`` counts its scenes by outcome: answered, error, time, memory and crash.
     ``verdicts`` counts those with a verdict: stable, unstable and undecided. ``failures`` are the first scenes that
-    were not answered, each with its outcome and what was told. Of the run that made the report, ``asked`` and ``kept``
-    count the scenes that were asked and those that needed not to be, and ``seconds`` is the time that it took [s].
+    were not answered, each with its outcome and the problem. In the run that made the report, ``asked`` scenes were
+    computed and ``kept`` scenes had answers from earlier runs; ``seconds`` [s] is the time that it took.
     """
 
     folder: str
@@ -50,9 +50,11 @@ class BatchReport(PublicValue):
     def summary(self) -> Summary:
         """Summarise the batch by its outcomes and verdicts."""
         parts = [f"{count:,} {name}" for counts in (self.outcomes, self.verdicts) for name, count in counts.items()]
-        facts = [("folder", self.folder), ("this run", f"{self.asked:,} asked, {self.kept:,} kept")]
+        facts = [("folder", self.folder), ("this run", f"{self.asked:,} computed, {self.kept:,} from earlier runs")]
         rows = [list(failure) for failure in self.failures]
-        return Summary(f"{many(self.scenes, 'scene')}: {', '.join(parts)}", facts, ("scene", "outcome", "told"), rows)
+        return Summary(
+            f"{many(self.scenes, 'scene')}: {', '.join(parts)}", facts, ("scene", "outcome", "problem"), rows
+        )
 
 
 def counted(folder: Folder) -> BatchReport:
@@ -61,12 +63,12 @@ def counted(folder: Folder) -> BatchReport:
     verdicts: Counter[str] = Counter()
     failures: list[tuple[str, str, str]] = []
     for shard in folder.shards():
-        for row in folder.rows("scenes", shard, ["scene", "outcome", "status", "told"]):
+        for row in folder.rows("scenes", shard, ["scene", "outcome", "status", "problem"]):
             outcomes[row["outcome"]] += 1
             if row["status"] is not None:
                 verdicts[row["status"]] += 1
             if row["outcome"] != ANSWERED and len(failures) < SHOWN:
-                failures.append((row["scene"], row["outcome"], row["told"] or ""))
+                failures.append((row["scene"], row["outcome"], row["problem"] or ""))
     return BatchReport(
         folder=str(folder.path),
         outcomes=_ordered(outcomes, OUTCOMES),
@@ -82,8 +84,8 @@ def _ordered(counts: Counter[str], names: Sequence[str]) -> Table[str, int]:
 class BatchTables:
     """The tables of a folder: "scenes", "bodies", "interfaces", "pushes" and "transports", see docs/batch.md.
 
-    Only finished shards are read. Every table can be had as rows, and with the package of that name as an Arrow table,
-    a pandas data frame or a polars data frame.
+    Only finished shards are read. Every table is available as rows, and with the package of that name installed, as an
+    Arrow table, a pandas data frame or a polars data frame.
     """
 
     def __init__(self, folder: Folder) -> None:
@@ -95,8 +97,7 @@ class BatchTables:
     def rows(self, table: str = "scenes") -> Iterator[Row]:
         """Yield the rows of a table as dicts, in the order of the scenes.
 
-        Raises HoldfastError for an unknown name, and for a damaged file, which it names: the same batch asks its scenes
-        anew.
+        Raises HoldfastError for an unknown table or a damaged file. Running the same batch again replaces such a file.
         """
         if table not in TABLES:
             raise HoldfastError(message("read_batch", f"table {table!r} is unknown", nearest_of(table, TABLES)))
@@ -104,7 +105,7 @@ class BatchTables:
             yield from self.folder.rows(table, shard)
 
     def arrow(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a pyarrow.Table, which has no types
-        """Return a table as a pyarrow.Table; units and meanings are in the metadata of its fields."""
+        """Return a table as a pyarrow.Table, with units and meanings in the metadata of its fields."""
         from holdfast.batches.tables import arrow_schema
 
         try:

@@ -1,4 +1,4 @@
-"""Ask one scene, and write its answers as rows of the tables: what a worker does."""
+"""The task of a worker: answer the question of one scene, as rows of the tables."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
 from holdfast.batches.job import Job, Push
 from holdfast.batches.keys import Digests, Touched, key_of_files
+from holdfast.batches.outcomes import ANSWERED, ERROR, MEMORY
 from holdfast.batches.schema import Row, Tables
-from holdfast.batches.words import ANSWERED, ERROR, MEMORY
 from holdfast.engines.answers import Answers
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.queries.map import RobustnessMap, robustness_map
@@ -29,15 +29,15 @@ from holdfast.scene.formats.registry import load_scene
 from holdfast.scene.scene import Scene
 from holdfast.scene.shipped import shipped_scene
 
-COMPILED = "compiled-for-batches"  # a file in the folder of machine code which says that nothing is missing there
+COMPILED = "compiled-for-batches"  # marker file in the folder of machine code: everything is compiled
 Tell = Callable[[Tables], None]
 
 
 def answered(job: Job, tell: Tell) -> Tables:
-    """Ask a scene and return its rows.
+    """Answer the question of a scene and return its rows.
 
-    ``tell`` is called with the rows so far, as soon as the scene is read and before each verb, in case the rest never
-    ends. Errors that holdfast raises become the outcome of the scene, beside all that was answered before.
+    ``tell`` is called with the rows so far as soon as the scene is read, and before each verb, in case the rest fails.
+    An error of holdfast becomes the outcome of the scene, and earlier answers stay.
     """
     scenes: Row = {"number": job.number, "scene": job.name, "path": job.path}
     tables: Tables = {"scenes": [scenes], "bodies": [], "interfaces": [], "pushes": [], "transports": []}
@@ -54,14 +54,14 @@ def answered(job: Job, tell: Tell) -> Tables:
             scenes["outcome"] = ANSWERED
         except HoldfastError as error:
             lacking = lacks_memory(error)
-            scenes["outcome"], scenes["told"] = (MEMORY if lacking else ERROR), str(error)
+            scenes["outcome"], scenes["problem"] = (MEMORY if lacking else ERROR), str(error)
         return so_far()
 
 
 def warm(job: Job) -> None:
-    """Compile, import and load all that the question of a job needs, so that it is no part of the time of a scene."""
+    """Compile, import and load everything that a question needs, so that it does not count as time of a scene."""
     mark = machine_code_folder() / COMPILED
-    with suppress(HoldfastError, OSError):  # nothing can be kept: every worker compiles what it needs
+    with suppress(HoldfastError, OSError):  # if the folder is not writable, every worker compiles for itself
         if not mark.exists():
             compile_all()
             mark.touch()
@@ -72,7 +72,7 @@ def warm(job: Job) -> None:
 
 
 def lacks_memory(error: BaseException) -> bool:
-    """Say whether memory that ran out is what raised an error."""
+    """Return whether an error was caused by a MemoryError."""
     cause: BaseException | None = error
     while cause is not None:
         if isinstance(cause, MemoryError):
@@ -81,19 +81,19 @@ def lacks_memory(error: BaseException) -> bool:
     return False
 
 
-def _ask(job: Job, told: Callable[[], None], tables: Tables) -> None:
-    """Read and ask a scene; what was answered stands in the tables, whatever is raised.
+def _ask(job: Job, report: Callable[[], None], tables: Tables) -> None:
+    """Read a scene and write its answers into ``tables``; answers so far stay there if an error is raised.
 
-    ``told`` is called whenever something that takes long follows.
+    ``report`` is called before each step that may take long.
     """
     scenes, question = tables["scenes"][0], job.question
-    scene = _read(job, told, scenes)
+    scene = _read(job, report, scenes)
     assembly = assemble(scene, **question.of("assemble"))
     scenes |= _counted(assembly)
     tables["bodies"] = [_body(assembly, k) for k in range(len(assembly.bodies))]
     tables["interfaces"] = _interfaces(assembly)
     for verb in question.verbs:
-        told()
+        report()
         match verb:
             case "stability":
                 _add_verdict(stability(assembly, **question.of(verb)), tables)
@@ -110,11 +110,11 @@ def _ask(job: Job, told: Callable[[], None], tables: Tables) -> None:
                     tables["pushes"] += _push_rows("push", found, [body] * len(pushes), found.directions)
 
 
-def _read(job: Job, told: Callable[[], None], scenes: Row) -> Scene:
-    """Return the scene of a job; its key and files are noted and told even if it cannot be read."""
+def _read(job: Job, report: Callable[[], None], scenes: Row) -> Scene:
+    """Return the scene of a job; its key and files are written to its row even if it cannot be read."""
     if job.scene is not None:
         scenes |= {"key": job.key, "files": []}
-        told()
+        report()
         return job.scene
     touched = Touched()
     try:
@@ -123,17 +123,17 @@ def _read(job: Job, told: Callable[[], None], scenes: Row) -> Scene:
     finally:
         files = touched.relative_to(job.place)
         scenes |= {"key": key_of_files(job, files, Digests()), "files": list(files)}
-        told()
+        report()
     try:
         touched.check()
     except HoldfastError:
-        scenes["key"] = ""  # no later run takes it for an answer
+        scenes["key"] = ""  # so that no later run reuses the row
         raise
     return scene
 
 
 def _by_body(job: Job, scene: Scene) -> Iterator[tuple[str, list[Push]]]:
-    """Yield the pushes of a job by their body; those for all scenes are left out where there is no such body."""
+    """Yield the pushes of a job by body; pushes for all scenes are skipped if the scene has no such body."""
     known = {body.name for body in scene.bodies}
     found: dict[str, list[Push]] = {}
     for push in job.pushes:
@@ -243,7 +243,7 @@ def _columns(answers: Answers, amount: str) -> list[Row]:
 
 
 def _sum_up(tables: Tables) -> None:
-    """Write the smallest answers and the number of those that are missing into the rows of the scene and its bodies."""
+    """Write the smallest answers and the number of undecided ones into the rows of the scene and its bodies."""
     scenes, pushes, transports = tables["scenes"][0], tables["pushes"], tables["transports"]
     decided = [row for row in pushes if row["status"] != Status.UNDECIDED]
     if decided:
@@ -264,7 +264,7 @@ def _sum_up(tables: Tables) -> None:
 
 @contextmanager
 def _warned() -> Iterator[Callable[[], list[str]]]:
-    """Collect the warnings of holdfast in this block: what is yielded returns those so far, each once."""
+    """Collect the warnings of holdfast in this block; the yielded function returns those so far, without duplicates."""
     with warnings.catch_warnings(record=True) as raised:
         warnings.simplefilter("always", HoldfastWarning)
 

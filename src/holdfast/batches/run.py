@@ -1,4 +1,4 @@
-"""Ask many scenes one question: the driver, which alone writes to the folder."""
+"""Answer one question about many scenes: the driver of a batch, which alone writes to the folder."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from holdfast.base.files import checked_path
 from holdfast.base.parallel import cores
 from holdfast.base.progress import report
 from holdfast.base.text import quoted
-from holdfast.batches.crew import answered_here
+from holdfast.batches.earlier_answers import EarlierAnswers
 from holdfast.batches.folder import Folder, Part, opened
 from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, inputs_of
 from holdfast.batches.job import Job, Question
 from holdfast.batches.journal import Journal, Record, name_of
-from holdfast.batches.keeper import Limits, Reply
-from holdfast.batches.kept import Kept
 from holdfast.batches.keys import Digests, key_of_files, key_of_value
+from holdfast.batches.local_workers import answered_here
+from holdfast.batches.outcomes import DONE, OUTCOMES
 from holdfast.batches.question import question
 from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.schema import TABLES, Row
-from holdfast.batches.words import DONE, OUTCOMES
+from holdfast.batches.supervisor import Limits, Reply
 
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000
 STAGE = "scenes"
@@ -45,27 +45,28 @@ def batch(
     retry: Iterable[str] = (),
     resources: Resources | None = None,
 ) -> BatchReport:
-    """Ask every scene the same, each in a process of its own kind, and write the answers to tables in a folder.
+    """Answer the same question about every scene in worker processes, and write the answers to tables in a folder.
 
-    ``scenes`` is a scene file, a folder, a glob pattern, a manifest (.csv or .parquet with a column ``scene``), or
-    anything that yields paths, Scene objects or pairs of a name and one of them. They are drawn one by one; names must
-    be unique.
+    ``scenes`` is a scene file, a folder, a glob pattern, a manifest (.csv or .parquet with a column ``scene``), or an
+    iterable of paths, Scene objects, or pairs of a name and one of them. It is consumed one by one; names must be
+    unique.
 
     ``ask`` are ``"stability"``, ``"map"``, ``"transport"`` and ``"push:FILE"``, where the CSV file has the columns
     body, x, y, z [m], dx, dy, dz (world frame) and, if pushes differ between scenes, scene. ``options`` maps
     ``"load"``, ``"assemble"``, ``"stability"``, ``"map"``, ``"transport"`` and ``"push"`` to keyword arguments of the
-    functions behind them; ``"engine"`` beside them holds for all. Rows are those of single calls, bit for bit.
+    functions that they call, and ``"engine"`` to the engine of all. Rows equal the answers of single calls, bit for
+    bit.
 
-    ``out`` is the folder. It holds tables in shards (docs/batch.md). Whatever stops a batch,
-    the same call goes on with it: scenes of which no byte changed, nor the question, nor the version, are not asked
-    again, except those with an outcome in ``retry``, such as ``("time", "memory")``.
+    ``out`` is the folder for the tables, in shards (docs/batch.md). The same call resumes a batch that was stopped for
+    any reason: a scene is computed again only if one of its files, the question or the version has changed, or if its
+    outcome is in ``retry``, such as ``("time", "memory")``.
 
-    ``workers`` processes, by default one for each core, answer with one native thread each. A scene that takes longer
-    than ``seconds`` [s], needs too much memory, or crashes its process becomes a row that says so. ``resources`` say
-    how much memory that is, on which machines the processes are, and how the scenes are divided, see Resources.
+    There are ``workers`` processes with one native thread each, by default one for each core. If a scene takes longer
+    than ``seconds`` [s], needs too much memory or crashes its process, its row says so. ``resources`` sets the memory
+    limit, the machines and the division into shards, see Resources.
 
     Raises HoldfastError for bad arguments, for a folder that holds answers to another question or that another batch
-    writes to, and where the folder cannot be written. What is wrong with single scenes stands in their rows.
+    writes to, and if the folder cannot be written. Errors in single scenes are reported in their rows.
     """
     asked = question(ask, options)
     means = Resources() if resources is None else resources
@@ -78,7 +79,7 @@ def batch(
     start = time.monotonic()
     with ExitStack() as stack:
         folder = opened(path, asked, means.shard_size, part, stack)
-        driver = stack.enter_context(Driver(folder, asked, given, Kept(folder, again)))
+        driver = stack.enter_context(Driver(folder, asked, given, EarlierAnswers(folder, again)))
         jobs = driver.jobs()
         if means.scheduler is None:
             answers = answered_here(jobs, asked, limits, count)
@@ -87,12 +88,12 @@ def batch(
 
             answers = answered_there(jobs, asked, limits, means.scheduler)
         driver.run(answers)
-    return replace(counted(folder), asked=driver.asked, kept=driver.kept_count, seconds=time.monotonic() - start)
+    return replace(counted(folder), asked=driver.asked, kept=driver.reused, seconds=time.monotonic() - start)
 
 
 @dataclass
 class OpenShard:
-    """A shard that is not finished: the names of its scenes in order, their journal, and the names still missing."""
+    """An unfinished shard: the names of its scenes in order, their journal, and the names without an answer yet."""
 
     names: list[str]
     journal: Journal
@@ -101,14 +102,14 @@ class OpenShard:
 
 @dataclass
 class Driver:
-    """Draws jobs, writes what is answered, and writes a shard when it is complete; a context that ends tidily."""
+    """Draws jobs, writes answers to journals, and writes shards that are complete. A context manager."""
 
     folder: Folder
     question: Question
     inputs: Inputs
-    kept: Kept
+    earlier: EarlierAnswers
     asked: int = 0
-    kept_count: int = 0
+    reused: int = 0
     finished: bool = False
     _open: dict[int, OpenShard] = field(default_factory=dict)
     _drawn: int = 0
@@ -120,10 +121,10 @@ class Driver:
     def __exit__(self, *failure: object) -> None:
         for each in self._open.values():
             each.journal.close()
-        self.kept.close(finished=self.finished)
+        self.earlier.close(finished=self.finished)
 
     def run(self, answers: Iterator[tuple[Job, Reply]]) -> None:
-        """Write all answers, and what is left to do at the end."""
+        """Write all answers, and then remove shards that are no longer needed."""
         self._report()
         for job, reply in answers:
             self._write(job, reply)
@@ -133,7 +134,7 @@ class Driver:
         self.finished = True
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the scenes that are not answered yet, shard by shard, as inputs are drawn."""
+        """Yield the jobs without an answer, shard by shard, as inputs are drawn."""
         while items := list(islice(self.inputs.items, self.folder.shard_size)):
             shard, self._shards = self._shards, self._shards + 1
             if self.folder.part.has(shard):
@@ -150,9 +151,9 @@ class Driver:
         return replace(job, path=as_text(item.path), place=os.path.abspath(item.path))
 
     def _missing(self, shard: int, jobs: list[Job]) -> Iterator[Job]:
-        """Keep what is known of a shard, and yield the rest."""
-        records = [self.kept.record(job) for job in jobs]
-        self.kept_count += sum(record is not None for record in records)
+        """Reuse the earlier answers of a shard, and yield the other jobs."""
+        records = [self.earlier.record(job) for job in jobs]
+        self.reused += sum(record is not None for record in records)
         names = [job.name for job in jobs]
         if None not in records and self._unchanged(shard, names):
             self._report()
@@ -168,8 +169,8 @@ class Driver:
         yield from missing
 
     def _unchanged(self, shard: int, names: list[str]) -> bool:
-        """Say whether a shard is complete and holds these scenes, in this order, as they were kept."""
-        there = self.folder.file("scenes", shard).exists() and shard not in self.kept.damaged
+        """Return whether a shard is complete and holds these scenes in this order, so that it can stay."""
+        there = self.folder.file("scenes", shard).exists() and shard not in self.earlier.damaged
         return there and self.folder.names(shard) == names and not self.folder.journal(shard).path.exists()
 
     def _write(self, job: Job, reply: Reply) -> None:
@@ -181,19 +182,19 @@ class Driver:
             self._commit(shard)
 
     def _commit(self, shard: int) -> None:
-        """Write a shard whose rows are all in its journal. Until it is written, nothing leaves the journals."""
+        """Write a shard whose rows are all in its journal, and then remove the journal."""
         own = self._open.pop(shard)
         if self.folder.file("scenes", shard).exists():
-            self.kept.displace(shard, set(own.names))
+            self.earlier.displace(shard, set(own.names))
         own.journal.sync()
         self.folder.write(shard, [own.journal.record(name) for name in own.names])
         own.journal.remove()
 
     def _clear(self) -> None:
-        """Take shards behind the last out of the tables; their rows stay at hand."""
+        """Remove shards after the last one from the tables; their rows stay in a journal."""
         for shard in self.folder.shards():
             if shard >= self._shards and self.folder.part.has(shard):
-                self.kept.displace(shard, ())
+                self.earlier.displace(shard, ())
                 self.folder.remove(shard)
 
     def _report(self) -> None:
@@ -202,21 +203,21 @@ class Driver:
             size, part = self.folder.shard_size, self.folder.part
             starts = range(part.number * size, self.inputs.count, part.of * size)
             total = sum(min(size, self.inputs.count - first) for first in starts)
-        report(STAGE, self.asked + self.kept_count, total)
+        report(STAGE, self.asked + self.reused, total)
 
 
 def record_of(job: Job, reply: Reply) -> Record:
-    """Return the rows of a scene that ended in any way: if its worker did not live to the end, what it told before."""
+    """Return the rows of a scene with any outcome; if its worker died, the last rows that it reported."""
     record: Record = reply.value if reply.outcome == DONE else reply.parts[-1] if reply.parts else _unread(job)
     row: Row = record["scenes"][0]
     if reply.outcome != DONE:
-        row |= {"outcome": reply.outcome, "told": reply.told.encode("utf-8", "backslashreplace").decode()}
+        row |= {"outcome": reply.outcome, "problem": reply.problem.encode("utf-8", "backslashreplace").decode()}
     row |= {"seconds": reply.seconds, "peak_mb": reply.peak, "files": [as_text(name) for name in row["files"] or ()]}
     return record
 
 
 def _unread(job: Job) -> Record:
-    """Return the rows of a scene whose worker did not live to read it; its key is that of its file alone."""
+    """Return the row of a scene whose worker died before it was read; its key covers its own file only."""
     row: Row = {"number": job.number, "scene": job.name, "path": job.path, "key": job.key, "files": []}
     if job.scene is None:
         files = [os.path.basename(job.place)]
@@ -225,7 +226,7 @@ def _unread(job: Job) -> Record:
 
 
 def _part(shard: str | None) -> Part:
-    """Return the share that ``shard`` means: i/n, from 0."""
+    """Return the share of the shards for a text "i/n", counted from 0; None means all."""
     if shard is None:
         return Part()
     number, slash, of = shard.partition("/") if isinstance(shard, str) else ("", "", "")

@@ -1,4 +1,4 @@
-"""Read saved answers from files; all classes of answers are known here, so every file can be read."""
+"""Read saved answers from files. This module imports all classes of answers, so that every file can be read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The columns of the tables that a batch writes: from this one list come Parquet's schema, schema.json and the docs."""
+"""The columns of the tables of a batch: the source of the Parquet schema, of schema.json and of the docs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Tables = dict[str, list[Row]]  # rows by the name of their table
 
 
 class Column(NamedTuple):
-    """A column: its name, the kind of its values, their unit (empty: none) and its meaning.
+    """A column: its name, the kind of its values, their unit ("" if none) and its meaning.
 
     Values may be missing (null) in every column. ``reproducible`` is False where two runs of one scene may differ.
     """
@@ -40,7 +40,7 @@ _PLACE = (
 
 
 def _answered(name: str, unit: str, what: str) -> tuple[Column, ...]:
-    """Return the columns of answers: the amount, its bounds, what it means and what gives way."""
+    """Return the columns of answers: the amount, its bounds, its status and what gives way."""
     return (
         Column(name, "number", unit, f"the largest {what} before anything moves; inf if none moves anything"),
         Column("lower", "number", unit, "lower bound of the true answer, as far as the engine promises one"),
@@ -59,7 +59,7 @@ SCENES = (
     Column("key", "text", "", "SHA-256 of the scene with all its files, the question, its options and the version"),
     Column("files", "texts", "", "the files that were read, relative to the folder of the scene file"),
     Column("outcome", "text", "", "answered, error, time, memory or crash"),
-    Column("told", "text", "", "what went wrong, if the outcome is not answered"),
+    Column("problem", "text", "", "what went wrong, if the outcome is not answered"),
     Column("status", "text", "", "stable, unstable or undecided; null if it was not asked or not answered"),
     Column("reason", "text", "", "the reason for the verdict, in words"),
     Column("equilibrium_exists", "flag", "", "true or false with evidence; null if it is not known"),
@@ -75,12 +75,12 @@ SCENES = (
     Column("weakest_lower", "number", "N", "the smallest lower bound of all pushes and map points"),
     Column("weakest_body", "text", "", "the body at which the smallest decided force acts"),
     Column("weakest_mode", "text", "", "what the contacts do then: slip, topple ..."),
-    Column("weakest_moving", "texts", "", "names of the bodies that move then, maybe others than the pushed one"),
+    Column("weakest_moving", "texts", "", "names of the bodies that move then, not always the pushed one"),
     Column("undecided", "whole", "", "number of pushes, map points and accelerations without an answer"),
     Column("acceleration", "number", "m/s²", "the smallest decided acceleration of the carrier; null without one"),
     Column("acceleration_lower", "number", "m/s²", "the smallest lower bound of the accelerations"),
     Column("notes", "texts", "", "simplifications on which the verdict depends"),
-    Column("warnings", "texts", "", "what holdfast warned of"),
+    Column("warnings", "texts", "", "warnings of holdfast"),
     Column("seconds", "number", "s", "time that the scene took in its process", reproducible=False),
     Column("peak_mb", "number", "MB", "largest resident memory of its process meanwhile", reproducible=False),
 )
@@ -105,8 +105,8 @@ INTERFACES = (
     Column("a", "text", "", "first body"),
     Column("b", "text", "", "second body, into which the normals point"),
     Column("status", "text", "", "touching or penetrating"),
-    Column("certain", "flag", "", "false where the two may not touch at all"),
-    Column("flags", "texts", "", "what in the contact depends on a tolerance, a pose or a mesh"),
+    Column("certain", "flag", "", "false if the two bodies may not touch at all"),
+    Column("flags", "texts", "", "how the contact depends on a tolerance, a pose or a mesh"),
     Column("mu", "number", "", "coefficient of friction"),
     Column("patches", "whole", "", "number of contact patches"),
     Column("area", "number", "m²", "total area of the patches"),
@@ -138,7 +138,7 @@ TABLES: Mapping[str, tuple[Column, ...]] = {
 
 
 def described() -> dict[str, Any]:
-    """Return the schema as plain data: what stands in schema.json beside the tables."""
+    """Return the schema as plain data, the content of schema.json."""
     return {
         "format": VERSION,
         "tables": {name: [column._asdict() for column in columns] for name, columns in TABLES.items()},

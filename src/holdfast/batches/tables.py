@@ -18,20 +18,20 @@ from holdfast.base.files import check_ordinary, read_ordinary, write_atomically
 from holdfast.base.text import one_line, quoted
 from holdfast.batches.schema import TABLES, VERSION, Column, Row
 
-MOST_BYTES = 20_000_000_000  # of a shard's file
-ANEW = "ask the same batch again: what the file held is asked anew"
-LONGEST_CAUSE = 200  # characters of what a library says of a damaged file
+MOST_BYTES = 20_000_000_000  # largest size of a shard's file
+AGAIN = "run the same batch again, which computes the content of the file again"
+LONGEST_CAUSE = 200  # largest number of characters of a library's message on a damaged file
 _NAMES = {table: frozenset(column.name for column in columns) for table, columns in TABLES.items()}
-INFINITE = {"inf": math.inf, "-inf": -math.inf}  # as JSON lines say it
+INFINITE = {"inf": math.inf, "-inf": -math.inf}  # texts for infinity in JSON lines
 
 
 class DamagedError(HoldfastError):
-    """A file of a batch folder, which the message names, is missing or holds what no batch wrote."""
+    """A file of a batch folder, which the message names, is missing or damaged."""
 
 
 @dataclass(frozen=True)
 class Storage:
-    """A way to keep rows in files: its ``name``, the ``suffix``, and how a table becomes bytes and is read."""
+    """A file format for rows: its ``name``, the ``suffix``, and functions that write and read a table."""
 
     name: str
     suffix: str
@@ -39,32 +39,32 @@ class Storage:
     rows_in: Callable[[str, Path, Sequence[str] | None], list[Row]]
 
     def write(self, table: str, path: Path, rows: Sequence[Row]) -> None:
-        """Write the rows of a table to a file, which appears complete or not at all."""
+        """Write the rows of a table to a file, atomically."""
         write_atomically(path, self.bytes_of(table, rows))
 
     def rows(self, table: str, path: Path, columns: Sequence[str] | None = None) -> list[Row]:
-        """Return the rows of a table from a file, of all columns or of some; raise DamagedError if it is damaged."""
-        check_ordinary(path, "shard", error=DamagedError, remedy=ANEW)
+        """Return the rows of a table from a file, with all or some columns; raise DamagedError if it is damaged."""
+        check_ordinary(path, "shard", error=DamagedError, remedy=AGAIN)
         try:
             found = self.rows_in(table, path, columns)
             for row in found:
                 check_row(table, row)
-        except Exception as cause:  # who reads bytes that are damaged may raise anything
+        except Exception as cause:  # a reader of damaged bytes may raise any exception
             problem = f"is damaged: {one_line(str(cause), LONGEST_CAUSE) or type(cause).__name__}"
-            raise DamagedError(message(str(path), problem, ANEW)) from cause
+            raise DamagedError(message(str(path), problem, AGAIN)) from cause
         return found
 
 
 def has_pyarrow() -> bool:
-    """Say whether pyarrow is installed."""
+    """Return whether pyarrow is installed."""
     try:
         return importlib.util.find_spec("pyarrow") is not None
-    except ValueError:  # as a test hides it
+    except ValueError:  # raised for a module that is set to None in sys.modules
         return False
 
 
 def storage_named(name: str) -> Storage:
-    """Return a way to keep rows; raise HoldfastError if it needs pyarrow, which is missing."""
+    """Return the storage with this name; raise HoldfastError if it needs pyarrow and that is missing."""
     if name == PARQUET.name and not has_pyarrow():
         remedy = f"{installing('tables')}, or give another folder, which is then written as JSON lines"
         raise HoldfastError(message("batch", "its tables are Parquet files, and pyarrow is not installed", remedy))
@@ -72,7 +72,7 @@ def storage_named(name: str) -> Storage:
 
 
 def check_row(table: str, row: Row) -> None:
-    """Raise ValueError unless the values of a row are such as its table has; the scene has to be named."""
+    """Raise ValueError unless the values of a row fit the columns of its table, and it names a scene."""
     _check_names(table, row)
     for column in TABLES[table]:
         value = row.get(column.name)
@@ -95,7 +95,7 @@ def _fits(kind: str, value: Any) -> bool:  # noqa: ANN401 - checked here
 
 
 def line_of(data: Any) -> str:  # noqa: ANN401 - plain data
-    """Return plain data as one line of strict JSON, infinity as the text inf."""
+    """Return plain data as one line of strict JSON, with infinity as the text "inf"."""
     return json.dumps(to_dict(data), allow_nan=False) + "\n"
 
 
@@ -145,7 +145,7 @@ def _parquet_of(table: str, rows: Sequence[Row]) -> bytes:
 def _rows_in_parquet(table: str, path: Path, columns: Sequence[str] | None) -> list[Row]:
     from pyarrow import parquet
 
-    with path.open("rb") as stream:  # without threads of Arrow, which at the end of a process may be in its way
+    with path.open("rb") as stream:  # Arrow's threads are off, because they can block the end of a process
         file = parquet.ParquetFile(stream, pre_buffer=False)
         rows: list[Row] = file.read(columns=columns, use_threads=False).to_pylist()
     return rows
@@ -157,7 +157,9 @@ def _lines_of(table: str, rows: Sequence[Row]) -> bytes:
 
 def _rows_in_lines(table: str, path: Path, columns: Sequence[str] | None) -> list[Row]:
     text = read_ordinary(path, "shard", most=MOST_BYTES, error=HoldfastError).decode()
-    rows = [completed(table, json.loads(line)) for line in text.splitlines()]  # JSON has no other line breaks
+    rows = [
+        completed(table, json.loads(line)) for line in text.splitlines()
+    ]  # json.dumps escapes all other line breaks
     return rows if columns is None else [{name: row[name] for name in columns} for row in rows]
 
 

@@ -1,8 +1,9 @@
 """A process that answers one item after the other: ``python -P -m holdfast.batches.worker MODULE:FUNCTION MB SECONDS``.
 
-Its keeper (keeper.py) is at the other end of its stdin and stdout. First comes what ``warm`` of the module is called
-with, then the items. For each, ``function(item, tell)`` is called, and what it returns is sent back, as is all that it
-tells meanwhile. It may take that much memory more than it has when it is ready; what it takes beyond is a MemoryError.
+Its supervisor (supervisor.py) is at the other end of its stdin and stdout. The first message is the argument of the
+module's ``warm``; the others are items. For each item, ``function(item, tell)`` is called. Its result is sent back, and
+so are the partial results that it passes to ``tell``. If an item needs more than MB of memory above that of the ready
+worker, a MemoryError is raised.
 """
 
 from __future__ import annotations
@@ -20,16 +21,16 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from holdfast.batches.words import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
+from holdfast.batches.outcomes import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
 
 STATUS = Path("/proc/self/status")
-PATIENCE = 2.0  # times its seconds, and half a minute more, after which a worker without keeper ends of itself
-LINES = 6  # frames of a traceback that are told
+PATIENCE = 2.0  # a worker ends itself after this multiple of SECONDS, plus 30 s, in case its supervisor is gone
+LINES = 6  # number of lines at the end of a traceback that are reported
 
 
 def main(function: str, megabytes: float, seconds: float) -> None:
-    """Answer items until the keeper closes its end."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the keeper
+    """Answer items until the supervisor closes the connection."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the supervisor
     items, answers = _ends()
     module, _, name = function.partition(":")
     home = importlib.import_module(module)
@@ -43,7 +44,7 @@ def main(function: str, megabytes: float, seconds: float) -> None:
             item = items.recv()
         except EOFError:
             return
-        signal.setitimer(signal.ITIMER_REAL, PATIENCE * seconds + 30)  # whose default is the end of the process
+        signal.setitimer(signal.ITIMER_REAL, PATIENCE * seconds + 30)  # SIGALRM ends the process by default
         faulthandler.dump_traceback_later(0.9 * seconds)
         answers.send(_answer(asked, item, lambda part: answers.send((PART, part))))
         faulthandler.cancel_dump_traceback_later()
@@ -51,7 +52,7 @@ def main(function: str, megabytes: float, seconds: float) -> None:
 
 
 def taken(entry: str) -> int:
-    """Return the memory of this process [bytes]: VmSize, VmRSS or its peak VmHWM; 0 where the system does not say."""
+    """Return the memory of this process [bytes], VmSize, VmRSS or the peak VmHWM; 0 if the system does not say."""
     try:
         lines = STATUS.read_text().splitlines()
     except OSError:
@@ -60,7 +61,7 @@ def taken(entry: str) -> int:
 
 
 def _ends() -> tuple[Connection, Connection]:
-    """Take stdin and stdout for the keeper alone: what libraries print is no answer."""
+    """Return stdin and stdout as connections to the supervisor, and redirect the prints of libraries to nowhere."""
     items, answers = Connection(os.dup(0), writable=False), Connection(os.dup(1), readable=False)
     nowhere = os.open(os.devnull, os.O_RDWR)
     os.dup2(nowhere, 0)
@@ -76,7 +77,7 @@ def _answer(asked: Callable[..., Any], item: Any, tell: Callable[[Any], None]) -
         kind, found = DONE, asked(item, tell)
     except MemoryError as error:
         kind, found = MEMORY, repr(error)
-    except Exception as error:  # a defect of holdfast: the scene is told, the others go on
+    except Exception as error:  # a defect of holdfast: this scene gets a report, and the batch continues
         kind, found = CRASH, "".join(traceback.format_exception(error)[-LINES:])
     return kind, (found, time.perf_counter() - start, taken("VmHWM") / MEGABYTE)
 
@@ -94,13 +95,13 @@ def _limit(megabytes: float) -> None:
 
 
 def _forget_peak() -> None:
-    """Let VmHWM begin anew."""
+    """Reset the peak of memory, VmHWM."""
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
 
 
 def _nothing(setup: Any) -> None:  # noqa: ANN401
-    """Warm nothing up."""
+    """Do nothing: the warm-up of modules without their own."""
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from holdfast.cli.common import (
     engine_with,
     exit_code,
 )
-from holdfast.cli.estimates import tell_cost_of_limit
+from holdfast.cli.estimates import print_cost_of_limit
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -56,7 +56,7 @@ def map_surfaces(
     engine: EngineName = DEFAULT_ENGINE,
     spacing: Annotated[float, typer.Option(help="distance between neighbouring points in m")] = 0.01,
     bodies: Annotated[list[str] | None, typer.Option(help="map this body only (may be repeated)")] = None,
-    accuracy: Annotated[float, typer.Option(help="relative; 0: every point is solved on its own")] = 0.01,
+    accuracy: Annotated[float, typer.Option(help="relative accuracy; 0: every point is solved on its own")] = 0.01,
     png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
     html: Annotated[Path | None, typer.Option(help="write an interactive page to this file; it opens offline")] = None,
     glb: Annotated[Path | None, typer.Option(help="write glTF with colours and forces at its vertices")] = None,
@@ -74,7 +74,7 @@ def map_surfaces(
     method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
     with progress():
         assembly = scene.assembled()
-        tell_cost_of_limit(assembly, bodies, spacing, method)
+        print_cost_of_limit(assembly, bodies, spacing, method)
         result = robustness_map(assembly, bodies, spacing=spacing, engine=method, accuracy=accuracy)
         savers = (result.save_png, result.save_html, result.save_glb, result.save_ply)
         for save, path in zip(savers, files.values(), strict=True):

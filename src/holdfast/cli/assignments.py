@@ -15,15 +15,15 @@ POSE = "BODY=X,Y,Z or BODY=X,Y,Z,ROLL,PITCH,YAW"
 
 
 def wrong(option: str, text: str, form: str) -> HoldfastError:
-    """Return the error for an option whose text is not of this form."""
+    """Return the error for an option whose text does not have the ``form``."""
     return HoldfastError(message(option, f"is {quoted(text)}", f"needs {form}"))
 
 
 def assigned(option: str, texts: Sequence[str], form: str, *, last: bool = True) -> dict[str, str]:
-    """Return the values by their names, which may hold any character; of several ``=`` the last one counts.
+    """Return the values of texts NAME=VALUE by name, split at the last ``=``, as names may hold any character.
 
-    With ``last=False`` it is the first one, for values that may hold any character. Raises HoldfastError for a text of
-    another form, and for a name that stands twice.
+    With ``last=False`` they are split at the first ``=``, as values may hold any character. Raises HoldfastError for a
+    text of another form, and for a name that occurs twice.
     """
     found: dict[str, str] = {}
     for text in texts:
@@ -37,7 +37,7 @@ def assigned(option: str, texts: Sequence[str], form: str, *, last: bool = True)
 
 
 def numbers(option: str, text: str, form: str) -> list[float]:
-    """Return numbers that commas separate; raises HoldfastError, which names the ``form``, for anything else."""
+    """Return numbers that are separated by commas; raise HoldfastError, with the ``form``, for anything else."""
     try:
         return [float(word) for word in text.split(",")]
     except ValueError:
@@ -45,7 +45,7 @@ def numbers(option: str, text: str, form: str) -> list[float]:
 
 
 def number(option: str, text: str, form: str) -> float:
-    """Return one number; raises HoldfastError, which names the ``form``, for anything else."""
+    """Return one number; raise HoldfastError, with the ``form``, for anything else."""
     found = numbers(option, text, form)
     if len(found) != 1:
         raise wrong(option, text, form)
@@ -53,9 +53,9 @@ def number(option: str, text: str, form: str) -> float:
 
 
 def poses(texts: Sequence[str]) -> dict[str, Float]:
-    """Return the poses (4, 4) of bodies by their names: a place [m], and angles in degrees, 0 unless given.
+    """Return the poses (4, 4) of bodies by name, from positions [m] and optionally angles in degrees.
 
-    They are about the fixed axes x, y and z, in this order, as in URDF.
+    The angles are about the fixed axes x, y and z, in this order, as in URDF.
     """
     found = {}
     for name, value in assigned("--pose", texts, POSE).items():
@@ -67,7 +67,7 @@ def poses(texts: Sequence[str]) -> dict[str, Float]:
 
 
 def turns(texts: Sequence[str]) -> list[str]:
-    """Say by how much each pose that is given with angles turns its body, with the unit."""
+    """Return a remark with the angles in degrees for each pose that has angles."""
     found = []
     for name, value in assigned("--pose", texts, POSE).items():
         angles = numbers("--pose", value, POSE)[3:]
@@ -77,7 +77,7 @@ def turns(texts: Sequence[str]) -> list[str]:
 
 
 def of_all_and_each(option: str, texts: Sequence[str], form: str) -> tuple[float | None, dict[str, float]]:
-    """Split texts into one number for all, at most, and numbers by names."""
+    """Split texts into a number for all (None if there is none) and numbers by name."""
     alone = [text for text in texts if "=" not in text]
     if len(alone) > 1:
         raise HoldfastError(message(option, f"is given {len(alone)} times for all", "give it once"))

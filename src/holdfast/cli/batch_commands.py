@@ -14,10 +14,10 @@ import typer
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.batches.inputs import inputs_of
+from holdfast.batches.outcomes import ANSWERED
 from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport
 from holdfast.batches.run import batch as asked
-from holdfast.batches.words import ANSWERED
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
 from holdfast.cli.terminal import lines, progress
@@ -39,7 +39,7 @@ Certificate = Annotated[Path | None, typer.Option(help="PEM file for tls://")]
 
 @dataclass(frozen=True)
 class Running:
-    """Where and how long scenes are asked: the options that ``batch`` and ``check`` share."""
+    """The options that ``batch`` and ``check`` share: where scenes are computed, and for how long."""
 
     workers: int | None
     seconds: float
@@ -59,7 +59,7 @@ class Running:
         options: Path | None,
         retry: Iterable[str] = (),
     ) -> BatchReport:
-        """Ask the scenes that the arguments name."""
+        """Run a batch over the scenes that the arguments name."""
         scenes = [(item.name, item.path) for text in globs for item in inputs_of(text).items]
         with progress(), lines(), self._client() as where:
             return asked(
@@ -102,10 +102,10 @@ def batch(
     tls_key: Certificate = None,
     as_json: AsJson = False,
 ) -> None:
-    """Ask many scenes the same, each in a process with limits, and write the answers as tables to a folder.
+    """Answer the same question about many scenes in processes with limits, and write the answers as tables.
 
-    The same command goes on where it was stopped. Exit code 0 if every scene was answered, whatever the answers, and 1
-    if some were not: their rows say why.
+    The same command resumes a batch that was stopped. The exit code is 0 if every scene was answered, whatever the
+    answers, and 1 if some were not: their rows say why.
     """
     running = Running(workers, seconds, megabytes, shard, shard_size, scheduler, tls_ca, tls_cert, tls_key)
     again = tuple(filter(None, retry.split(",")))
@@ -126,7 +126,7 @@ def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="the folder of a batch")],
     output: Annotated[Path | None, typer.Option("--output", "-o", help=f"default: {PAGE} in the folder")] = None,
 ) -> None:
-    """Write the report of a batch as one page: shares, distributions, the weakest with pictures, and what failed."""
+    """Write the report of a batch as one page: shares, distributions, pictures of the weakest, and failures."""
     path = folder / PAGE if output is None else output
     write_report(folder, path)
     out.say(f"wrote {path}")

@@ -9,7 +9,7 @@ import typer
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import SOLVES
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
-from holdfast.cli.output import noted, out, print_json, tell_notes
+from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
@@ -25,14 +25,14 @@ def build(
         0,
         1,
     ),
-    pushes: Annotated[int, typer.Option(help="about as many pushes on each state; 0: none")] = PUSHES,
-    solves: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = SOLVES,
+    pushes: Annotated[int, typer.Option(help="approximate number of pushes on each state; 0: none")] = PUSHES,
+    solves: Annotated[int, typer.Option(help="stop after this many checks by contact forces")] = SOLVES,
     engine: EngineName = DEFAULT_ENGINE,
     save: SaveAnswer = None,
     nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:
-    """Find an order in which a scene can be built up, everything standing after each step."""
+    """Find an order in which a scene can be built, so that everything stands after each step."""
     method = engine_with(engine, nodes=nodes)
     with progress():
         assembly = scene.assembled()
@@ -43,7 +43,7 @@ def build(
         print_json(noted(result.to_dict(), assembly.scene.notes))
     else:
         out.print(build_report(result))
-        tell_notes(assembly.scene.notes)
+        print_notes(assembly.scene.notes)
         if save is not None:
             out.say(f"wrote {save}")
     status = Status.STABLE if result.reached else Status.UNSTABLE if result.proven else Status.UNDECIDED

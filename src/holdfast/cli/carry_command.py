@@ -28,13 +28,13 @@ def carry(
         str, typer.Option(help=f"CSV file (t, ax, ay, az, ...) or one of: {', '.join(STANDARDS)}", show_default=False)
     ],
     heading: Annotated[Vector, typer.Option(help="where the vehicle drives, for a profile by name: X Y Z")] = (1, 0, 0),
-    pivot: Annotated[Vector, typer.Option(help="point that the accelerations are those of, in m: X Y Z")] = (0, 0, 0),
+    pivot: Annotated[Vector, typer.Option(help="point whose acceleration is given, in m: X Y Z")] = (0, 0, 0),
     speed: Annotated[float, typer.Option(help="play the motion this many times as fast")] = 1.0,
     tilt_degrees: Annotated[Vector | None, typer.Option(help="rotation vector of the carrier: X Y Z")] = None,
     straps: Straps = None,
     engine: EngineName = DEFAULT_ENGINE,
     bounds: Annotated[bool, typer.Option("--bounds", help="also compute upper bounds by engine limit")] = False,
-    png: Annotated[Path | None, typer.Option(help="write a PNG of the motion and of what is left to this file")] = None,
+    png: Annotated[Path | None, typer.Option(help="write a PNG of the motion and the used share to this file")] = None,
     save: SaveAnswer = None,
     nodes: Nodes = None,
     as_json: AsJson = False,
@@ -44,7 +44,7 @@ def carry(
     method = engine_with(engine, nodes=nodes)
     with progress():
         assembly = scene.assembled()
-    up = assembly.scene.up  # the vehicle's own, however it is tilted
+    up = assembly.scene.up  # before the tilt: the vehicle's own up direction
     if tilt_degrees is not None:
         assembly = assembly.tilted(tilt_degrees)
     if profile in STANDARDS:

@@ -30,8 +30,8 @@ def check(
     ] = None,
     push: Annotated[Path | None, typer.Option(help="CSV of pushes for --min-force; default: a map")] = None,
     baseline: Annotated[Path | None, typer.Option(metavar="DIR", help="--out of an earlier check or batch")] = None,
-    distance: Annotated[float, typer.Option(help="beside the baseline: a pose may move by this in m")] = 1e-6,
-    turn_degrees: Annotated[float, typer.Option(help="beside the baseline: a pose may turn by this in degrees")] = 1e-4,
+    distance: Annotated[float, typer.Option(help="baseline: a body may have moved by this in m")] = 1e-6,
+    turn_degrees: Annotated[float, typer.Option(help="baseline: a body may have turned by this in degrees")] = 1e-4,
     change: Annotated[float, typer.Option(help="baseline: share by which the weakest push may change")] = 0.01,
     folder: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="keep the tables here")] = None,
     junit: Annotated[Path | None, typer.Option(help="write the findings as JUnit XML to this file")] = None,
@@ -43,11 +43,11 @@ def check(
 ) -> None:
     """Check that many scenes stand or withstand pushes, and what changed since a baseline.
 
-    Exit code 0 if all scenes pass; 1 if some fail, which a change beyond the tolerances is, too; 2 for bad input; 3 if
+    The exit code is 0 if all scenes pass; 1 if some fail, or changed by more than the tolerances; 2 for bad input; 3 if
     none fails and some are undecided.
     """
     if not stands and min_force is None and baseline is None:
-        raise HoldfastError(message("check", "nothing is asked", "give --stands, --min-force or --baseline"))
+        raise HoldfastError(message("check", "there is nothing to check", "give --stands, --min-force or --baseline"))
     pushes = [] if min_force is None else ["map" if push is None else f"push:{push}"]
     rules = Rules(stands, min_force, distance, turn_degrees, change)
     with ExitStack() as stack:
@@ -63,6 +63,6 @@ def check(
     else:
         for each in found:
             if each.result != PASSED:
-                out.say(f"{each.scene}: {each.told}", label=f"{each.result}:")
+                out.say(f"{each.scene}: {each.reason}", label=f"{each.result}:")
         out.say(", ".join(f"{counts[name]:,} {name}" for name in (PASSED, FAILED, UNDECIDED)))
     raise typer.Exit(next((code for result, code in CODES.items() if counts[result]), 0))

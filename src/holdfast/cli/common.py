@@ -32,10 +32,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is th
 
 
 def engine_with(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options of the engine
-    """Return the engine with the options that differ from their defaults.
-
-    Raises HoldfastError if the engine does not have one of these options.
-    """
+    """Return the engine with the given options. Raises HoldfastError if it lacks one that is not at its default."""
     choice: Any = engine_of(name)
     own = {field.name for field in dataclasses.fields(choice)}
     usual = {field.name: field.default for field in dataclasses.fields(Graph)} | {"nodes": None}
@@ -53,18 +50,15 @@ def engine_with(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options 
 
 
 def exit_code(status: Status, answers: Answers) -> int:
-    """Return the exit code of an answer with this status.
-
-    It is that of "undecided" also where the assembly stands but no row of the table is decided.
-    """
+    """Return the exit code of an answer: that of its status, or of UNDECIDED if it stands but no row is decided."""
     nothing = len(answers) > 0 and not answers.decided.any()
     return EXIT[Status.UNDECIDED if nothing and status is Status.STABLE else status]
 
 
 def check_suffix(path: Path | None, suffix: str) -> None:
-    """Raise HoldfastError if the name of the file does not end in the suffix of its format, or if it cannot be drawn.
+    """Raise HoldfastError if a file has the wrong suffix, or cannot be written because matplotlib is missing.
 
-    Before anything is computed, so that no answer is lost.
+    To be called before anything is computed.
     """
     if path is None:
         return

@@ -16,7 +16,7 @@ from holdfast.cli.common import (
     check_suffix,
     engine_with,
 )
-from holdfast.cli.output import noted, out, print_json, tell_notes
+from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
@@ -35,7 +35,7 @@ def disassemble(
     ),
     engine: EngineName = DEFAULT_ENGINE,
     png: Annotated[Path | None, typer.Option(help="write a PNG of the sequence to this file")] = None,
-    solves: Annotated[int, typer.Option(help="stop after this many answers by contact forces")] = SOLVES,
+    solves: Annotated[int, typer.Option(help="stop after this many checks by contact forces")] = SOLVES,
     nodes: Nodes = None,
     as_json: AsJson = False,
 ) -> None:
@@ -51,7 +51,7 @@ def disassemble(
         print_json(noted(result.to_dict(), assembly.scene.notes))
     else:
         out.print(disassembly_report(result))
-        tell_notes(assembly.scene.notes)
+        print_notes(assembly.scene.notes)
         if png is not None:
             out.say(f"wrote {png}")
     status = Status.STABLE if result.reached else Status.UNSTABLE if result.proven else Status.UNDECIDED

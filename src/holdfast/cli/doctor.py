@@ -1,4 +1,4 @@
-"""The command ``doctor``: what is installed here, what is missing, and where machine code is kept."""
+"""The command ``doctor``: what is installed, what is missing, and where machine code is stored."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from holdfast.base.text import many
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
 
-NOT_FOR_USE = ("test", "dev", "docs")  # extras of those who work on holdfast
+NOT_FOR_USE = ("test", "dev", "docs")  # extras for development, which users do not need
 _NAME = re.compile(r"[\w.-]+")
 _EXTRA = re.compile(r"extra == ['\"]([\w-]+)['\"]")
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Say what is installed here, which extras are missing, and where machine code is kept.
+    """Report what is installed, which extras are missing, and where machine code is stored.
 
-    Put what it says into a report of a defect.
+    Include the output in reports of defects.
     """
     found = examined()
     if as_json:
@@ -54,7 +54,7 @@ def doctor(as_json: AsJson = False) -> None:
 
 
 def examined() -> dict[str, Any]:
-    """Return versions by what they are needed for, None where a package is missing; the system; and the cache."""
+    """Return the versions of packages by extra (None if missing), the system, and the folder of machine code."""
     return {
         "holdfast": __version__,
         "python": platform.python_version(),
@@ -67,7 +67,7 @@ def examined() -> dict[str, Any]:
 
 
 def _needed() -> dict[str, list[str]]:
-    """Return the packages that this installation of holdfast asks for, by extra; "core" are those of every call."""
+    """Return the required packages by extra; those that holdfast always needs are under "core"."""
     try:
         lines = metadata.requires(DISTRIBUTION) or []
     except metadata.PackageNotFoundError:  # run from its sources
@@ -89,7 +89,7 @@ def _version(name: str) -> str | None:
 
 
 def _cache(folder: Path) -> dict[str, Any]:
-    """Return where machine code is kept, whether it can be, and how much there is [MB]."""
+    """Return the folder of machine code, whether it is writable, and its size [MB]."""
     nearest = next(path for path in (folder, *folder.parents) if path.exists())
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file()) if folder.is_dir() else 0
     return {"folder": str(folder), "writable": os.access(nearest, os.W_OK), "megabytes": round(size / 1e6, 1)}

@@ -1,4 +1,4 @@
-"""What another engine would cost on a large scene: told before the answer, so that a user may choose."""
+"""Estimate the cost of another engine on a large scene, and print it before the answer."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from holdfast.engines.contract import Engine
 from holdfast.queries.map import expected_points
 from holdfast.queries.push import robustness
 
-LARGE = 25  # bodies in one group from which load paths may cost several cone programs
-SLOW = "compliant"  # the engine whose cost grows fastest with the bodies of a group
-QUICK = "limit"  # the engine that answers with proved bounds at the cost of one cone program a push
+LARGE = 25  # number of bodies in a group from which load paths may cost several cone programs
+SLOW = "compliant"  # the engine whose cost grows fastest with the number of bodies in a group
+QUICK = "limit"  # the engine that solves one cone program for each push
 
 
-def tell_cost_of_limit(assembly: Assembly, bodies: Sequence[str] | None, spacing: float, engine: Engine) -> None:
-    """Say on stderr what the map would cost by engine ``limit``, if a group is large and the engine is ``compliant``.
+def print_cost_of_limit(assembly: Assembly, bodies: Sequence[str] | None, spacing: float, engine: Engine) -> None:
+    """Print to stderr what a map would cost by engine ``limit``, if a group is large and the engine is ``compliant``.
 
-    One push is solved twice for it, and the second time counts: by then the group is prepared, as it is in a map.
+    One push is solved twice; only the second time counts, because in a map the group is prepared only once.
     """
     mapped = [body.name for body in assembly.movable] if bodies is None else bodies
     grouped = [(len(group), name) for group in assembly.groups for name in mapped if name in group]
@@ -33,7 +33,7 @@ def tell_cost_of_limit(assembly: Assembly, bodies: Sequence[str] | None, spacing
         start = time.perf_counter()
         try:
             robustness(assembly, name, place, (1, 0, 0), engine=QUICK)
-        except HoldfastError:  # that there is no estimate is no reason to refuse the map
+        except HoldfastError:  # the map may work without the estimate
             return
         seconds = time.perf_counter() - start
     known = [name for name in mapped if name in assembly.scene.names]

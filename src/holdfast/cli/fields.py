@@ -1,4 +1,4 @@
-"""Options that are the fields of values such as ``Where``: one for each field, with what its docstring says of it."""
+"""Command-line options for the fields of classes such as ``Where``, with help texts from their docstrings."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ ITEM = re.compile(r"^- ``(\w+)``(?: \[(.+?)\])?: (.+?)(?=^- ``|^\S|\Z)", re.MULT
 
 
 class Orientation(StrEnum):
-    """Which way up an object may stand, as far as a command line can say it."""
+    """The values of ``Approach.orientations`` that a command line can give."""
 
     UPRIGHT = "upright"
     ANY = "any"
 
 
 class Form(NamedTuple):
-    """How a field is given on the command line: the type of its option, a word for it, and what makes its value."""
+    """The form of a field on the command line: the type and the metavar of its option, and a function to read it."""
 
     kind: Any
     metavar: str | None = None
@@ -74,8 +74,8 @@ FORMS: dict[str, Form] = {
 }
 
 
-def sayings(kind: type) -> dict[str, str]:
-    """Return what the docstring of a value says first of each field, with its unit, as a command's help shows it."""
+def help_texts(kind: type) -> dict[str, str]:
+    """Return the help text of each field: the first sentence on it in the docstring of its class, with its unit."""
     found = {}
     for name, unit, text in ITEM.findall(inspect.getdoc(kind) or ""):
         first = re.split(r"(?<=[^.])\.(?=\s|$)", " ".join(text.split()).replace("``", ""))[0]
@@ -84,8 +84,8 @@ def sayings(kind: type) -> dict[str, str]:
 
 
 def options_of(kind: type) -> Iterator[inspect.Parameter]:
-    """Yield the options of a command, one for each field of a value; what is not given is left to the value."""
-    said = sayings(kind)
+    """Yield the options of a command, one for each field of a class."""
+    said = help_texts(kind)
     for field in fields(kind):
         form, default = FORMS.get(field.name), _default(field)
         several = form is not None and form.kind == list[str]
@@ -101,7 +101,7 @@ def options_of(kind: type) -> Iterator[inspect.Parameter]:
 
 
 def value_of(kind: type, given: dict[str, Any]) -> Any:  # noqa: ANN401 - a value of this kind
-    """Take the options of a value out of what a command was given, and return the value."""
+    """Remove the options of a class from the arguments of a command, and return the value that they make."""
     found = {}
     for field in fields(kind):
         value, form = given.pop(field.name), FORMS.get(field.name)

@@ -1,7 +1,4 @@
-"""The command ``holdfast``.
-
-The help of the command lists the exit codes.
-"""
+"""The command ``holdfast``. Its help lists the exit codes."""
 
 from __future__ import annotations
 
@@ -25,12 +22,13 @@ from holdfast.cli.stopping import STOPPED, interrupted, stoppable
 HELP = """How hard can you push here before something moves?
 
 Exit codes: 0 it stands; 1 it does not stand; 2 bad input; 3 undecided: the verdict or, although it stands, every single
-answer; 4 a defect of holdfast; 130 stopped by the user; 141 nobody reads on. For place, disassemble and build, 0 means
-that a place or an order was found, for remove that the body may go, for safe that some push is known."""
+answer; 4 a defect of holdfast; 130 stopped by the user; 141 the output pipe was closed. For place, disassemble and
+build, 0 means that a place or an order was found, for remove that the body may be taken out, for safe that the effect
+of some push is known."""
 
 BAD_INPUT, INTERNAL, NOT_STABLE, NO_ANSWER = 2, 4, 1, 3
-PIPE_CLOSED = 141  # as a shell tells of a command that a closed pipe has stopped
-COMMANDS = {  # where each command lies, and what the help says of it: a command is imported when it is called
+PIPE_CLOSED = 141  # exit code of a command that was stopped by a closed pipe, as in a shell
+COMMANDS = {  # the function and the help text of each command; its module is imported when it is called
     "assess": ("holdfast.cli.assess:assess", "Decide whether a scene stands, and explain why."),
     "push": (
         "holdfast.cli.push_command:push",
@@ -45,7 +43,7 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
         "Compute how fast the carrier of a scene may accelerate.",
     ),
     "carry": ("holdfast.cli.carry_command:carry", "Decide whether a scene holds while its carrier moves."),
-    "batch": ("holdfast.cli.batch_commands:batch", "Ask many scenes the same, and write the answers as tables."),
+    "batch": ("holdfast.cli.batch_commands:batch", "Answer a question about many scenes, as tables in a folder."),
     "report": ("holdfast.cli.batch_commands:report", "Write the report of a batch as one page."),
     "check": ("holdfast.cli.check:check", "Check that many scenes stand, and what changed since a baseline."),
     "remove": ("holdfast.cli.remove:remove", "Decide whether one body may be taken out now, and who moves if not."),
@@ -54,16 +52,16 @@ COMMANDS = {  # where each command lies, and what the help says of it: a command
     "disassemble": ("holdfast.cli.disassemble:disassemble", "Find an order in which bodies can be taken out."),
     "convert": ("holdfast.cli.file_commands:convert", "Read a scene in any known format and write it in another."),
     "schema": ("holdfast.cli.file_commands:print_schema", "Print the JSON schema of the native scene file."),
-    "doctor": ("holdfast.cli.doctor:doctor", "Say what is installed here, what is missing, and where code is kept."),
-    "warmup": ("holdfast.cli.warmup_command:warmup", "Compile everything that is compiled when it is first used."),
+    "doctor": ("holdfast.cli.doctor:doctor", "Report what is installed, what is missing, and where code is stored."),
+    "warmup": ("holdfast.cli.warmup_command:warmup", "Compile everything that is otherwise compiled on first use."),
 }
 
 
 class Command(TyperCommand):
-    """One command. The numbers of an option that takes several may have commas between them, as in one word."""
+    """One command. The numbers of a vector option may be separated by spaces or by commas."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer's own types
-        """Take ``--at 0.1,0,0.2`` and ``--at=0.1,0,0.2`` for ``--at 0.1 0 0.2``."""
+        """Treat ``--at 0.1,0,0.2`` and ``--at=0.1,0,0.2`` like ``--at 0.1 0 0.2``."""
         several = {flag: each.nargs for each in self.params for flag in each.opts if each.nargs > 1}
         spread: list[str] = []
         for arg in args:
@@ -79,7 +77,7 @@ class Command(TyperCommand):
 
 
 class Commands(TyperGroup):
-    """The commands: all are listed, and the one that is called is imported."""
+    """The commands. Only the module of the one that is called is imported."""
 
     _called = ""
 
@@ -97,7 +95,7 @@ class Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401
-        """Return the command that is called, and of another one only what the help says."""
+        """Return the command that is called; for any other, a command with its help text only."""
         if cmd_name not in COMMANDS:
             return None
         place, text = COMMANDS[cmd_name]
@@ -153,7 +151,7 @@ def _called() -> int:
         code = app(standalone_mode=False) or 0
         write("")
     except Exception as error:
-        if interrupted() or isinstance(error, typer.Abort):  # libraries turn it into errors of their own
+        if interrupted() or isinstance(error, typer.Abort):  # libraries may turn an interrupt into their own errors
             raise KeyboardInterrupt from None
         return _explained(error)
     if code == STOPPED:  # typer catches the interrupt
@@ -162,11 +160,11 @@ def _called() -> int:
 
 
 def _explained(error: Exception) -> int:
-    """Say what an error is about and return the exit code; raises OutputLost if that is what it is."""
+    """Print an error and return the exit code; raise OutputLost if the output could not be written."""
     match error:
         case OutputLost():
             raise error
-        case OSError():  # holdfast names the file in errors of its own; this one is of what it writes to
+        case OSError():  # errors on files are HoldfastErrors, so this one is about the output stream
             raise OutputLost(error) from error
         case SolverError():
             return _complain("no answer", error, NO_ANSWER)
@@ -182,7 +180,7 @@ def _explained(error: Exception) -> int:
 
 
 def _lost(lost: OutputLost) -> int:
-    """Say why the output is lost, unless its reader has gone: it wants no more."""
+    """Print why the output was lost, unless its reader closed the pipe, and return the exit code."""
     abandon()
     if lost.reason == errno.EPIPE:
         return PIPE_CLOSED

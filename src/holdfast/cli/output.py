@@ -1,4 +1,4 @@
-"""What the commands write, to terminals, files and pipes, with whatever encoding these have."""
+"""The output of commands to terminals, files and pipes of any encoding."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from rich.console import Console
 
 from holdfast.base.text import one_line
 
-LONGEST = 4000  # largest number of characters of a message, such as the path of a file that was written
-# Letters in place of those that the encoding of a terminal does not have; all others are written as in Python
+LONGEST = 4000  # largest number of characters of a message, which may hold a long path
+# replacements for characters that the encoding of a terminal lacks; all others become escape sequences
 LETTERS = {"μ": "u", "²": "2", "³": "3", "°": "deg", "∞": "inf", "·": "-", "−": "-", "…": "...", "┄": "-", "σ": "sigma"}
 
 
-class OutputLost(Exception):  # noqa: N818 - what happened, to whom nobody is to blame
-    """What a command wrote went nowhere, as the pipe is closed or the disk full; ``reason`` is an errno."""
+class OutputLost(Exception):  # noqa: N818 - not an error of the command
+    """The output could not be written, because the pipe is closed or the disk full; ``reason`` is an errno."""
 
     def __init__(self, cause: OSError | None) -> None:
         self.reason = errno.EBADF if cause is None else cause.errno
@@ -28,7 +28,7 @@ class OutputLost(Exception):  # noqa: N818 - what happened, to whom nobody is to
 
 
 class Output(Console):
-    """A console that takes text as it is, without markup, emoji codes or colours of its own, and tells what fails."""
+    """A console that prints text without interpreting markup or emoji codes, and raises OutputLost on failure."""
 
     def __init__(self, *, stderr: bool = False) -> None:
         super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False)
@@ -40,16 +40,16 @@ class Output(Console):
         try:
             super().print(*objects, **options)
         except OSError as cause:
-            self._buffer.clear()  # or it comes with what is printed next
+            self._buffer.clear()  # otherwise the next print would write it
             raise OutputLost(cause) from cause
 
     def on_broken_pipe(self) -> None:
-        """Asked by rich, which would exit with the code of something that does not stand."""
+        """Raise OutputLost, where rich would exit with code 1."""
         self._buffer.clear()
         raise OutputLost(BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)))
 
     def say(self, text: str, *, style: str = "", label: str = "") -> None:
-        """Print one line that is never broken, after a ``label`` in this style."""
+        """Print one line without wrapping, after a ``label`` in this style."""
         if label:
             self.print(label, style=style, end=" ")
         self.print(one_line(text, LONGEST), soft_wrap=True)
@@ -64,12 +64,12 @@ def print_json(data: Any, *, indent: int | None = None) -> None:  # noqa: ANN401
 
 
 def noted(data: dict[str, Any], notes: Sequence[str]) -> dict[str, Any]:
-    """Return plain data of an answer with the notes of its scene before its own."""
+    """Return the plain data of an answer with the notes of its scene before its own notes."""
     return data | {"notes": list(dict.fromkeys((*notes, *data.get("notes", ()))))}
 
 
-def tell_notes(notes: Sequence[str]) -> None:
-    """Print what the reader of a scene guessed or left out, a line each."""
+def print_notes(notes: Sequence[str]) -> None:
+    """Print the notes of a scene, one line each."""
     for note in notes:
         out.say(note, label="note:", style="yellow")
 
@@ -86,7 +86,7 @@ def write(text: str) -> None:
 
 
 def make_writable() -> None:
-    """Have stdout and stderr take every character, whatever their encoding."""
+    """Let stdout and stderr accept every character, whatever their encoding."""
     codecs.register_error("holdfast", _spelled)
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
@@ -95,12 +95,12 @@ def make_writable() -> None:
 
 
 def abandon() -> None:
-    """Let what is left of the output go nowhere, or Python complains of it once more at its end."""
+    """Redirect the remaining output to nowhere, so that Python reports no further error at its end."""
     try:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
-    except (OSError, ValueError, AttributeError):  # no file of the system stands behind it
+    except (OSError, ValueError, AttributeError):  # stdout has no file descriptor
         return
 
 

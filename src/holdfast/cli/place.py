@@ -26,8 +26,8 @@ from holdfast.cli.common import (
     engine_with,
     exit_code,
 )
-from holdfast.cli.output import noted, out, print_json, tell_notes
-from holdfast.cli.scenes import PAIR, AssemblyGiven, paired, scene_named, takes_scene
+from holdfast.cli.output import noted, out, print_json, print_notes
+from holdfast.cli.scenes import PAIR, AssemblyGiven, SceneGiven, paired, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.data import placement_data
@@ -75,7 +75,7 @@ def place(
     png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Put objects down where everything stands, and where they and what they rest on resist pushes well."""
+    """Find places for objects where everything stands, and where they and their supports withstand large pushes."""
     check_suffix(png, ".png")
     whole = scene.read()
     rest, bodies = _taken(whole, things, mass, material)
@@ -101,7 +101,7 @@ def place(
 
 
 def _friction(rest: Scene, bodies: list[Body], known: Friction, given: Sequence[str]) -> Friction:
-    """Return the friction table of the scene with the objects, in which what the command line says comes first."""
+    """Return the friction table of the scene with the objects; options of the command line take precedence."""
     mu, pairs = of_all_and_each("--object-friction", given, PAIR)
     whole = paired(Scene([*rest.bodies, *bodies], known), pairs, "--object-friction")
     return whole.friction if mu is None else with_own(whole.friction, whole.bodies, bodies, mu)
@@ -113,9 +113,9 @@ def _tell(result: Placement | Placements, written: list[Path], scene: Scene, nam
         data = placement_data(result) if isinstance(result, Placement) else result.to_dict()
         print_json(noted(data, scene.notes))
     else:
-        told = placement_report(result, name, result.name) if isinstance(result, Placement) else None
-        out.print(told or placements_report(result, name), highlight=False)  # type: ignore[arg-type]
-        tell_notes(scene.notes)
+        report = placement_report(result, name, result.name) if isinstance(result, Placement) else None
+        out.print(report or placements_report(result, name), highlight=False)  # type: ignore[arg-type]
+        print_notes(scene.notes)
         for path in written:
             out.say(f"wrote {path}")
     if isinstance(result, Placement):
@@ -124,7 +124,7 @@ def _tell(result: Placement | Placements, written: list[Path], scene: Scene, nam
 
 
 def _written(result: Placement | Placements, png: Path | None, save: Path | None) -> list[Path]:
-    """The files that were written: none where no place was found."""
+    """Write the requested files if a place was found, and return their paths."""
     if result.assembly is None or (isinstance(result, Placements) and not result.steps):
         return []
     if png is not None:
@@ -135,10 +135,7 @@ def _written(result: Placement | Placements, png: Path | None, save: Path | None
 
 
 def _taken(scene: Scene, things: Sequence[str], mass: float | None, material: str | None) -> tuple[Scene, list[Body]]:
-    """Return the scene in which to place the objects, and these.
-
-    Objects that are bodies of the scene are removed from it first.
-    """
+    """Return the scene without the objects that are bodies of it, and the objects."""
     meshes = [Path(thing) for thing in things if Path(thing).suffix.lower() in MESH_SUFFIXES]
     if len(meshes) > 1:
         raise HoldfastError(message("place", f"{len(meshes)} mesh files", "give all but one as FILE:BODY of a scene"))
@@ -156,7 +153,7 @@ def _taken(scene: Scene, things: Sequence[str], mass: float | None, material: st
             bodies.append(Body(name, Mesh.from_file(path), mass=mass, material=material))
         elif ":" in thing:
             file, _, name = thing.rpartition(":")
-            bodies.append(scene_named(file).body(name))
+            bodies.append(SceneGiven(scene=file).read().body(name))
         else:
             bodies.append(scene.body(thing))
     moved = [thing for thing in things if Path(thing) not in meshes and ":" not in thing]

@@ -9,7 +9,7 @@ import typer
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.applications.disassembly.removal_check import can_remove
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, engine_with
-from holdfast.cli.output import noted, out, print_json, tell_notes
+from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
@@ -37,5 +37,5 @@ def remove(
         print_json(noted(result.to_dict(), assembly.scene.notes))
     else:
         out.print(removal_report(result))
-        tell_notes(assembly.scene.notes)
+        print_notes(assembly.scene.notes)
     raise typer.Exit(EXIT[STATUS[result.answer]])

@@ -10,7 +10,7 @@ from holdfast.applications.pushing.result import Effect
 from holdfast.applications.pushing.safe import DOUBT, safe_pushes
 from holdfast.applications.pushing.tool import Tool
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
-from holdfast.cli.output import out, print_json, tell_notes
+from holdfast.cli.output import out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
@@ -55,7 +55,7 @@ def safe(
         print_json(result.to_dict())
     else:
         out.print(pushes_report(result))
-        tell_notes(result.notes)
+        print_notes(result.notes)
         if save is not None:
             out.say(f"wrote {save}")
     known = bool((result.nothing | result.alone | result.are(Effect.OTHERS)).any())

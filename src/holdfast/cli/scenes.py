@@ -1,4 +1,4 @@
-"""The scene that a command is given, and how it is read: one set of options for all commands."""
+"""The scene argument of commands, with one common set of options that say how it is read."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Sigma = tuple[float, float] | None
 
 @dataclass(frozen=True, kw_only=True)
 class SceneGiven:
-    """A scene by its name, and the options with which it is read. Those of a field are what the command line shows."""
+    """A scene by name, and the options with which it is read. The fields are the options of the command line."""
 
     scene: Annotated[
         str,
@@ -84,7 +84,7 @@ class SceneGiven:
         The name ``-`` stands for standard input. Raises HoldfastError if there is neither, or if the format of the file
         has no such option.
         """
-        there = os.path.lexists(self.scene)  # False, too, for what is no path at all
+        there = os.path.lexists(self.scene)  # also False for a name that is no valid path
         if not there and self.scene in shipped_scenes():
             options, after = self._options(NATIVE)
             NATIVE.check_options(options)
@@ -99,7 +99,7 @@ class SceneGiven:
             return after(read_as(chosen, source, options))
 
     def _options(self, chosen: Format) -> tuple[dict[str, Any], Callable[[Scene], Scene]]:
-        """Return the options for the reader of a format, and what is done to the scene that it gives."""
+        """Return the options for the reader of a format, and a function that applies the others to the scene."""
         friction, pairs = of_all_and_each("--friction", self.friction or (), PAIR)
         dense, each = of_all_and_each("--density", self.density or (), "RHO, or BODY=RHO")
         if dense is not None and each:
@@ -121,7 +121,7 @@ class SceneGiven:
             "within": self.within,
         }
         options = {name: value for name, value in given.items() if value is not None}
-        turned = [f"--pose turns {told}" for told in turns(self.pose or ())]
+        turned = [f"--pose turns {text}" for text in turns(self.pose or ())]
         moved, held = poses(self.pose or ()), self.fixed or []
         if "poses" in chosen.options and moved:
             options["poses"], moved = moved, {}
@@ -140,7 +140,7 @@ class SceneGiven:
 
 @dataclass(frozen=True, kw_only=True)
 class AssemblyGiven(SceneGiven):
-    """A scene as SceneGiven, and the tolerances with which its contacts are found."""
+    """A scene like SceneGiven, with the tolerances of contact detection."""
 
     gap: Annotated[
         float | None,
@@ -161,13 +161,13 @@ class AssemblyGiven(SceneGiven):
     ] = False
 
     def assembled(self, scene: Scene | None = None) -> Assembly:
-        """Return the scene, or another one in its place, with its contacts."""
-        told = []
+        """Return the assembly of the scene, or of ``scene`` in its place."""
+        remarks = []
         if self.angle_degrees is not None:
-            told.append(f"--angle-degrees: faces touch at up to {self.angle_degrees:g}°")
+            remarks.append(f"--angle-degrees: faces touch at up to {self.angle_degrees:g}°")
         if self.pose_sigma is not None:
-            told.append("--pose-sigma: {:g} m and {:g}°".format(*self.pose_sigma))
-        given = with_notes(self.read() if scene is None else scene, told)
+            remarks.append("--pose-sigma: {:g} m and {:g}°".format(*self.pose_sigma))
+        given = with_notes(self.read() if scene is None else scene, remarks)
         return assemble(
             given,
             gap=self.gap,
@@ -178,10 +178,10 @@ class AssemblyGiven(SceneGiven):
 
 
 def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
-    """Let a command, whose first parameter is a SceneGiven or AssemblyGiven, take the fields of that one by one.
+    """Expand the first parameter of a command, a SceneGiven or AssemblyGiven, into options for its fields.
 
-    They are its first argument and, after options of its own, those of every command that reads a scene. A parameter
-    that is one of KINDS is taken field by field, too.
+    The scene becomes the first argument, and the other fields become options after those of the command. A parameter of
+    one of the KINDS is expanded too.
     """
     hints = get_type_hints(command, include_extras=True)
     first, *others = inspect.signature(command).parameters.values()
@@ -216,11 +216,6 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
     return called
 
 
-def scene_named(name: str) -> Scene:
-    """Return the scene with this name, read without options."""
-    return SceneGiven(scene=name).read()
-
-
 def _fixed(scene: Scene, names: list[str]) -> Scene:
     held = scene.checked_names(*names)
     bodies = tuple(replace(body, fixed=body.fixed or body.name in held) for body in scene.bodies)
@@ -228,7 +223,7 @@ def _fixed(scene: Scene, names: list[str]) -> Scene:
 
 
 def paired(scene: Scene, given: dict[str, float], option: str) -> Scene:
-    """Return the scene with other coefficients for pairs ``A:B`` of bodies or materials, given by an ``option``."""
+    """Return the scene with friction coefficients for pairs ``A:B`` of bodies or materials from an ``option``."""
     if not given:
         return scene
     old = scene.friction
@@ -253,7 +248,7 @@ def _pair(text: str, scene: Scene, option: str) -> tuple[str, str]:
 
 
 def _standard_input() -> bytes:
-    """Return what stands in standard input, up to the largest file that is read."""
+    """Return the content of standard input, up to the largest size of a scene file."""
     if sys.stdin is None:
         raise HoldfastError(message(STREAM, "standard input is closed", "name a scene file"))
     content = sys.stdin.buffer.read(MAX_BYTES + 1)

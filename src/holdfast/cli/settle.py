@@ -46,10 +46,10 @@ def settle(
     """Bring a perceived or authored scene to rest near its poses, and say what moved and what falls."""
     check_suffix(png, ".png")
     method = engine_with(engine)
-    told = [f"--turn-degrees: what turns by more than {turn_degrees:g}° falls"] if turn_degrees != TURN else []
+    remarks = [f"--turn-degrees: what turns by more than {turn_degrees:g}° falls"] if turn_degrees != TURN else []
     with progress():
         result = settled(
-            with_notes(scene.read(), told),
+            with_notes(scene.read(), remarks),
             travel=travel,
             turn_degrees=turn_degrees,
             known=known or (),

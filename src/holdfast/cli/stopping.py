@@ -1,4 +1,4 @@
-"""Stopping by Ctrl-C: one line, exit code 130, no traceback, whatever was going on."""
+"""Stop by Ctrl-C with one line, exit code 130 and no traceback."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from types import FrameType
 from holdfast.base.files import remove_unfinished
 
 STOPPED = 130  # exit code of a command that was stopped: 128 and the number of the signal
-PATIENCE = 0.2  # [s] that the main thread has to end by itself; it may be in compiled code, which hears nothing
-TELL = "stopped: by the user\n"
-SHOW_CURSOR = "\r\x1b[2K\x1b[?25h"  # to a terminal: a progress bar hides it, and its line is not complete
+PATIENCE = 0.2  # [s] time for the main thread to end by itself; compiled code does not react to signals
+NOTICE = "stopped: by the user\n"
+SHOW_CURSOR = "\r\x1b[2K\x1b[?25h"  # for a terminal: clears the line of a progress bar and shows the cursor again
 
 _noted: list[bool] = []  # interrupts since the outermost block was entered
-_leaving = Lock()  # taken by the thread that ends the process, and never given back
+_leaving = Lock()  # acquired by the thread that ends the process, and never released
 
 
 @contextmanager
 def stoppable(*, process: bool = False) -> Iterator[None]:
     """Turn Ctrl-C within this block into one line on stderr and the exit code STOPPED.
 
-    Libraries may catch the interrupt and fail in another way, for example while they are imported. An error that comes
-    after an interrupt is therefore taken for it.
+    Libraries may catch the interrupt and raise another error, for example during import. So any error after an
+    interrupt counts as the interrupt.
 
-    ``process``: this block is all that the process is for. Then the process ends at once, PATIENCE after Ctrl-C at the
-    latest, even if the main thread is deep in compiled code. No file is left half written. After the block all is done,
-    and Ctrl-C does nothing while Python clears up: the exit code is that of the block.
+    With ``process``, this block is the whole work of the process. The process then ends at most PATIENCE after Ctrl-C,
+    even if the main thread is in compiled code, and no file is left half written. After the block, Ctrl-C is ignored
+    while Python shuts down, and the exit code is that of the block.
     """
 
     def note(number: int, frame: FrameType | None) -> None:
         _noted.append(True)
         signal.default_int_handler(number, frame)
 
-    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # else somebody else stops, or nobody does
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # otherwise another handler is in charge
     stop = _leave if ours and process else _stop
     if ours:
         _noted.clear()
@@ -49,7 +49,7 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
     complain = sys.unraisablehook
 
     def unraisable(lost: sys.UnraisableHookArgs) -> None:
-        """Say nothing of an interrupt that cannot be raised, as in a callback of the compiler: _watch hears it."""
+        """Ignore an interrupt that cannot be raised, for example in a callback of the compiler; _watch handles it."""
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             complain(lost)
 
@@ -61,7 +61,7 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
     except BaseException as error:
         if not interrupted():
             raise
-        stop(told=isinstance(error, SystemExit) and error.code == STOPPED)  # by a block within this one
+        stop(announced=isinstance(error, SystemExit) and error.code == STOPPED)  # by a block within this one
     finally:
         sys.unraisablehook = complain
         if ours:
@@ -70,24 +70,24 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
 
 
 def interrupted() -> bool:
-    """Tell whether Ctrl-C came within the outermost block, whatever became of it."""
+    """Return whether Ctrl-C was pressed within the outermost block."""
     return bool(_noted)
 
 
-def _stop(*, told: bool = False) -> None:
-    if sys.stderr is not None and not told:
-        sys.stderr.write(TELL)
+def _stop(*, announced: bool = False) -> None:
+    if sys.stderr is not None and not announced:
+        sys.stderr.write(NOTICE)
     raise SystemExit(STOPPED) from None
 
 
 def _watch() -> None:
-    """Start a thread that hears of signals though the main thread is in compiled code, and then ends the process."""
-    hears, told = socket.socketpair()
-    told.setblocking(False)
-    signal.set_wakeup_fd(told.detach(), warn_on_full_buffer=False)
+    """Start a thread that ends the process on Ctrl-C, even if the main thread is in compiled code."""
+    receiver, sender = socket.socketpair()
+    sender.setblocking(False)
+    signal.set_wakeup_fd(sender.detach(), warn_on_full_buffer=False)
 
     def wait() -> None:
-        while (signals := hears.recv(64)) and signal.SIGINT not in signals:
+        while (signals := receiver.recv(64)) and signal.SIGINT not in signals:
             pass
         time.sleep(PATIENCE)
         _leave()
@@ -95,16 +95,16 @@ def _watch() -> None:
     Thread(target=wait, name="holdfast stops", daemon=True).start()
 
 
-def _leave(*, told: bool = False) -> None:
-    """Say that the command is stopped and end the process, without waiting for any of its threads.
+def _leave(*, announced: bool = False) -> None:
+    """Print that the command is stopped and end the process, without waiting for any of its threads.
 
-    Python's own way out would wait for compiled code to end, or take what it runs on from under it.
+    A normal exit of Python would wait for compiled code, or free memory that it still uses.
     """
     if not _leaving.acquire(blocking=False):
-        time.sleep(60)  # another thread does it
+        time.sleep(60)  # another thread is ending the process
     remove_unfinished()
     with suppress(OSError, ValueError, AttributeError):
-        handle = sys.stderr.fileno()  # not by Python's stream: another thread may hold its lock, in a write that waits
-        if not told:
-            os.write(handle, (SHOW_CURSOR + TELL if os.isatty(handle) else TELL).encode())
+        handle = sys.stderr.fileno()  # another thread may hold the lock of Python's stream, in a blocked write
+        if not announced:
+            os.write(handle, (SHOW_CURSOR + NOTICE if os.isatty(handle) else NOTICE).encode())
     os._exit(STOPPED)

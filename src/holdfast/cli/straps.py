@@ -1,4 +1,4 @@
-"""Straps from a file, as the commands about carriers take them."""
+"""The option ``--straps`` of the commands about carriers."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import Any
 from holdfast.base.progress import listening
 from holdfast.cli.output import err
 
-EVERY = 30.0  # [s] between two lines
+EVERY = 30.0  # [s] time between two lines
 
 
 @contextmanager
@@ -41,19 +41,19 @@ def progress() -> Iterator[None]:
 
 @contextmanager
 def lines() -> Iterator[None]:
-    """Tell of progress in a line now and then, with the rate and the time that is left, where there is no terminal."""
+    """Without a terminal, print the progress, the rate and the remaining time every 30 s."""
     if err.is_terminal:
         yield
         return
-    start, first, told = time.monotonic(), 0, 0.0
+    start, first, last = time.monotonic(), 0, 0.0
 
     def listener(stage: str, done: int, total: int) -> None:
-        nonlocal start, first, told
+        nonlocal start, first, last
         now = time.monotonic()
-        if told == 0.0:
-            start, first, told = now, done, now  # what was there before tells nothing of the rate
-        elif now - told > EVERY and done > first:
-            told = now
+        if last == 0.0:
+            start, first, last = now, done, now  # items that were done before do not count for the rate
+        elif now - last > EVERY and done > first:
+            last = now
             err.say(f"{done:,} of {total:,} {stage}, {pace(done - first, total - done, now - start)}")
 
     with listening(listener):
@@ -61,7 +61,7 @@ def lines() -> Iterator[None]:
 
 
 def pace(done: int, left: int, seconds: float) -> str:
-    """Return the rate and the time that is left, in words."""
+    """Return the rate and the remaining time, in words."""
     rate = done / seconds
     rest = left / rate
     minutes = f"{rest / 60:.0f} min" if rest > 90 else f"{rest:.0f} s"

@@ -12,7 +12,7 @@ from holdfast.cli.terminal import progress
 
 
 def warmup(as_json: AsJson = False) -> None:
-    """Compile everything that is otherwise compiled when it is first used, and keep it for this machine.
+    """Compile everything that is otherwise compiled on first use, and store it for later calls.
 
     The folder is $HOLDFAST_CACHE_DIR, or holdfast in the user's cache folder.
     """

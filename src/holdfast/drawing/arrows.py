@@ -1,4 +1,4 @@
-"""Arrows as rods with cones, for the files and pages that turn."""
+"""Arrows as rods with cones, for files and pages in 3D."""
 
 from __future__ import annotations
 

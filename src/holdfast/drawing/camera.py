@@ -56,10 +56,7 @@ class Camera:
 
 
 def heat_points(picture: Picture) -> NDArray[np.float64]:
-    """Return the vertices (N, 3) [m] that a picture must show.
-
-    These are those of the coloured surfaces or, if there are none, of all bodies.
-    """
+    """Return the vertices (N, 3) [m] that must be in view: of the coloured surfaces or, without any, of all bodies."""
     meshes = [surface.vertices for surface in picture.heat] or [solid.vertices for solid in picture.solids]
     points = np.concatenate([*meshes, np.empty((0, 3))])
     return points if len(points) else np.array([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])

@@ -1,4 +1,4 @@
-"""Blank pages and PNG output, which all pictures drawn with matplotlib share."""
+"""Blank pages and PNG output for all pictures that are drawn with matplotlib."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ GREY: Final = "#59606b"
 
 
 def bar(counts: Mapping[str, int], colours: Mapping[str, str]) -> str:
-    """Return shares as one bar of coloured pieces with a legend; nothing if there is nothing to count."""
+    """Return shares as one bar of coloured pieces with a legend; "" if all counts are zero."""
     total = sum(counts.values())
     if not total:
         return ""
@@ -35,7 +35,7 @@ def bar(counts: Mapping[str, int], colours: Mapping[str, str]) -> str:
 
 
 def histogram(title: str, values: Sequence[float], unit: str, *, logarithmic: bool = False) -> str:
-    """Return the distribution of finite values; what is infinite, or 0 on a logarithmic scale, is counted beside it."""
+    """Return a histogram of the finite values; infinite values, and zeros on a logarithmic scale, are counted aside."""
     finite = np.array([v for v in values if math.isfinite(v) and (v > 0 or not logarithmic)], dtype=float)
     aside = [f"{sum(math.isinf(v) for v in values):,} infinite"] if any(map(math.isinf, values)) else []
     aside += [f"{sum(v <= 0 for v in values):,} at 0"] if logarithmic and any(v <= 0 for v in values) else []

@@ -1,4 +1,4 @@
-"""The colour scale of both renderers: weak is dark crimson, strong is pale green, and special cases stand apart."""
+"""The colour scale of all pictures: weak is dark crimson, strong is pale green, special cases have other colours."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from holdfast.base.colour import Rgb, light_of, rgb_of, srgb_of
 
 _LOG_RATIO: Final = 12.0  # ratio of the largest to the smallest force above which the scale is logarithmic
-# Weak points are what the picture is for: they are clamped only where they would squeeze all the rest, while a few
-# strong ones must not take the colours from the many weak ones.
-# the scale is cut at its low end if the smallest force is less than this times the low percentile
+# The picture is meant to show weak points. They are clamped only if they would compress the rest of the scale, while
+# strong outliers are clamped early.
+# the scale is clamped at its low end if the smallest force is less than this multiple of the low percentile
 _BELOW_USUAL: Final = 1e-3
-# the scale is cut at its high end if the largest force is more than this times the high percentile
+# the scale is clamped at its high end if the largest force is more than this multiple of the high percentile
 _ABOVE_USUAL: Final = 2.0
-_OUTLIER_PERCENTILES: Final = (2.0, 90.0)  # percentiles of the forces at which the scale is cut
+_OUTLIER_PERCENTILES: Final = (2.0, 90.0)  # percentiles of the forces at which the scale is clamped
 _EQUAL_RELATIVE: Final = 1e-3  # forces that differ by less than this share count as equal
 _TICK_GAP: Final = 0.09  # smallest distance of a tick from the ends, as a share of the colour bar
 # colours of the scale, from weak to strong
@@ -42,7 +42,7 @@ _TO_LAB: Final = np.array(
 
 
 class Kind(IntEnum):
-    """What the answer of a cell says."""
+    """The kind of answer of a cell."""
 
     FORCE = 0  # a finite force above 0, which is on the scale
     ENDLESS = 1  # no force moves anything
@@ -123,7 +123,7 @@ SPECIAL: Final[dict[Kind, Rgb]] = {
 
 
 def scale_of(values: ArrayLike) -> Scale | None:
-    """Return the scale that fits these forces [N], or None where none is finite and positive."""
+    """Return the scale that fits these forces [N], or None if none of them is finite and positive."""
     force = np.asarray(values, dtype=float).ravel()
     force = force[np.isfinite(force) & (force > 0.0)]
     if force.size == 0:
@@ -146,7 +146,7 @@ def sample(position: ArrayLike) -> NDArray[np.float64]:
 
 
 def kinds_of(values: ArrayLike) -> NDArray[np.int64]:
-    """Return the kind (C,) of forces (C,) [N] that are all known; a NaN is no answer."""
+    """Return the kinds (C,) of forces (C,) [N], of which none is undecided; a NaN has the kind NONE."""
     force = np.asarray(values, dtype=float)
     kinds = np.full(force.shape, Kind.NONE, dtype=np.int64)
     kinds[np.isfinite(force)] = Kind.FORCE

@@ -1,4 +1,4 @@
-"""Find the edges that show the shape of a body: where its surface bends or ends, however it is cut into cells."""
+"""Find the feature edges of a body: where its surface bends or ends, whatever its division into cells."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from holdfast.drawing.raster import CREASE_COSINE
 from holdfast.drawing.soup import Soup
 from holdfast.geometry.topology import Edges
 
-# of the body's size: vertices that are closer are merged, because cells cut the same corner slightly differently
+# distance below which vertices are merged, as a share of the body's size: cells have slightly different corners
 _GRID: Final = 1e-6
 
 
@@ -36,8 +36,8 @@ def _of_one(
     _, first, merged = np.unique(np.rint(vertices / (size * _GRID)), axis=0, return_index=True, return_inverse=True)
     edges = Edges.of(merged.ravel()[triangles], len(first))
     shared, ends = edges.shared, edges.ends
-    # Where parts of a body touch, an edge may have more than two sides: of these, the first and the last by their place
-    # in the triangle are compared. Which two it is changes what is drawn and nothing else.
+    # Where parts of a body touch, an edge may belong to more than two triangles. The first and the last of them are
+    # compared, in the order of the edge's place within the triangle; the choice only affects the picture.
     count = len(triangles)
     place = edges.sides % 3 * count + edges.sides // 3
     one, other = (normals[end.reduceat(place, edges.first) % count] for end in (np.minimum, np.maximum))
@@ -48,7 +48,7 @@ def _of_one(
 
 
 def _slivers(corners: NDArray[np.float64], thin: float) -> NDArray[np.bool_]:
-    """Tell which triangles (T, 3, 3) [m] are thinner than ``thin`` [m]: their normals say nothing."""
+    """Return which triangles (T, 3, 3) [m] are thinner than ``thin`` [m], so that their normals are unreliable."""
     sides = corners - np.roll(corners, -1, axis=1)
     longest = np.linalg.norm(sides, axis=2).max(axis=1)
     doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
@@ -56,10 +56,9 @@ def _slivers(corners: NDArray[np.float64], thin: float) -> NDArray[np.bool_]:
 
 
 def _open_ends(segments: NDArray[np.float64], normals: NDArray[np.float64], size: float) -> NDArray[np.float64]:
-    """Return the parts of one-sided segments that no coplanar neighbour continues.
+    """Return the parts of the one-sided segments where no coplanar surface continues on the other side.
 
-    Where cells of different grids meet, an edge of one cell lies along several edges of the other without shared
-    vertices.
+    Segments are one-sided also where cells of different grids meet, without shared vertices; these are dropped.
     """
     if not len(segments):
         return segments

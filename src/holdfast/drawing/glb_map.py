@@ -54,10 +54,7 @@ def write_glb(picture: Picture, path: str | os.PathLike[str]) -> None:
 
 
 def lit_glb(vertices: NDArray[np.float64], triangles: NDArray[np.int64], light: NDArray[np.float64]) -> bytes:
-    """Return triangles (T, 3) of vertices (V, 3) [m] that give off this ``light`` (V, 3) as binary glTF.
-
-    As every glTF file it has y up.
-    """
+    """Return triangles (T, 3) of vertices (V, 3) [m] with this emitted ``light`` (V, 3) as binary glTF, with y up."""
     file = Gltf()
     primitive = Primitive(vertices, triangles, file.material(WHITE, unlit=True), light=light)
     file.node("surface", file.mesh([primitive]), np.eye(4))
@@ -74,7 +71,7 @@ def _add(
     rgb: NDArray[np.float64] | None = None,
     values: dict[str, NDArray[np.float64]] | None = None,
 ) -> None:
-    """Add a node whose frame is at the middle of its vertices (V, 3) [m], as numbers in the file are short."""
+    """Add a node with its frame at the middle of its vertices (V, 3) [m], because the file has single precision."""
     pose = np.eye(4)
     pose[:3, 3] = (vertices.min(0) + vertices.max(0)) / 2
     primitive = Primitive(vertices - pose[:3, 3], corners, file.material(colour, unlit=True), rgb, values or {})

@@ -1,4 +1,4 @@
-"""Write a robustness map as one HTML file that turns under the pointer and needs neither a library nor a network."""
+"""Write a robustness map as one interactive HTML file in 3D, which needs neither a library nor a network."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from holdfast.drawing.picture import Picture
 from holdfast.drawing.soup import forces
 
 _STATIC: Final = Path(__file__).parent / "static"
-_HATCHED: Final = 1  # in the fourth byte of a cell's colour: its surface is hatched
+_HATCHED: Final = 1  # value of the fourth byte of a cell's colour if the cell is hatched
 
 
 def write_html(picture: Picture, path: str | os.PathLike[str]) -> None:
@@ -33,8 +33,8 @@ def write_html(picture: Picture, path: str | os.PathLike[str]) -> None:
 def page_of(picture: Picture) -> str:
     """Return the page as text.
 
-    Its security policy allows the one script whose hash it names, and no request: names that pretend to be scripts
-    stay texts.
+    Its security policy allows only the script with the given hash, and no request. So scripts in the names of bodies
+    cannot run.
     """
     script = (_STATIC / "map.js").read_text(encoding="utf-8")
     allowed = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
@@ -98,7 +98,7 @@ def _packed(picture: Picture, parts: list[Layer]) -> str:
 
 
 def _corners(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a few points (N, 3) that fill the same part of any picture: the farthest ones in many directions."""
+    """Return the extreme points (N, 3) in many directions, which need as much room in a view as all points."""
     turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
     tilt = np.linspace(-np.pi / 2, np.pi / 2, 13)
     level, above = (grid.ravel() for grid in np.meshgrid(turn, tilt))

@@ -1,4 +1,4 @@
-"""The parts of a map as layers that a page shows and hides: plain arrays with a colour and a text for each cell."""
+"""The layers of a map that a page can show and hide, as plain arrays with a colour and a text for each cell."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ FIXED_EDGE: Final = "#a9a7a1"  # colour of the edges of fixed bodies
 
 @dataclass(frozen=True)
 class Faces:
-    """Triangles (T, 3) of vertices (V, 3) [m]; ``cell`` (V,) is the cell that each vertex belongs to.
+    """Triangles (T, 3) of vertices (V, 3) [m]; ``cell`` (V,) is the cell to which each vertex belongs.
 
-    Each cell has a colour, ``rgb`` (C, 3) in 0..1, and a text that stands under the pointer, ``texts`` (C,), as HTML
-    ("" for surfaces that say nothing). ``solid`` tells surfaces of bodies from arrows.
+    Each cell has a colour, ``rgb`` (C, 3) in 0..1, and in ``texts`` (C,) the HTML that is shown under the pointer, or
+    "". ``solid`` is True for surfaces of bodies and False for arrows.
     """
 
     vertices: NDArray[np.float64]
@@ -58,9 +58,9 @@ class Dots:
 
 
 class Layer(NamedTuple):
-    """What one switch of the page shows and hides; the page's script knows the layer by its ``role``.
+    """The parts that one switch of the page shows and hides.
 
-    ``swatch`` is the colour beside the name, as CSS.
+    ``swatch`` is the CSS colour beside the name. The page's script identifies the layer by its ``role``.
     """
 
     name: str
@@ -85,7 +85,7 @@ def gradient() -> str:
 
 
 def sides_of(rings: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return the sides (E, 2, 3) [m] of closed polylines (k, 3) [m], none if there are none."""
+    """Return the sides (E, 2, 3) [m] of closed polylines (k, 3) [m]."""
     sides = [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings]
     return np.concatenate([np.empty((0, 2, 3)), *sides])
 
@@ -110,7 +110,7 @@ def _cells(surface: HeatSurface, kind: colours.Kind, scale: colours.Scale | None
 
 
 def _joined(parts: list[Faces]) -> Faces:
-    """Return several surfaces as one, which is drawn at once however many bodies there are."""
+    """Return several surfaces as one, so that it takes a single draw call."""
     corners = np.cumsum([0, *(len(part.vertices) for part in parts)])
     cells = np.cumsum([0, *(len(part.texts) for part in parts)])
     return Faces(
@@ -124,14 +124,14 @@ def _joined(parts: list[Faces]) -> Faces:
 
 
 def welded(part: Faces) -> Faces:
-    """Return the same triangles with every corner that several triangles of one cell share kept once.
+    """Return the same triangles with common corners of the triangles of a cell merged.
 
-    Corners count as one that single precision does not tell apart.
+    Corners are equal if their coordinates are equal in single precision.
     """
     place = np.ascontiguousarray(part.vertices, dtype=np.float32) + np.float32(0.0)  # -0 becomes 0
     rows = np.column_stack([place.view(np.uint32).astype(np.int64), part.cell])
     _, first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)  # as they came: neighbours stay neighbours, which packs well
+    order = np.argsort(first)  # in the original order, which compresses well
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     kept = first[order]
@@ -154,10 +154,7 @@ def _neutral(picture: Picture) -> list[Layer]:
 
 
 def _without_undersides(still: Soup, picture: Picture) -> Soup:
-    """Leave out the faces that face down beneath everything else.
-
-    Those of a floor would look like a second sheet.
-    """
+    """Remove the faces that face down below everything else, such as the underside of a floor."""
     level = float((heat_points(picture) @ picture.up).min())
     height = (still.vertices @ picture.up)[still.triangles].max(axis=1)
     kept = ~((still.normals @ picture.up < -0.9) & (height < level))

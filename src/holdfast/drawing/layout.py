@@ -67,7 +67,7 @@ class _Plan(NamedTuple):
 
 
 def has_contacts(picture: Picture) -> bool:
-    """Tell whether there is anything to show in a contact panel."""
+    """Return whether there is anything to show in a contact panel."""
     return bool(picture.contact_forces or picture.outlines or len(picture.contact_points))
 
 

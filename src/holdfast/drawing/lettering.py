@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 LETTERS: Final = 13.0  # height of a name's letters [px] at the design size
 LONGEST: Final = 24  # largest number of characters of a name in a picture
-_MOST: Final = 40  # the most names in a panel
+_MOST: Final = 40  # largest number of names in a panel
 _ON_BODY: Final = 0.5  # a name is written only if this share of it lies on what is seen of its body
 _HALO: Final = 2.6  # width of the white rim of letters [px] at the design size
 
 
-class Spot(NamedTuple):
+class NamePlace(NamedTuple):
     """A name and the pixel of the panel, row and column, that its middle is written at."""
 
     name: str
@@ -34,12 +34,14 @@ class Spot(NamedTuple):
     column: int
 
 
-def spots(seen: NDArray[np.int64], sizes: Sequence[tuple[str, int, int]], taken: NDArray[np.bool_]) -> tuple[Spot, ...]:
-    """Choose where names are written, largest visible bodies first, so that no two overlap.
+def name_places(
+    seen: NDArray[np.int64], sizes: Sequence[tuple[str, int, int]], taken: NDArray[np.bool_]
+) -> tuple[NamePlace, ...]:
+    """Choose the places of names without overlaps, for the largest visible bodies first.
 
     ``seen`` (H, W) is the number of the body at each pixel, -1 for none; ``sizes`` are the name, width and height [px]
-    of the text for each body. Nothing is written over ``taken`` (H, W). A name goes where most of it lies on its body,
-    nearest to the body's middle; without such a place it is left out.
+    of the text for each body. Nothing is written over ``taken`` (H, W). A name is placed where most of it lies on its
+    body, near the body's middle; if less than half would, it is left out.
     """
     taken = taken.copy()
     found = []
@@ -60,13 +62,13 @@ def spots(seen: NDArray[np.int64], sizes: Sequence[tuple[str, int, int]], taken:
         row, column = int(rows[best]), int(columns[best])
         if cover[row, column] < _ON_BODY:
             continue
-        found.append(Spot(name, row, column))
+        found.append(NamePlace(name, row, column))
         block(taken, row, column, wide, high)
     return tuple(found)
 
 
 def block(taken: NDArray[np.bool_], row: float, column: float, wide: int, high: int) -> None:
-    """Mark a rectangle about a pixel, in place, as written on."""
+    """Mark a rectangle around a pixel as taken, in place."""
     top, left = max(0, round(row) - high // 2), max(0, round(column) - wide // 2)
     taken[top : top + high, left : left + wide] = True
 
@@ -79,9 +81,9 @@ def draw_names(
     texts = [one_line(name, LONGEST) for name in names]
     high = round(1.5 * LETTERS * unit)
     sizes = [(text, round(writer.width(text, LETTERS) + 8 * unit), high) for text in texts]
-    for spot in spots(seen, sizes, taken):
-        x, y = box.left + spot.column, box.top + spot.row
-        text = writer.put(x, y + 0.36 * LETTERS * unit, spot.name, LETTERS, align="center")
+    for place in name_places(seen, sizes, taken):
+        x, y = box.left + place.column, box.top + place.row
+        text = writer.put(x, y + 0.36 * LETTERS * unit, place.name, LETTERS, align="center")
         text.set_path_effects(_halo(unit))
         text.set_gid("name")
 

@@ -22,12 +22,12 @@ FONT: Final = "DejaVu Sans"  # font of all texts
 
 _HIDDEN_ALPHA: Final = 0.38  # opacity of an arrow whose point is hidden in this panel
 AXIS: Final = 30.0  # length of the world's axes [px] at the design size
-_RELAX_ROUNDS: Final = 200  # the most rounds in which badges are moved apart
+_RELAX_ROUNDS: Final = 200  # largest number of rounds in which badges are moved apart
 
 
 @dataclass(frozen=True)
 class Pen:
-    """The sizes of an arrow [px]: shaft width, head length, head width, and the least length with which it is drawn."""
+    """The sizes of an arrow [px]: shaft width, head length, head width, and smallest length."""
 
     shaft: float
     head: float
@@ -40,7 +40,7 @@ FORCE: Final = Pen(2.2, 10.0, 8.5, 3.0)
 
 
 def visible(shot: Shot, depth: NDArray[np.float64], arrow: Arrow) -> bool:
-    """Tell whether the pushed point is visible in this panel, whose depth image is ``depth`` (H, W) [m]."""
+    """Return whether the pushed point is visible in this panel with the depth image ``depth`` (H, W) [m]."""
     length = float(np.linalg.norm(arrow.tail - arrow.head))
     outside = arrow.head + 0.02 * (arrow.tail - arrow.head)
     column, row, z = shot.camera.pixels(outside[None])[0]
@@ -80,7 +80,7 @@ def arrow_shapes(tails: NDArray[np.float64], heads: NDArray[np.float64], pen: Pe
 
 
 def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool], unit: float) -> None:
-    """Draw the weakest pushes in ``state`` with their numbers; it maps their index to whether they are visible."""
+    """Draw the weakest pushes with their numbers; ``state`` maps the index of each to whether it is visible."""
     from matplotlib.collections import PolyCollection
 
     if not state:
@@ -135,15 +135,15 @@ def room_of_axes(box: Box, unit: float) -> tuple[NDArray[np.float64], float]:
 
 
 def badge_places(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArray[np.float64]:
-    """Move places (N, 2) [px] so that their badges touch neither each other nor the axes, nor leave the panel.
+    """Move places (N, 2) [px] so that badges overlap neither each other nor the axes nor the border of the panel.
 
-    They do as far as there is room.
+    If there is not enough room, overlaps remain.
     """
     apart = 27.0 * unit
     box = shot.box
     low = np.array([box.left, box.top]) + 14.0 * unit
     high = np.array([box.left + box.width, box.top + box.height]) - 14.0 * unit
-    # Coinciding badges need some direction to part in: their own number gives one.
+    # Coinciding badges need a direction in which to move apart, which depends on their number.
     turn = np.arange(len(places)) * 2.4
     own = 0.01 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     places = np.clip(places + own, low, high)
@@ -173,7 +173,7 @@ def nearest_badges(ends: NDArray[np.float64], places: NDArray[np.float64]) -> ND
 
 
 def _out_of_the_corner(ways: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the unit directions (N, 2) nearest to ``ways`` that lead to the right or up, where there is room."""
+    """Return the unit directions (N, 2) nearest to ``ways`` that point right and up, where there is room."""
     ways = np.column_stack([ways[:, 0].clip(min=0.0), ways[:, 1].clip(max=0.0)])
     length = np.linalg.norm(ways, axis=1, keepdims=True)
     return np.where(length > 1e-6, ways / np.maximum(length, 1e-6), np.array([0.8, -0.6]))

@@ -1,4 +1,4 @@
-"""Numbers and texts for a page in one deflated piece of text: a header as JSON, and the arrays it refers to."""
+"""Pack a JSON header and arrays into one compressed text for a page."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ Place = dict[str, int | str]
 
 
 class Packer:
-    """Collects arrays, and returns them with a header that refers to them by their places."""
+    """Collects arrays, and packs them with a header that refers to them."""
 
     def __init__(self) -> None:
         self._chunks: list[bytes] = []
         self._length = 0
 
     def put(self, values: NDArray[Any], kind: str) -> Place:
-        """Keep an array as little-endian ``kind`` ("f4", "u4" or "u1") and return what the header says of it.
+        """Add an array as little-endian ``kind`` ("f4", "u4" or "u1"), and return its entry for the header.
 
-        Of "u4" all lowest bytes come first, then all second ones and so on: so numbers of neighbours deflate to a half.
+        Arrays of "u4" are stored byte plane by byte plane, the lowest bytes first, which halves their compressed size.
         """
         raw = np.ascontiguousarray(values, dtype=np.dtype(kind).newbyteorder("<"))
         content = raw.view(np.uint8).reshape(-1, 4).T.tobytes() if kind == "u4" else raw.tobytes()

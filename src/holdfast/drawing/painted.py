@@ -1,4 +1,4 @@
-"""The surfaces of a map with a colour, a force and a kind at every corner, as files of other programs hold them."""
+"""The surfaces of a map with a colour, a force and a kind at every vertex, for files of other programs."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from holdfast.drawing.colours import Kind
 from holdfast.drawing.picture import Picture, legend
 from holdfast.drawing.soup import corners_of, forces
 
-UNDECIDED: Final = -1.0  # in place of a force [N] that is not known, so that no search for strong points finds it
-NO_VALUE: Final = -2.0  # where nobody can push: covered faces and fixed bodies
+UNDECIDED: Final = -1.0  # [N] in place of an undecided force; negative, so that it is never the strongest point
+NO_VALUE: Final = -2.0  # [N] in place of the force on covered faces and fixed bodies
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Painted:
 
 
 def painted(picture: Picture) -> list[Painted]:
-    """Return the surface of every body: what can be pushed, what is covered, and what is fixed."""
+    """Return the surface of every body: exposed, covered and fixed parts."""
     scale = colours.scale_of(forces(picture))
     parts: dict[str, list[Painted]] = {}
     for surface in picture.heat:
@@ -78,7 +78,7 @@ def joined(name: str, parts: list[Painted]) -> Painted:
 
 
 def legend_of(picture: Picture) -> dict[str, Any]:
-    """Return what colours and numbers mean, as plain data: title, scale with its marks, and the kinds beside it."""
+    """Return the legend as plain data: the title, the scale with its marks, and the kinds of answers."""
     scale = colours.scale_of(forces(picture))
     data: dict[str, Any] = {"title": picture.title, "subtitle": picture.subtitle, "value": picture.value_name}
     if scale is not None:

@@ -23,10 +23,10 @@ from holdfast.drawing.soup import fixed, forces, movable, movable_names
 _HEAD, _CAPTION, _FOOT, _PAD = 92, 34, 96, 26
 _PALE = (0.90, 0.905, 0.915)  # colour of bodies without a map
 _ACCENT = rgb_of("#5b8fd6")  # colour of the body named ``accent``
-_GHOST = rgb_of("#d9822b")  # colour of bodies that shine through
-_FAINT = 0.35  # share of their colour in the picture
-_KEY = 150  # where the key to the arrows is, beside the axes [px]
-_SHIFT = 0.004  # of the scene's size: points are drawn this far in front of their surface
+_GHOST = rgb_of("#d9822b")  # colour of the bodies of a ghost picture
+_FAINT = 0.35  # opacity of a ghost picture
+_KEY = 150  # left edge of the key to the arrows, beside the axes [px]
+_SHIFT = 0.004  # distance of points in front of their surface, as a share of the scene's size
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class PointsPanel:
     """One picture of a sheet: a scene, and points on it that are coloured by their force.
 
     ``points`` (n, 3) [m] have outward ``normals`` (n, 3) and ``force`` (n,) [N]; ``marks`` are drawn as arrows, which
-    ``marked`` explains. Bodies without a map are pale, and the body named ``accent`` is blue. Movable bodies of
-    ``ghost`` shine through faintly, where they are in that picture.
+    ``marked`` explains. Bodies without a map are pale, and the body named ``accent`` is blue. The movable bodies of the
+    picture ``ghost`` are drawn faintly over it.
     """
 
     caption: str
@@ -124,7 +124,7 @@ def _draw(
 def _seen(
     pixels: NDArray[np.float64], toward: NDArray[np.float64], depth: NDArray[np.float64], camera: Camera
 ) -> NDArray[np.bool_]:
-    """Tell which points are in the panel, face the viewer and have nothing movable in front of them."""
+    """Return which points are in the panel, face the viewer, and are not hidden by movable bodies."""
     rows, columns = depth.shape
     inside = ((pixels[:, :2] >= 0) & (pixels[:, :2] < [columns, rows])).all(1)
     column = np.clip(pixels[:, 0].astype(int), 0, columns - 1)
@@ -135,7 +135,7 @@ def _seen(
 def _bar(
     writer: Writer, page: NDArray[np.float64], scale: colours.Scale | None, top: int, panels: Sequence[PointsPanel]
 ) -> None:
-    """Draw the colour scale, the colour of infinite forces and those of the other kinds of answers in the panels."""
+    """Draw the colour scale, the colour of infinite forces, and the colours of other kinds of answers in the panels."""
     left, wide, tall = _PAD, 430, 16
     if scale is not None:
         page[top : top + tall, left : left + wide] = colours.sample(np.linspace(0, 1, wide))[None]

@@ -1,4 +1,4 @@
-"""The content of a heat-map picture as plain arrays, which both renderers take."""
+"""The content of a heat-map picture as plain arrays, for all renderers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class HeatSurface:
 
     @property
     def kind(self) -> NDArray[np.int64]:
-        """What the answer of each cell (C,) says, as a ``Kind``."""
+        """The ``Kind`` of the answer of each cell (C,)."""
         return kinds_of(self.force) if self.kinds is None else self.kinds
 
 
@@ -71,17 +71,17 @@ class Picture:
 
 
 def kinds(picture: Picture) -> NDArray[np.int64]:
-    """Return what the answer of every cell of the picture says, (C,) over all surfaces."""
+    """Return the kinds (C,) of the answers of all cells of the picture."""
     return np.concatenate([*(surface.kind for surface in picture.heat), np.empty(0, dtype=np.int64)])
 
 
 def legend(picture: Picture) -> dict[Kind, str]:
-    """Return the names of the kinds of answers beside the scale that the picture shows, for its legend."""
+    """Return the names of the kinds of answers in the picture that are not on the scale, for its legend."""
     found = kinds(picture)
     unknown = int((found == Kind.UNDECIDED).sum())
     share = 100 * unknown / max(len(found), 1)
     names = {
-        Kind.BALANCED: "moves at the least push (only balanced)",
+        Kind.BALANCED: "moves at the smallest push (only balanced)",
         Kind.FALLS: "falls without a push",
         Kind.UNDECIDED: f"undecided: {unknown:,} of {len(found):,} ({share:.3g} %)",
         Kind.ENDLESS: "no push moves it (∞)",

@@ -12,8 +12,8 @@ from holdfast.base.text import LONGEST_ITEM, LONGEST_NAME, one_line
 from holdfast.drawing.painted import NO_VALUE, UNDECIDED, joined, legend_of, painted
 from holdfast.drawing.picture import Picture
 
-MOST_NAMES: Final = 100  # of bodies that comments tell: readers limit the length of a header
-FAR: Final = 100.0  # [sizes] from the origin: further away, single precision would show
+MOST_NAMES: Final = 100  # largest number of bodies in comments, because readers limit the length of a header
+FAR: Final = 100.0  # distance from the origin, in sizes, beyond which single precision is not enough
 BESIDE: Final = [("red", "u1"), ("green", "u1"), ("blue", "u1"), ("force", "<f4"), ("kind", "u1"), ("body", "<i4")]
 FACE: Final = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 TYPES: Final = {"<f8": "double", "<f4": "float", "|u1": "uchar", "<i4": "int"}

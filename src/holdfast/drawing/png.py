@@ -86,7 +86,7 @@ def _annotate(
 
 
 def _written_on(shot: Shot, picture: Picture, unit: float) -> NDArray[np.bool_]:
-    """Return where in a panel arrows with their numbers and the scale bar are, which names keep clear of."""
+    """Return the pixels of a panel that arrows, their numbers and the scale bar take, where no name is written."""
     taken = np.zeros((shot.box.height, shot.box.width), dtype=bool)
     size = round(34 * unit)
     for arrow in picture.weakest:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.projections.polar import PolarAxes
 
 _SIZE: Final = (1600, 1000)  # width and height of the page [px]
-_DPI: Final = 100  # resolution of the figure [pixels per inch]
+
 _COLOURS: Final = ("#b5173f", "#0b6aa8", "#14171c", "#d9820f", "#3d8f5f", "#7a4fa3")  # colours of the curves in turn
 # markers of the curves in turn: dots, none, none, then the octagons and squares of the paper
 _MARKERS: Final = ("o", "", "", "8", "s", "D")
@@ -29,7 +29,7 @@ _LINES: Final = ("-", "-", "--", ":", ":", ":")  # line styles of the curves in 
 _POLAR: Final = (60, 128, 850)  # left edge, top edge and side of the plot [px]
 _COLUMN: Final = 1010  # left edge of the column beside the plot [px]
 _VIEW: Final = (480, 290)  # width and height of the view from above [px]
-_MOVERS: Final = 9  # the most groups of movers in the legend
+_MOVERS: Final = 9  # largest number of groups of moving bodies in the legend
 
 
 @dataclass(frozen=True)
@@ -156,10 +156,7 @@ def _shade_undecided(axes: PolarAxes, curve: Curve, end: float) -> None:
 
 
 def _free_angle(picture: PolarPicture) -> float:
-    """Return the angle [deg] at which the radial numbers cover the least.
-
-    It lies between the axes, where the answers are shortest.
-    """
+    """Return the angle [deg] for the radial numbers, between the axes, where the first curve is shortest."""
     candidates = np.array([15.0, 45.0, 75.0, 105.0, 135.0, 165.0, 195.0, 225.0, 255.0, 285.0, 315.0, 345.0])
     curve = picture.curves[0]
     apart = np.abs((np.degrees(curve.angle)[None] - candidates[:, None] + 180) % 360 - 180)
@@ -168,7 +165,7 @@ def _free_angle(picture: PolarPicture) -> float:
 
 
 def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> float:
-    """Draw the bodies from above, in the orientation of the plot, and return the row below them."""
+    """Draw the bodies from above, in the orientation of the plot, and return the row [px] below them."""
     from matplotlib.patches import Polygon
 
     width, height = _VIEW
@@ -226,7 +223,7 @@ def _draw_legend(writer: Writer, picture: PolarPicture, top: float) -> None:
 
 
 def _draw_movers(writer: Writer, curve: Curve, y: float, room: float) -> float:
-    """List what gives way first with its colour, and return the row below."""
+    """List what gives way first with its colour, and return the row [px] below."""
     colours = list(colours_of(curve.movers).items())
     if not colours:
         return y

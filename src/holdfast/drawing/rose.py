@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from holdfast.drawing.colours import number
 
-SIZE: Final = 220  # of the plot [px]
-_RADIUS: Final = 80.0  # of its outer ring [px]
-_CURVE: Final = "#d9622b"  # has contrast on white and on black
-_UNKNOWN: Final = "#8f7fc4"  # of directions whose answer is not known
-_PLENTY: Final = 1.3  # of the largest finite limit: where the ring is if others are infinite
+SIZE: Final = 220  # width and height of the plot [px]
+_RADIUS: Final = 80.0  # radius of the outer ring [px]
+_CURVE: Final = "#d9622b"  # colour of the curve, with contrast on white and on black
+_UNKNOWN: Final = "#8f7fc4"  # colour of undecided directions
+_PLENTY: Final = 1.3  # limit at the outer ring, as a multiple of the largest finite one, if others are infinite
 
 
 def rose(

@@ -17,7 +17,7 @@ from holdfast.drawing.soup import Soup
 SHADE_LOSS: Final = 0.12  # share of the brightness that a face turned away from the light loses
 _SAMPLES: Final = 2  # samples per pixel along each side, for anti-aliasing
 _INK: Final = np.array([0.10, 0.11, 0.14], dtype=np.float32)  # colour of lines
-_HATCH: Final = (10, 0.62)  # distance of hatching lines [px], and how dark they leave a surface that is not decided
+_HATCH: Final = (10, 0.62)  # distance of hatching lines [px], and their brightness relative to the surface
 _LIGHT_INK: Final = np.array([0.85, 0.80, 0.82], dtype=np.float32)  # colour of creases on dark surfaces
 _LUMINANCE: Final = np.array([0.30, 0.59, 0.11], dtype=np.float32)  # weights of red, green and blue in the luminance
 _DARK: Final = 0.27  # luminance below which a surface counts as dark
@@ -50,7 +50,9 @@ def render(
     ghost: bool = False,
     focus: NDArray[np.float64] | None = None,
 ) -> Panel:
-    """Draw both soups into a panel of (rows, columns); fixed bodies fade out with their distance from the movable ones.
+    """Draw movable and fixed bodies into a panel of (rows, columns).
+
+    Fixed bodies fade out with their distance from the movable ones.
 
     ``ghost`` draws the movable bodies pale, as a backdrop for contacts inside them. If ``focus`` (N, 3) [m] is given,
     the fixed bodies fade out with their distance from these points instead.
@@ -102,7 +104,7 @@ def _lookup(paint: NDArray[np.float64], layer: Layer, background: NDArray[np.flo
 
 
 def _hatch(image: NDArray[np.float32], layer: Layer, soup: Soup) -> None:
-    """Draw diagonal lines, in place, over surfaces in the colour of undecided answers: no eye takes them for others."""
+    """Hatch surfaces in the colour of undecided answers, in place, so that they differ clearly from others."""
     marked = np.append((soup.rgb == colours.UNDECIDED).all(axis=1), False)[layer.triangle]  # -1 picks the last row
     rows, columns = (np.arange(size) for size in image.shape[:2])
     distance, darkness = _HATCH
@@ -114,7 +116,7 @@ def _ink(image: NDArray[np.float32], layer: Layer, amount: float) -> NDArray[np.
     for kind, strength in _STRENGTH.items():
         drawn = layer.line == kind
         under = image[drawn]
-        # Dark lines would drown in the dark end of the scale, so creases are drawn light there.
+        # Creases are drawn light on dark surfaces, where dark lines would not be visible.
         dark = (under @ _LUMINANCE < _DARK) & (kind == CREASE)
         ink = np.where(dark[:, None], _LIGHT_INK, _INK)
         image[drawn] = under + np.float32(strength * amount) * (ink - under)
@@ -140,7 +142,7 @@ def _with_fixed(
 
 
 def _fade(world: NDArray[np.float64], focus: NDArray[np.float64]) -> NDArray[np.float64]:
-    if not len(focus):  # nothing movable: fixed bodies are all there is to see
+    if not len(focus):  # without movable bodies, fixed ones do not fade
         return np.ones(len(world))
     low, high = focus.min(axis=0), focus.max(axis=0)
     beyond = np.maximum(np.maximum(low - world, world - high), 0.0)

@@ -78,9 +78,9 @@ class Corners(NamedTuple):
 
 
 def corners_of(surface: HeatSurface, shown: NDArray[np.bool_] | None = None) -> Corners:
-    """Return the corners of the cells of a surface, or of its ``shown`` (C,) cells; cells share none.
+    """Return the corners of the cells of a surface, or of its ``shown`` (C,) cells.
 
-    A corner can therefore bear the colour or the value of its cell.
+    Cells share no corners, so that each corner can have the colour and the value of its cell.
     """
     kept = np.ones(len(surface.cell), dtype=bool) if shown is None else shown[surface.cell]
     keys = surface.cell[kept][:, None] * len(surface.vertices) + surface.triangles[kept]

@@ -51,7 +51,7 @@ def map_thumbnail(picture: Picture, size: tuple[int, int]) -> bytes:
 def png_bytes(image: NDArray[np.uint8]) -> bytes:
     """Return an image (rows, columns, 3) as a PNG file: 8 bits for each of red, green and blue."""
     rows, columns, _ = image.shape
-    # Every line but the first as its difference to the one above (filter 2): flat areas become zeros.
+    # Every line except the first is stored as the difference from the line above (filter 2), zero in flat areas.
     step = np.diff(image.reshape(rows, -1), axis=0, prepend=np.zeros((1, image[0].size), dtype=np.uint8))
     lines = np.concatenate([np.full((rows, 1), 2, dtype=np.uint8), step], axis=1)
     header = struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0)

@@ -1,4 +1,4 @@
-"""Draw accelerations over time, and the share they use of what is withstood, coloured by what would give way first."""
+"""Draw accelerations and the used share of a load's capacity over time, coloured by what would give way first."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ _MOTION: Final = (130, 400)  # top and bottom edge of the upper plot [px]
 _SHARE: Final = (470, 820)  # top and bottom edge of the lower plot [px]
 _COLUMN: Final = 1130  # left edge of the column beside the plots [px]
 _AXES: Final = ("#b5173f", "#3d8f5f", "#0b6aa8")  # colours of x, y and z
-_MOST: Final = 3.0  # largest share that is drawn in full
-_GROUPS: Final = 9  # the most groups of movers in the legend
+_MOST: Final = 3.0  # largest share on the axis; larger ones are clamped
+_GROUPS: Final = 9  # largest number of groups of moving bodies in the legend
 
 
 @dataclass(frozen=True)
 class Timeline:
-    """What happens at ``time`` (n,) [s].
+    """The content of the picture, at ``time`` (n,) [s].
 
-    ``acceleration`` (n, 3) [m/s²] and ``turning`` (n, 3) [rad/s²] are those of the carrier. ``used`` (n,) is the share
-    of what is withstood that is used, and at least ``proved`` (n,) of it is used for certain; both may be inf, and
-    ``used`` is nan where it is not known. ``movers`` (n,) says in words what would give way first, "" if nothing would.
-    ``moved`` [s] is when something begins to move, inf if nothing does. ``lines`` are texts of the legend.
+    ``acceleration`` (n, 3) [m/s²] and ``turning`` (n, 3) [rad/s²] are those of the carrier. ``used`` (n,) is the used
+    share of the load's capacity, nan where it is undecided, and ``proved`` (n,) a proved lower bound of it; both may be
+    inf. ``movers`` (n,) says in words what would give way first, "" if nothing would. ``moved`` [s] is the time at
+    which something begins to move, inf if nothing does. ``lines`` are the texts of the legend.
     """
 
     title: str
@@ -84,7 +84,7 @@ def _box(figure: Figure, rows: tuple[int, int]) -> Axes:
 
 
 def _ready(axes: Axes, picture: Timeline) -> None:
-    """Give the axes their range of times, the time of motion and the type of their numbers."""
+    """Set the range and the fonts of the axes, and mark the time at which something begins to move."""
     begin, end = float(picture.time[0]), float(picture.time[-1])
     spare = 0.02 * (end - begin) or 0.5
     axes.set_xlim(begin - spare, end + spare)

@@ -1,4 +1,4 @@
-"""Colours for a viewer that shows light through a film curve, so that the colours of the legend come out of it."""
+"""Compensate the tone mapping of a viewer, so that it shows the colours of the legend."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _A, _B, _C, _D, _E = 0.0245786, 0.000090537, 0.983729, 0.4329510, 0.238081
 def before_film(rgb: ArrayLike) -> NDArray[np.float64]:
     """Return the light (..., 3) that the curve "ACES filmic" turns into sRGB colours (..., 3) in 0..1.
 
-    Amounts may be below 0 and above 1: saturated colours need them, and no viewer clips them before the curve.
+    Values may be below 0 or above 1, as saturated colours require; viewers do not clip them before the curve.
     """
     shown = light_of(rgb) @ np.linalg.inv(_OUT_OF).T
     # the positive root of (c y - 1) v² + (d y - a) v + (e y + b) = 0

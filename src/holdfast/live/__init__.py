@@ -1,1 +1,1 @@
-"""The live view: a page that turns, asks and edits, served to this machine alone."""
+"""The live view: an interactive page to view, push and edit a scene, for this machine only."""

@@ -1,4 +1,4 @@
-"""The controls beside the picture, in four tabs: what is shown, the push, edits, and answers with several states."""
+"""The controls beside the picture, in four tabs: the push, what is shown, edits, and answers with several states."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.text import LONGEST_NAME, escaped, one_line
 from holdfast.live import scenery
-from holdfast.live.edits import Place, place_of, placed, pose_of, rubbing, weighing
+from holdfast.live.edits import Place, place_of, pose_of, weighing
 from holdfast.live.scenery import GROUPS, MAP, OPENING, SLIDING
 from holdfast.live.steps import settling, taking_apart
 from holdfast.live.window_model import STEEPEST, Model
@@ -29,46 +29,46 @@ NO_STEPS = "no answer with several states"
 
 
 class Shows(Protocol):
-    """What the controls ask of their window."""
+    """The interface of the window that the controls use."""
 
     model: Model
     server: Any  # viser's
     worker: Worker
-    aim: tuple[float, float]  # turn and tilt of the push that were asked for last [degrees]
+    aim: tuple[float, float]  # turn and tilt of the push that were requested last [degrees]
 
     def ask(self) -> None:
-        """Ask for the verdict and the map of what is shown."""
+        """Request the verdict and the map of the assembly on show."""
 
     def draw(self) -> None:
-        """Draw everything anew."""
+        """Redraw everything."""
 
     def draw_push(self) -> None:
-        """Draw the push anew."""
+        """Redraw the push."""
 
     def place(self) -> None:
         """Put bodies where the state on show has them."""
 
     def play(self, on: bool) -> None:
-        """Let the mechanism go to and fro, or stop it."""
+        """Start or stop the animation of the mechanism."""
 
     def grip(self) -> None:
-        """Bring the arrows to drag by to the body that is chosen, or take them away."""
+        """Show the drag handles at the selected body, or hide them."""
 
     def request(self, name: str, job: Callable[[], None]) -> None:
-        """Have a job done that somebody asked for."""
+        """Run a job that a user requested."""
 
     def edited(self, name: str, change: Callable[[], None]) -> None:
-        """Have the model changed."""
+        """Run a job that changes the model."""
 
     def aimed(self, turn: float, tilt: float) -> None:
-        """Turn the push to these angles [degrees]."""
+        """Aim the push at these angles [degrees]."""
 
     def picture(self, client: Any) -> None:  # noqa: ANN401 - viser's own type
-        """Send what is shown as a file."""
+        """Send the current picture as a file."""
 
 
 class Controls:
-    """The controls of a window, which they tell of every change."""
+    """The controls of a window. They call its methods when a user changes something."""
 
     def __init__(self, window: Shows) -> None:
         self._window = window
@@ -91,28 +91,28 @@ class Controls:
 
     @property
     def colour_by(self) -> str:
-        """What the colours of the bodies say: MAP or GROUPS."""
+        """What the colours of the bodies show: MAP or GROUPS."""
         return str(self._colour.value)
 
     @property
     def body(self) -> str:
-        """The name of the body that is chosen to be edited."""
+        """The name of the body that is selected for edits."""
         return str(self._body.value)
 
     def choose(self, name: str) -> None:
-        """Choose a body to be edited."""
+        """Select a body for edits."""
         self._set(self._body, name)
 
     def refresh(self) -> None:
-        """Say again what the model says."""
+        """Update all controls from the model."""
         self.verdict.content = scenery.verdict_html(self._window.model)
         self.legend.content = scenery.legend_html(self._window.model, self.colour_by)
-        self._told_steps()
-        self._told_body()
-        self.tell_push()
+        self._refresh_steps()
+        self._refresh_body()
+        self.refresh_push()
 
-    def tell_push(self) -> None:
-        """Say what is known of the push, and where its sliders are: not where they were when its answer was asked."""
+    def refresh_push(self) -> None:
+        """Show the answer for the push, and set its sliders to the angles that were requested last."""
         self.push.content = scenery.push_html(self._window.model)
         turn, tilt = self._window.aim
         self._set(self._turn, turn)
@@ -138,7 +138,7 @@ class Controls:
         self.contacts = self._gui.add_checkbox("contact patches", True)
         self.forces = self._gui.add_checkbox("contact forces", False)
         for control in (self._colour, self.surfaces, self.contacts, self.forces):
-            control.on_update(lambda _: window.worker.ask("draw", window.draw))  # which alone changes the model
+            control.on_update(lambda _: window.worker.ask("draw", window.draw))  # only the worker may read the model
         self._gui.add_button("save picture").on_click(lambda event: window.picture(event.client))
 
     def _edit(self) -> None:
@@ -152,7 +152,7 @@ class Controls:
         self._mu = self._gui.add_number("friction", 0.5, min=0.0, step=0.01)
         self._body.on_update(self._heard(self._chosen))
         self.drag.on_update(self._heard(self._window.grip))
-        self._pair.on_update(self._heard(self._told_body))
+        self._pair.on_update(self._heard(self._refresh_body))
         for control in (self._position, self._turned):
             control.on_update(self._heard(self._moved))
         self._mass.on_update(self._heard(self._weighed))
@@ -171,7 +171,7 @@ class Controls:
         self.limits = self._gui.add_html("")
 
     def _heard(self, act: Any) -> Any:  # noqa: ANN401 - functions without arguments, functions of viser's events
-        """Return a listener that does not hear what the program itself sets."""
+        """Return a listener that ignores changes made by the program itself."""
 
         def listener(_: object) -> None:
             if not self._quiet:
@@ -190,7 +190,7 @@ class Controls:
         self._named = {f"{one_line(a, LONGEST_NAME)} - {one_line(b, LONGEST_NAME)}": (a, b) for a, b in pairs}
         return tuple(self._named) or ("",)
 
-    def _told_body(self) -> None:
+    def _refresh_body(self) -> None:
         assembly = self._window.model.assembly
         name = self._body.value
         if name in assembly.index:
@@ -207,8 +207,8 @@ class Controls:
             self._set(self._mu, float(assembly.mu[number]))
 
     def _chosen(self) -> None:
-        """Show what is known of the body that was chosen, with the arrows to drag it by."""
-        self._told_body()
+        """Show the values of the selected body and its drag handles."""
+        self._refresh_body()
         self._set(self.drag, True)
         self._window.grip()
 
@@ -218,7 +218,7 @@ class Controls:
 
     def _moved(self) -> None:
         name, place = self._body.value, Place(np.array(self._position.value), np.array(self._turned.value))
-        self._changed(f"move {name}", lambda: placed(self._window.model.assembly, name, pose_of(place)))
+        self._changed(f"move {name}", lambda: self._window.model.assembly.moved({name: pose_of(place)}))
 
     def _weighed(self) -> None:
         name, mass = self._body.value, float(self._mass.value)
@@ -228,19 +228,19 @@ class Controls:
         pair, mu = self._named.get(self._pair.value), float(self._mu.value)
         if pair is None:  # no two bodies touch, or no longer these
             return
-        self._changed(f"friction of {pair}", lambda: rubbing(self._window.model.assembly, pair, mu))
+        self._changed(f"friction of {pair}", lambda: self._window.model.assembly.with_friction({pair: mu}))
 
     def _undone(self) -> None:
-        self._undos += 1  # each has a name of its own: two that wait are two
+        self._undos += 1  # jobs with equal names replace each other, so every undo has its own name
         self._window.edited(f"undo {self._undos}", self._window.model.undo)
 
     def _stepped(self) -> None:
         model = self._window.model
         model.step = min(int(self._step.value), max(len(model.steps) - 1, 0))
-        self._told_steps()
+        self._refresh_steps()
         self._window.place()
 
-    def _told_steps(self) -> None:
+    def _refresh_steps(self) -> None:
         model = self._window.model
         self._step.disabled = not model.steps
         self._step.max = max(len(model.steps) - 1, 1)
@@ -268,5 +268,5 @@ class Controls:
         self.show_limits(glimpse(limits), limits.summary().headline)
 
     def show_limits(self, drawing: str, headline: str) -> None:
-        """Show limits by direction, as SVG, with what they say."""
+        """Show limits by direction as SVG, with a headline."""
         self.limits.content = f'<div style="padding:2px 22px;font-size:13px">{drawing}<br>{escaped(headline)}</div>'

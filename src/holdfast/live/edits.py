@@ -1,4 +1,4 @@
-"""Edits of an assembly by somebody who looks at it: a body's pose and mass, and the friction of a pair."""
+"""Edits of an assembly in the live view: the pose of a body in numbers, and its mass."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ UPRIGHT: Final = 1e-7  # [-] below this the level part of a body's x axis has no
 
 
 class Place(NamedTuple):
-    """Where a body is, as numbers to type.
+    """The pose of a body as numbers.
 
     ``position`` (3,) [m] is the origin of its frame, and ``turn`` (3,) [degrees] are its rotations about the world's x,
-    y and z, one after the other.
+    y and z axes, one after the other.
     """
 
     position: Float
@@ -27,7 +27,7 @@ class Place(NamedTuple):
 
 
 def place_of(assembly: Assembly, name: str) -> Place:
-    """Return where a body of the assembly is."""
+    """Return the place of a body of the assembly."""
     pose = assembly.scene.body(name).pose
     return Place(pose[:3, 3].copy(), _turn_of(pose[:3, :3]))
 
@@ -40,28 +40,18 @@ def pose_of(place: Place) -> Float:
     return pose
 
 
-def placed(assembly: Assembly, name: str, pose: Float) -> Assembly:
-    """Return the assembly with a body at another pose (4, 4); contacts are sought anew where it was and is."""
-    return assembly.moved({name: pose})
-
-
 def weighing(assembly: Assembly, name: str, mass: float) -> Assembly:
-    """Return the assembly with another mass [kg] of a movable body, distributed as before; its contacts stay."""
+    """Return the assembly with another mass [kg] of a movable body; its contacts stay the same."""
     mass = checked_number(mass, f"mass of {name}", above=0, within=MASS)
     scene = assembly.scene
     bodies = tuple(replace(body, mass=mass, density=None) if body.name == name else body for body in scene.bodies)
     return replace(assembly, scene=replace(scene, bodies=bodies))
 
 
-def rubbing(assembly: Assembly, pair: tuple[str, str], mu: float) -> Assembly:
-    """Return the assembly with another friction coefficient between two bodies; its contacts stay."""
-    return assembly.with_friction({pair: mu})
-
-
 def _turn_of(rotation: Float) -> Float:
-    """Return the angles (3,) [degrees] about x, then y, then z of a rotation (3, 3).
+    """Return the angles (3,) [degrees] of a rotation (3, 3) about x, then y, then z.
 
-    Turned by 90 degrees about y, a body turns about x and z alike, and the angle about z is 0.
+    At 90 degrees about y (gimbal lock), the angle about z is set to 0.
     """
     level = np.hypot(rotation[0, 0], rotation[1, 0])
     about_y = np.arctan2(-rotation[2, 0], level)

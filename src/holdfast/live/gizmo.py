@@ -1,4 +1,4 @@
-"""Arrows, planes and rings about one body in the picture, by which somebody drags it."""
+"""The drag handles of one body in the picture: arrows, planes and rings."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from scipy.spatial.transform import Rotation
 from holdfast.base.arrays import Float
 
 NODE: Final = "/drag"
-UNTURNED: Final = (1.0, 0.0, 0.0, 0.0)  # quaternion of the axes of the world, along and about which a drag goes
-STILL: Final = 1e-9  # [m] and [-]: a drag that ends this near to where it began was none
+UNTURNED: Final = (1.0, 0.0, 0.0, 0.0)  # identity quaternion: the handles are along the axes of the world
+STILL: Final = 1e-9  # [m] and [-] a smaller motion counts as no drag
 
 
 class Grip(NamedTuple):
-    """The body that a gizmo is at: its name, its ``pose`` (4, 4), and the ``home`` (3,) [m] of the gizmo."""
+    """The body that a gizmo holds: its name, its ``pose`` (4, 4), and the initial position ``home`` (3,) [m]."""
 
     name: str
     pose: Float
@@ -24,11 +24,11 @@ class Grip(NamedTuple):
 
 
 class Gizmo:
-    """What one body is dragged by: it tells where the body was dragged to, and changes nothing by itself.
+    """The drag handles of one body. They report where the body is dragged, and do not change the model.
 
     ``dragged`` is called with the name of the body and its transform at every step of a drag, and ``dropped`` with the
-    name and the new pose (4, 4) at the end. From then on ``held`` says where the body is, until ``show`` is told that
-    it has another pose, or ``back`` that it stays where it was.
+    name and the new pose (4, 4) at the end. After that, ``held`` is the transform of the body until ``show`` is called
+    with another pose, or ``back`` cancels the drag.
     """
 
     def __init__(
@@ -44,9 +44,9 @@ class Gizmo:
         self._going_on = False
 
     def show(self, name: str, pose: Float, middle: Float, length: float) -> None:
-        """Bring the gizmo, with arms of this ``length`` [m], to a body at this ``pose`` (4, 4) and ``middle`` (3,) [m].
+        """Show the handles, of this ``length`` [m], at a body with this ``pose`` (4, 4) and ``middle`` (3,) [m].
 
-        A body that is shown at the pose that it had, or is being dragged, is left alone.
+        Nothing changes if they are at this body already, and its pose is the same or it is being dragged.
         """
         grip = self._grip
         if grip is not None and grip.name == name and (self._going_on or np.array_equal(grip.pose, pose)):
@@ -60,20 +60,20 @@ class Gizmo:
         self._node.visible = True
 
     def hide(self) -> None:
-        """Take the gizmo away."""
+        """Hide the handles."""
         if self._node is not None:
             self._node.visible = False
         self._grip, self._going_on = None, False
 
     def back(self) -> None:
-        """Bring the gizmo back to the body, which is where it was before the drag."""
+        """Cancel a drag: move the handles back to the body's pose before it."""
         self._going_on = False
         if self._grip is not None:
             self._node.position, self._node.wxyz = tuple(self._grip.home), UNTURNED
 
     @property
     def held(self) -> dict[str, Float]:
-        """The transform (4, 4) of the world that takes the body from its pose to where it was dragged; {} without."""
+        """The transform (4, 4), world frame, of the dragged body by its name; {} without a drag."""
         grip = self._grip
         if grip is None:
             return {}
@@ -84,7 +84,7 @@ class Gizmo:
         return {grip.name: moved} if far > STILL else {}
 
     async def _heard(self, event: Any) -> None:  # noqa: ANN401 - viser's own type
-        """Listen to a drag; not in a thread of its own, where the events of one drag come in any order."""
+        """Handle a step of a drag. It is a coroutine because in threads, the steps could arrive in any order."""
         grip, held = self._grip, self.held
         self._going_on = event.phase != "end"
         if grip is None or not held:

@@ -1,4 +1,4 @@
-"""What the window draws, as plain arrays: coloured bodies, contacts, forces, the push and what it says in words."""
+"""The content of the window as arrays and HTML: coloured bodies, contacts, forces, the push, and texts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, escaped
 from holdfast.drawing import colours
 from holdfast.drawing.arrows import arrow_mesh
-from holdfast.drawing.layers import gradient, sides_of
+from holdfast.drawing.layers import gradient
 from holdfast.drawing.movers import COLOURS
 from holdfast.drawing.painted import Painted, painted
 from holdfast.drawing.picture import Arrow, legend
@@ -23,20 +23,20 @@ from holdfast.live.window_model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
 from holdfast.report.bodies import bare_picture
-from holdfast.report.map_picture import force_arrows, outlines_of, picture_of
-from holdfast.report.push_lines import bounds_told
+from holdfast.report.map_picture import force_arrows, picture_of
+from holdfast.report.push_lines import bounds_text
 from holdfast.report.texts import WORDS
 
 MAP, GROUPS = "largest push", "groups"
 OPENING: Final = "#ff8c00"  # colour of contacts that open
 SLIDING: Final = "#c800c8"  # colour of contacts that slide
 PALE: Final = 0.55  # share of white in the colours of groups
-PUSH_LENGTH: Final = 0.2  # of the assembly's size: the arrow of the push
+PUSH_LENGTH: Final = 0.2  # length of the arrow of the push, as a share of the assembly's size
 STATUS: Final = {Status.UNDECIDED: colours.UNDECIDED, Status.UNSTABLE: colours.FALLS}
 
 
 def bodies(model: Model, colour_by: str) -> list[Painted]:
-    """Return the surface of every body in the colours of the map or, as far as there is none, of the groups."""
+    """Return the surface of every body in the colours of the map, or of the groups if it is not mapped."""
     if colour_by == MAP and model.map is not None:
         found, asked = painted(picture_of(model.map)), set(model.map.cells)
     else:
@@ -46,23 +46,18 @@ def bodies(model: Model, colour_by: str) -> list[Painted]:
 
 
 def group_colours(model: Model) -> dict[str, Rgb]:
-    """Return the colour of each movable body: one for each group, and those of the legend where it does not stand."""
+    """Return the colour of each movable body: that of its group, or of its status if that is not STABLE."""
     found: dict[str, Rgb] = {}
     for number_, names in enumerate(model.assembly.groups):
         own = rgb_of(COLOURS[number_ % len(COLOURS)])
         red, green, blue = ((1 - PALE) * c + PALE for c in own)
         found |= dict.fromkeys(names, (red, green, blue))
-    told = model.status_of_groups().items()
-    return found | {name: STATUS[status] for name, status in told if status in STATUS}
-
-
-def outlines(model: Model) -> Float:
-    """Return the sides (E, 2, 3) [m] of all contact patches."""
-    return sides_of(outlines_of(model.assembly))
+    statuses = model.status_of_groups().items()
+    return found | {name: STATUS[status] for name, status in statuses if status in STATUS}
 
 
 def resting_forces(model: Model) -> tuple[Arrow, ...]:
-    """Return the contact forces at rest as arrows, none if the assembly does not stand or nobody asked."""
+    """Return the contact forces at rest as arrows; none if the assembly does not stand or has no verdict yet."""
     verdict = model.map.verdict if model.map is not None else model.verdict
     if verdict is None or verdict.forces is None:
         return ()
@@ -84,7 +79,7 @@ def arrows_mesh(arrows: tuple[Arrow, ...], size: float, colour: str) -> tuple[Fl
 
 
 def legend_html(model: Model, colour_by: str) -> str:
-    """Return the legend of what is shown: the scale in newtons with its marks, and the colours beside it."""
+    """Return the legend: the scale in newtons with its marks, and the other colours."""
     box = "display:inline-block;width:14px;height:14px;margin:0 6px -2px 0;border:1px solid #8888;background:"
     if colour_by != MAP or model.map is None:
         found = model.status_of_groups().values()
@@ -94,7 +89,7 @@ def legend_html(model: Model, colour_by: str) -> str:
     picture = picture_of(model.map)
     scale = colours.scale_of(forces(picture))
     rows = [(colours.SPECIAL[kind], name) for kind, name in legend(picture).items()]
-    said = f'<div style="font-size:12px">{escaped(told_map(model, model.map))}</div>'
+    said = f'<div style="font-size:12px">{escaped(map_caption(model, model.map))}</div>'
     if scale is None:
         return _legend(picture.value_name, said, rows, box)
     mark_style = "position:absolute;white-space:nowrap;transform:translateX(-50%);"
@@ -107,8 +102,8 @@ def legend_html(model: Model, colour_by: str) -> str:
     return _legend(picture.value_name + (" (logarithmic)" if scale.log else ""), bar, rows, box)
 
 
-def told_map(model: Model, found: RobustnessMap) -> str:
-    """Say what the colours of a map rest on: engine, claim, pushes and, until it is complete, how far it is."""
+def map_caption(model: Model, found: RobustnessMap) -> str:
+    """Return the caption of a map: engine, claim, number of pushes and, until it is complete, the progress."""
     text = f"engine {found.engine} ({found.claim.words}), {len(found.force):,} inward pushes"
     if model.mapped or model.portions is None:
         return text
@@ -128,7 +123,7 @@ def _legend(title: str, bar: str, rows: list[tuple[Rgb, str]], box: str) -> str:
 def verdict_html(model: Model) -> str:
     """Return the verdict with its reason."""
     if model.verdict is None:
-        return _said("<b>asking whether it stands ...</b>")
+        return _said("<b>computing whether it stands ...</b>")
     name = escaped(model.assembly.scene.name or "scene", LONGEST_NAME)
     head = f"<b>{name} {WORDS[model.verdict.status]}</b> (engine {model.verdict.engine}: {model.verdict.claim.words})"
     return _said(
@@ -137,14 +132,14 @@ def verdict_html(model: Model) -> str:
 
 
 def push_html(model: Model) -> str:
-    """Return what is known of the push at the chosen point: R, its bounds, and who moves."""
+    """Return the answer for the push at the chosen point: R, its bounds, and what moves."""
     if model.pick is None:
         return _said("Click a body to push it there.")
     place = ", ".join(f"{v:.3f}" for v in model.pick.point)
     lines = [f"<b>{escaped(model.pick.body, LONGEST_NAME)}</b> at ({place}) m"]
     found = model.push
     if found is None:
-        return _said("<br>".join([*lines, "asking ..."]))
+        return _said("<br>".join([*lines, "computing ..."]))
     status = found.status[0]
     if status is Status.UNDECIDED:
         lines += ["<b>undecided</b>", escaped(found.undecided.text)]
@@ -154,7 +149,7 @@ def push_html(model: Model) -> str:
         lines.append("<b>no push moves anything</b> in this direction")
     else:
         lines.append(f"R = <b>{number(float(found.force[0]), 'N')}</b>")
-        lines += bounds_told(found)
+        lines += bounds_text(found)
         lines.append(escaped(gives_way(found.mode[0], found.moving[0])))
     return _said("<br>".join(lines))
 

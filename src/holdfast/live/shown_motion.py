@@ -1,4 +1,4 @@
-"""How bodies are shown to move: a mechanism as small finite motions, and the contacts that open and slide in it."""
+"""The display of a mechanism: small finite motions of the bodies, and the contacts that open and slide."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from holdfast.engines.mechanism import parting as parting_of
 
 
 def moved_by(mechanism: Mechanism, amount: float) -> dict[str, Float]:
-    """Return where the bodies of a mechanism are after a motion of size ``amount`` [m].
+    """Return the transforms (4, 4), world frame, of the moving bodies by name after a motion of size ``amount`` [m].
 
-    Each name of a moving body leads to a transform (4, 4) of the world that takes the body from where it rests: it
-    turns by ``amount`` times its angular velocity about its centre of mass, which travels ``amount`` times its
-    velocity. The fastest body has |velocity| + size |angular velocity| = 1.
+    A body turns by ``amount`` times its angular velocity about its centre of mass, which moves by ``amount`` times its
+    velocity. Velocities are scaled so that |velocity| + size |angular velocity| = 1 for the fastest body.
     """
     number = {name: k for k, name in enumerate(mechanism.kinematics.names)}
     places = {}

@@ -21,7 +21,7 @@ from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
 from holdfast.report.notebook import glimpse
 from holdfast.scene.scene import Scene
 
-PORT = 8765  # that is tried first
+PORT = 8765  # default of the port that is tried first
 
 Viewable = Scene | Assembly | RobustnessMap | Settled | TransportLimits | Disassembly | Placement
 
@@ -29,8 +29,8 @@ Viewable = Scene | Assembly | RobustnessMap | Settled | TransportLimits | Disass
 class LiveView:
     """A live view that is open at ``url`` until ``close`` or the end of the program.
 
-    It is on this machine alone, and for who knows the address alone. It is a context manager. In a notebook, the last
-    value of a cell shows the view in the cell.
+    Only this machine can reach it, and only with the token in the address. It is a context manager. In a notebook, it
+    is displayed in the cell.
     """
 
     def __init__(self, window: Window) -> None:
@@ -38,7 +38,7 @@ class LiveView:
 
     @property
     def url(self) -> str:
-        """The address of the view, http://127.0.0.1 with its port and a token: who has it can see and change all."""
+        """The address of the view on 127.0.0.1, with a port and a token that grants full access."""
         return self._window.url
 
     def wait(self) -> None:
@@ -47,7 +47,7 @@ class LiveView:
             time.sleep(0.2)
 
     def close(self) -> None:
-        """Close the view and stop what is computed for it."""
+        """Close the view and stop its computations."""
         self._window.close()
 
     def __enter__(self) -> LiveView:
@@ -73,13 +73,13 @@ def view(
 ) -> LiveView:
     """Open a scene, an assembly or an answer in the browser, to turn it, push it and edit it.
 
-    The page is served at http://127.0.0.1 and a ``port`` from the given one on; nothing else than this machine can
-    reach it, only who knows the token in its address, and it asks nothing of other machines. ``browser`` opens it in
-    the browser. The map of the bodies is computed by ``engine`` at points ``spacing`` [m] apart, by default a fiftieth
-    of the size of the assembly, while the view is open; a RobustnessMap brings its own. A Settled, a Disassembly or a
-    Placement brings the states that a slider goes through, and TransportLimits their plot.
+    The page is served at 127.0.0.1 on the first free port from ``port`` on. Only this machine can reach it, and only
+    with the token in its address; it makes no requests to other machines. ``browser`` opens it in the browser. The map
+    of the bodies is computed by ``engine`` at points ``spacing`` [m] apart, by default a fiftieth of the size of the
+    assembly, while the view is open; a RobustnessMap is shown as it is. The states of a Settled, a Disassembly or a
+    Placement are selected by a slider, and TransportLimits are shown as a plot.
 
-    Raises HoldfastError if viser, of the extra ``live``, is not installed, or for anything else than these.
+    Raises HoldfastError if viser, of the extra ``live``, is not installed, or if ``what`` is anything else.
     """
     _check(what)
     opened = checked_truth(browser, "view: browser")

@@ -1,4 +1,4 @@
-"""Answers that are a sequence of states, as steps of a slider: settling, taking apart, places for a body."""
+"""Answers with several states as steps of a slider: settling, taking apart, and places for a body."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from holdfast.base.arrays import Float
 from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, one_line
 
-BETWEEN: Final = 10  # steps from the given poses to those at rest
-RAISED: Final = 0.15  # of the assembly's size: how far the body that leaves is drawn out
+BETWEEN: Final = 10  # number of steps from the given poses to those at rest
+RAISED: Final = 0.15  # displacement of the body that is taken out next, as a share of the assembly's size
 
 
 @dataclass(frozen=True)
 class Step:
-    """One state: what it is in words, which bodies are not there, and which ones are elsewhere.
+    """One state: its description, the bodies that are hidden, and the bodies that are drawn elsewhere.
 
-    ``moved`` leads from the name of a body to the transform (4, 4) of the world that takes it from its pose in the
-    assembly on show to where it is drawn.
+    ``moved`` maps the name of a body to the transform (4, 4), world frame, from its pose in the assembly to where it is
+    drawn.
     """
 
     text: str
@@ -34,7 +34,7 @@ class Step:
 
 
 def settling(result: Settled) -> tuple[Step, ...]:
-    """Return the way of the bodies from where they were given to where they rest, both ends included."""
+    """Return states between the given poses and those at rest, both included."""
     steps = []
     for k in range(BETWEEN + 1):
         back = 1.0 - k / BETWEEN
@@ -47,7 +47,7 @@ def settling(result: Settled) -> tuple[Step, ...]:
 
 
 def taking_apart(result: Disassembly) -> tuple[Step, ...]:
-    """Return the states before every removal, with the body that leaves drawn out, and the one at the end."""
+    """Return the states before every removal, with the next body drawn apart, and the final state."""
     steps = []
     away = np.eye(4)
     away[:3, 3] = RAISED * result.assembly.size * result.lift
@@ -59,7 +59,7 @@ def taking_apart(result: Disassembly) -> tuple[Step, ...]:
 
 
 def places(result: Placement) -> tuple[Step, ...]:
-    """Return the stable poses that were found for the body, best first; none without a place."""
+    """Return the stable poses that were found for the body, the best first; none without a place."""
     if result.body is None:
         return ()
     home = np.linalg.inv(result.body.pose)
@@ -74,7 +74,7 @@ def places(result: Placement) -> tuple[Step, ...]:
 
 
 def _partly(given: Float, rest: Float, share: float) -> Float:
-    """Return the transform of the world that takes a body from ``rest`` this share of the way back to ``given``."""
+    """Return the transform (4, 4), world frame, that moves a body from ``rest`` a share of the way to ``given``."""
     turn = Rotation.from_matrix(given[:3, :3] @ rest[:3, :3].T).as_rotvec()
     part = np.eye(4)
     part[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix()

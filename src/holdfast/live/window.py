@@ -1,6 +1,6 @@
-"""The window: a page of viser's that shows a model, and asks it what somebody clicks, drags and types.
+"""The window: a page of viser that shows a model and handles clicks, drags and inputs.
 
-What is computed is in the model, what is drawn in the scenery; here both meet the controls.
+The model computes, the scenery prepares what is drawn, and this module connects both with the controls.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from holdfast.base.text import escaped
 from holdfast.drawing.camera import front_view
 from holdfast.drawing.edges import feature_edges
 from holdfast.drawing.glb_map import lit_glb
-from holdfast.drawing.layers import FORCE_COLOUR
+from holdfast.drawing.layers import FORCE_COLOUR, sides_of
 from holdfast.drawing.marks import CONTACT, INK
 from holdfast.drawing.picture import Arrow, Picture, Solid
 from holdfast.drawing.soup import soup_of
@@ -32,29 +32,29 @@ from holdfast.drawing.thumbnail import png_bytes
 from holdfast.drawing.tone import before_film
 from holdfast.live import scenery
 from holdfast.live.controls import Controls
-from holdfast.live.door import Door
-from holdfast.live.edits import placed
 from holdfast.live.gizmo import Gizmo
+from holdfast.live.guard import Guard
 from holdfast.live.shown_motion import moved_by, parting
 from holdfast.live.window_model import Model
 from holdfast.live.window_thread import Worker
 from holdfast.report.bodies import solids_of
+from holdfast.report.map_picture import outlines_of
 
-HERE: Final = "127.0.0.1"  # the only address that is listened on
-SWING: Final = 0.08  # of the assembly's size: how far the fastest body is moved
-FRAMES: Final = 30  # a second, while a mechanism is played
-PERIOD: Final = 2.0  # of a mechanism that is played [s]
-REACHING: Final = 0.6  # of a body's diagonal: the arrows to drag it by, which begin in its middle
-SEEN: Final = 0.08  # of the assembly's size: the shortest of these arrows
+HERE: Final = "127.0.0.1"  # the only address that the server listens on
+SWING: Final = 0.08  # largest displacement of the animation, as a share of the assembly's size
+FRAMES: Final = 30  # frames per second of the animation
+PERIOD: Final = 2.0  # [s] period of the animation
+HANDLES: Final = 0.6  # length of the drag handles, as a share of the body's diagonal
+SHORTEST_HANDLES: Final = 0.08  # smallest length of the drag handles, as a share of the assembly's size
 UNMOVED: Final = np.eye(4)
 Z_UP: Final = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # glTF has y up; this quaternion turns it to z
 
 
 def server_at(port: int) -> tuple[Any, str]:
-    """Return a server, of viser's own type, and its token, without which nobody comes in (door.py).
+    """Return a server of viser's type, and the token that requests must have (guard.py).
 
-    It listens on this machine's loopback alone and opens no tunnel, whatever a page asks. Raises HoldfastError if viser
-    is not installed.
+    It listens on the loopback address only, and never opens a public tunnel. Raises HoldfastError if viser is not
+    installed.
     """
     try:
         from viser import ViserServer
@@ -64,18 +64,18 @@ def server_at(port: int) -> tuple[Any, str]:
 
     class Local(ViserServer):  # type: ignore[misc, unused-ignore]
         def request_share_url(self, verbose: bool = True) -> None:
-            """Share nothing: a page may ask for a public tunnel by a message of its own."""
+            """Do nothing: a page could otherwise request a public tunnel by a message."""
 
     servers: list[Any] = []
-    door = Door(lambda name: servers[0].gui._gui_input_handle_from_uuid.get(name) if servers else None)
-    with _silent(), door.kept():
+    guard = Guard(lambda name: servers[0].gui._gui_input_handle_from_uuid.get(name) if servers else None)
+    with _silent(), guard.active():
         servers.append(Local(host=HERE, port=port, label="holdfast", verbose=False))
-    return servers[0], door.token
+    return servers[0], guard.token
 
 
 @contextlib.contextmanager
 def _silent() -> Iterator[None]:
-    """Keep what viser prints, also if it is told to be quiet, from the terminal of a command."""
+    """Suppress what viser prints, which it does even with ``verbose=False``."""
     with contextlib.redirect_stdout(io.StringIO()):
         yield
 
@@ -83,7 +83,7 @@ def _silent() -> Iterator[None]:
 class Window:
     """Shows a model until it is closed.
 
-    ``aim`` are the angles [degrees] that were asked for last, to which the model may not have come yet.
+    ``aim`` are the angles [degrees] that were requested last; the model may not have them yet.
     """
 
     def __init__(self, model: Model, port: int) -> None:
@@ -110,7 +110,7 @@ class Window:
         return f"http://{HERE}:{self.server.get_port()}/{self._token}"
 
     def close(self) -> None:
-        """Stop the page and all that computes for it."""
+        """Stop the server and all computations."""
         self._closed.set()
         self._playing.set()
         self.worker.close()
@@ -118,21 +118,21 @@ class Window:
             self.server.stop()
 
     def ask(self) -> None:
-        """Ask for the verdict and the map of what is shown, as far as they are not known."""
+        """Request the verdict and the map of the assembly on show, unless they are known."""
         if self.model.verdict is None:
             self.worker.ask("verdict", self._verdict)
         if not self.model.mapped:
             self.worker.ask("map", self._map, patient=True)
 
     def request(self, name: str, job: Callable[[], None]) -> None:
-        """Have a job done that somebody asked for; what was said of an earlier one that failed is forgotten."""
+        """Run a job that a user requested, and clear the message of an earlier failure."""
         self._refuse("")
         self.worker.ask(name, job)
 
     def edited(self, name: str, change: Callable[[], None]) -> None:
-        """Have the model changed, and ask anew what was known of it; a change that fails leaves all as it was.
+        """Run a job that changes the model, and then request its answers again. A failed change has no effect.
 
-        Of changes with one name that wait, only the newest is made.
+        Of several waiting changes with the same name, only the newest is made.
         """
 
         def job() -> None:
@@ -148,19 +148,19 @@ class Window:
         self.request(name, job)
 
     def grip(self) -> None:
-        """Bring the arrows to drag by to the body that is chosen, if they are asked for and it is where it rests."""
+        """Show the drag handles at the selected body, if they are enabled and the body is drawn at its own pose."""
         name, state, assembly = self.controls.body, self.model.state, self.model.assembly
         with self._lock, self.server.atomic():
             if self.controls.drag.value and name in assembly.index and name not in state.hidden | state.moved.keys():
                 body = assembly.scene.body(name)
                 low, high = (end(body.surface_world.vertices, axis=0) for end in (np.min, np.max))
-                length = max(REACHING * float(np.linalg.norm(high - low)), SEEN * assembly.size)
+                length = max(HANDLES * float(np.linalg.norm(high - low)), SHORTEST_HANDLES * assembly.size)
                 self.gizmo.show(name, body.pose, (low + high) / 2, length)
             else:
                 self.gizmo.hide()
 
     def aimed(self, turn: float, tilt: float) -> None:
-        """Turn the push and ask for its answer."""
+        """Aim the push and request its answer."""
         self.aim = (turn, tilt)
 
         def job() -> None:
@@ -172,7 +172,7 @@ class Window:
         self.request("push", job)
 
     def picture(self, client: Any) -> None:  # noqa: ANN401 - viser's own type
-        """Send the page that asked what it shows as a PNG file."""
+        """Send the current picture to the page that requested it, as a PNG file."""
         size = client.camera.image_height, client.camera.image_width
         image = np.asarray(client.get_render(*size, transport_format="png"), dtype=float)
         share = image[..., 3:] / 255.0
@@ -180,7 +180,7 @@ class Window:
         client.send_file_download("holdfast.png", png_bytes(flat), save_immediately=True)
 
     def play(self, on: bool) -> None:
-        """Let the mechanism go to and fro, or bring the bodies back to rest."""
+        """Start the animation of the mechanism, or stop it and draw the bodies at rest."""
         if on:
             self._playing.set()
         else:
@@ -188,7 +188,7 @@ class Window:
             self.place()
 
     def draw(self) -> None:
-        """Draw everything anew."""
+        """Redraw everything."""
         with self._lock, self.server.atomic():
             self._draw_bodies()
             self._draw_contacts()
@@ -198,13 +198,13 @@ class Window:
             self.place()
 
     def draw_map(self) -> None:
-        """Draw anew what a portion of the map changes: the colours and their legend."""
+        """Redraw what a portion of the map changes: the colours and their legend."""
         with self._lock, self.server.atomic():
             self._draw_bodies()
             self.controls.refresh()
 
     def draw_push(self) -> None:
-        """Draw the arrow of the push, the contacts that part, and say what is known."""
+        """Redraw the arrow of the push and the contacts that open or slide, and show its answer."""
         with self._lock, self.server.atomic():
             self._arrows("/push", scenery.push_arrow(self.model), INK)
             mechanism = self.model.mechanism
@@ -213,10 +213,10 @@ class Window:
             shown = self.controls.marks.value and self.model.step == 0
             for name, points, colour in (("opening", opening, scenery.OPENING), ("sliding", sliding, scenery.SLIDING)):
                 self._dots(f"/parting/{name}", points if shown else nowhere, colour)
-            self.controls.tell_push()
+            self.controls.refresh_push()
 
     def place(self, moved: dict[str, Float] | None = None) -> None:
-        """Put bodies where these transforms (4, 4) or, without any, the state on show has them; or a drag, if any."""
+        """Draw bodies at these transforms (4, 4), by default those of the state on show; a drag takes precedence."""
         with self._lock, self.server.atomic():
             state = self.model.state
             places = {**(state.moved if moved is None else moved), **self.gizmo.held}
@@ -225,17 +225,17 @@ class Window:
                 self._put(name, places.get(name, UNMOVED))
 
     def _put(self, name: str, place: Float) -> None:
-        """Put a body where this transform (4, 4) of the world takes it."""
+        """Draw a body at this transform (4, 4), world frame."""
         frame = self._frames[name]
         frame.wxyz = np.roll(Rotation.from_matrix(place[:3, :3]).as_quat(), 1)
         frame.position = place[:3, 3]
 
     def _dropped(self, name: str, pose: Float) -> None:
-        """Have a body moved to where it was dragged."""
-        self.edited(f"move {name}", lambda: self.model.edit(placed(self.model.assembly, name, pose)))
+        """Move a body to where it was dragged."""
+        self.edited(f"move {name}", lambda: self.model.edit(self.model.assembly.moved({name: pose})))
 
     def _left(self, _: object) -> None:
-        """Take a body back that a page had in hand when it was closed."""
+        """Cancel the drag of a page that was closed."""
         self.gizmo.back()
         self.place()
 
@@ -258,7 +258,9 @@ class Window:
         numbers = {body.name: number for number, body in enumerate(self.model.assembly.bodies)}
         for body in scenery.bodies(self.model, self.controls.colour_by):
             number = numbers[body.name]
-            if body.name not in self._frames:  # kept from then on: a page keeps the pose of a node that comes again
+            if (
+                body.name not in self._frames
+            ):  # never removed, because a page keeps the pose of a node that is added again
                 self._frames[body.name] = self.server.scene.add_frame(f"/bodies/{number}", show_axes=False)
             solid = Solid(body.name, body.vertices, body.triangles, fixed=False)
             edges = feature_edges(soup_of([solid], lambda _: (0.0, 0.0, 0.0)))
@@ -269,7 +271,7 @@ class Window:
                 self._lines(f"/bodies/{number}/edges", edges, INK, 1.5)
 
     def _draw_contacts(self) -> None:
-        sides = scenery.outlines(self.model) if self.controls.contacts.value else np.empty((0, 2, 3))
+        sides = sides_of(outlines_of(self.model.assembly)) if self.controls.contacts.value else np.empty((0, 2, 3))
         self._replace("/contacts", len(sides), partial(self._lines, points=sides, colour=CONTACT, width=3.0))
         self._arrows("/forces", scenery.resting_forces(self.model) if self.controls.forces.value else (), FORCE_COLOUR)
 
@@ -299,7 +301,7 @@ class Window:
     def _clicked(self, event: Any) -> None:  # noqa: ANN401 - viser's own type
         self.aim = (0.0, 0.0)
         origin, ray = np.array(event.ray_origin), np.array(event.ray_direction)
-        if not ray.any():  # what the page may say, but no click gives
+        if not ray.any():  # no click gives this, but a message may hold it
             return
 
         def job() -> None:
@@ -327,7 +329,7 @@ class Window:
         self.controls.busy.content = f'<div style="padding:2px 22px;font-size:12px">{escaped(text)}&nbsp;</div>'
 
     def _refuse(self, text: str) -> None:
-        """Say what failed and why, until somebody asks for something else."""
+        """Show what failed and why, until the next request."""
         said = f'<div style="padding:2px 22px;font-size:13px">&#9888; {escaped(text)}</div>'
         self.controls.refused.content = said if text else ""
 

@@ -1,4 +1,4 @@
-"""What the window shows, without the window: the assembly, what was asked of it, and what is chosen."""
+"""The model of the window: the assembly, the answers about it, and the selection."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import EngineChoice, engine_of
 from holdfast.queries.stability import Stability, stability
 
-POINTS_ACROSS: Final = 50  # of a map: points over the diagonal of the movable bodies, unless the spacing is given
-PORTION: Final = 2.0  # [s] about as long a portion of the map is computed before it is shown
-REMEMBERED: Final = 100  # edits that can be undone
+POINTS_ACROSS: Final = 50  # default number of points of a map along the size of the assembly
+PORTION: Final = 2.0  # [s] approximate time of a portion of the map
+REMEMBERED: Final = 100  # number of edits that can be undone
 STEEPEST: Final = 85.0  # [degrees] largest angle between a push and the inward normal
 
 
@@ -38,11 +38,11 @@ class Pick(NamedTuple):
 class Model:
     """The state of a live view.
 
-    ``assembly`` is what is shown. ``verdict`` and ``map`` are the answers about it, None until they are asked; an edit
-    makes them None again. The map comes in ``portions``, which are None before the first. ``pick`` is the chosen point;
-    the push there leans by ``tilt`` [degrees] from the inward normal, towards ``turn`` [degrees] about it. ``push`` is
-    the answer for that push, None until it is asked. ``steps`` are the states of an answer that a slider goes through,
-    and ``step`` is the one on show. ``past`` are the assemblies before the last edits, the newest last.
+    ``assembly`` is the assembly on show. ``verdict`` and ``map`` are the answers about it, None until they are
+    computed; an edit resets them. The map is computed in ``portions``, None before the first. ``pick`` is the chosen
+    point. The push there leans by ``tilt`` [degrees] from the inward normal, towards ``turn`` [degrees] about it.
+    ``push`` is its answer, None until it is computed. ``steps`` are the states of an answer for the slider, and
+    ``step`` is the number of the one on show. ``past`` holds the assemblies before the last edits, the newest last.
     """
 
     def __init__(
@@ -83,23 +83,23 @@ class Model:
 
     @property
     def mechanism(self) -> Mechanism | None:
-        """How bodies begin to move: under the push that was asked or, if the assembly does not stand, without one."""
+        """The mechanism under the push or, if the assembly does not stand, without one; None if there is none."""
         pushed: Mechanism | None = None if self.push is None else self.push.mechanism[0]
         if pushed is not None:
             return pushed
         return None if self.verdict is None else self.verdict.mechanism
 
     def ask_verdict(self) -> None:
-        """Ask whether the assembly stands."""
+        """Compute whether the assembly stands."""
         self.verdict = stability(self.assembly, engine=self.engine)
 
     @property
     def mapped(self) -> bool:
-        """Whether the map is known as it was asked for: of all movable bodies, at points ``spacing`` apart."""
+        """Whether the map is complete: of all movable bodies, at points ``spacing`` apart."""
         return self.map is not None and (self.portions is None or self.portions.done)
 
     def ask_map(self) -> None:
-        """Ask for one more portion of the map: of more bodies, or of the same at more points."""
+        """Compute one more portion of the map: of more bodies, or of the same at more points."""
         if self.portions is None:
             self.portions = Portions(self.assembly, self.engine, self.spacing)
         until = time.monotonic() + (PORTION if self.map is not None else 0.0)
@@ -110,9 +110,9 @@ class Model:
         self.map = self.portions.map
 
     def choose(self, origin: Float, ray: Float) -> bool:
-        """Choose the first point that a ray meets on the bodies on show; return whether it is on a movable one.
+        """Choose the first point where a ray hits a body as it is drawn; return whether that body is movable.
 
-        What is chosen is forgotten if the ray meets nothing or a fixed body. Bodies count where they are drawn.
+        Nothing is chosen if the ray hits nothing or a fixed body.
         """
         nearest, found = np.inf, None
         for body in self.assembly.bodies:
@@ -133,12 +133,12 @@ class Model:
         return self.pick is not None
 
     def aim(self, turn: float, tilt: float) -> None:
-        """Turn the push at the chosen point to these angles [degrees]; its answer is forgotten."""
+        """Aim the push at the chosen point at these angles [degrees], and drop its answer."""
         self.turn, self.tilt = turn % 360.0, min(max(tilt, 0.0), STEEPEST)
         self.push = None
 
     def ask_push(self) -> None:
-        """Ask how hard the chosen point can be pushed in the chosen direction, with bounds as far as there are any."""
+        """Compute the answer for the push at the chosen point, with bounds if the engine has them."""
         if self.pick is None or self.direction is None:
             return
         self.push = robustness(
@@ -147,12 +147,12 @@ class Model:
         )  # fmt: skip
 
     def edit(self, assembly: Assembly) -> None:
-        """Show another assembly; whatever was asked of the old one is forgotten, but not that it was."""
+        """Show another assembly; the old one can be restored by ``undo``, but its answers are dropped."""
         self.past.append(self.assembly)
         self._begin(assembly)
 
     def undo(self) -> None:
-        """Show the assembly before the last edit; without any, leave all as it is."""
+        """Show the assembly before the last edit, if there was one."""
         if self.past:
             self._begin(self.past.pop())
 
@@ -162,11 +162,11 @@ class Model:
         self.steps, self.step = (), 0
 
     def show(self, steps: tuple[Step, ...]) -> None:
-        """Go through the states of an answer, from the first."""
+        """Show the states of an answer, beginning with the first."""
         self.steps, self.step = steps, 0
 
     def status_of_groups(self) -> dict[str, Status]:
-        """Return the status of each movable body, that of its group; of none before the verdict was asked."""
+        """Return the status of the group of each movable body, by name; {} before there is a verdict."""
         if self.verdict is None:
             return {}
         return {name: group.verdict.status for group in self.verdict.groups for name in group.bodies}

@@ -1,4 +1,4 @@
-"""One thread that computes for the window: what was asked last comes first, and long work gives way."""
+"""One thread that computes for the window; long jobs are interrupted by other requests."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from holdfast.base.errors import HoldfastError
 from holdfast.base.progress import listening
 
 Job = Callable[[], None]
-Told = Callable[[str], None]
+Listener = Callable[[str], None]
 
 
 class GaveWayError(Exception):
-    """Stops a long computation between two of its reports, because something else was asked."""
+    """Stops a long computation between two of its reports, because of another request."""
 
 
 class Worker:
     """Does jobs one after the other in a thread of its own.
 
-    A job that waits is replaced by a newer one with the same name. A ``patient`` job is stopped as soon as another one
-    is asked, and begins again when nothing else waits. ``told`` is called with the progress of jobs; "" means that a
-    job is done. ``failed`` is called with the words of a HoldfastError, which ends a job and nothing else.
+    A waiting job is replaced by a newer one with the same name. A ``patient`` job is interrupted by any other request,
+    and starts again when no other job waits. ``on_progress`` is called with the progress of jobs; "" means that a job
+    is done. ``on_failure`` is called with the text of a HoldfastError, which ends only its own job.
     """
 
-    def __init__(self, told: Told, failed: Told) -> None:
-        self._told, self._failed = told, failed
+    def __init__(self, on_progress: Listener, on_failure: Listener) -> None:
+        self._on_progress, self._on_failure = on_progress, on_failure
         self._waiting: dict[str, tuple[Job, bool]] = {}
         self._change = threading.Condition()
         self._busy = False
@@ -34,14 +34,14 @@ class Worker:
         self._thread.start()
 
     def ask(self, name: str, job: Job, *, patient: bool = False) -> None:
-        """Have a job done."""
+        """Add a job."""
         with self._change:
             self._waiting.pop(name, None)
             self._waiting[name] = (job, patient)
             self._change.notify_all()
 
     def rest(self, timeout: float = 60.0) -> bool:
-        """Wait until nothing is left to do, at most ``timeout`` [s]; return whether that came about."""
+        """Wait until no job is left, at most ``timeout`` [s]; return whether none is left."""
         with self._change:
             return self._change.wait_for(lambda: not self._waiting and not self._busy, timeout)
 
@@ -74,7 +74,7 @@ class Worker:
         def listener(stage: str, done: int, total: int) -> None:
             if self._closed or (patient and self._waiting):
                 raise GaveWayError
-            self._told(f"{stage}: {done} of {total}" if total else stage)
+            self._on_progress(f"{stage}: {done} of {total}" if total else stage)
 
         try:
             with listening(listener):
@@ -84,5 +84,5 @@ class Worker:
                 self._waiting.setdefault(name, (job, patient))
             return
         except HoldfastError as error:
-            self._failed(f"{name}: {error}")
-        self._told("")
+            self._on_failure(f"{name}: {error}")
+        self._on_progress("")

@@ -1,4 +1,4 @@
-"""How much of what it can take a wrench on a body uses, for thousands of wrenches a second: a planner's constraint."""
+"""A planner's constraint: the load factor of any wrench on a body, for tens of thousands of wrenches a second."""
 
 from __future__ import annotations
 
@@ -35,28 +35,29 @@ from holdfast.queries.sets import notes_of, wrench_box, wrench_columns
 from holdfast.scene.scene import Scene
 
 SOLVES = 1500  # default number of solves
-PUSHES = 1000  # about as many points of the surface at which wrenches are drawn
-ALONG = 4  # pushes at each
-OBLIQUE = 0.3  # standard deviation by which each component of a push is off the normal
+PUSHES = 1000  # approximate number of surface points at which pushes are sampled
+ALONG = 4  # pushes sampled at each point
+OBLIQUE = 0.3  # standard deviation of each component of a push about the unit inward normal
 
 
 @archived
 @shaped(known="m 6", price="m", box="6", com="3")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Constraint(PublicValue):
-    """The load factor of any wrench on ``body``, from below, as a function with a derivative.
+    """A lower bound of the load factor of any wrench on ``body``, as a function with a derivative.
 
     A wrench is a force [N] and a torque [N m] about the body's centre of mass ``com`` (3,) [m], along the world axes.
     The load factor is the largest number by which it can be multiplied before anything in the assembly moves, in
-    addition to the weight and the standing loads. What the constraint says is never above the factor that engine
-    ``engine`` gives: it follows from ``known`` wrenches (m, 6) that are carried, whose combinations are carried, too.
-    The reciprocal of the factor of each known wrench is at most its ``price`` (m,).
+    addition to the weight and the standing loads. The value is never above the factor that the engine gives: it
+    interpolates between ``known`` wrenches (m, 6) that the assembly withstands, and an assembly that withstands two
+    wrenches withstands their convex combinations. ``price`` (m,) is an upper bound of the reciprocal of the factor of
+    each known wrench.
 
-    Half of the wrenches that were looked at last have a value of at least (1 - ``accuracy``) times the true factor, and
-    nine in ten one of at least (1 - ``accuracy_of_most``) times it. Half of them were pushes on the body's surface or
-    near those that were asked for, and half were drawn anywhere. ``accuracy_wanted`` is the one that was asked for, and
-    ``solves`` is the number of solves that were needed. ``box`` (6,) is the box in which corners were sought: factors
-    that lead far beyond it are given too small.
+    Accuracy was measured on a last set of test wrenches, half of them pushes on the body's surface (or directions near
+    the requested ones), half of them random. Of these, half have a value of at least (1 - ``accuracy``) times the true
+    factor, and nine in ten of at least (1 - ``accuracy_of_most``) times it. ``accuracy_wanted`` is the accuracy that
+    was requested, and ``solves`` the number of solves that it took. ``box`` (6,) [N, N m] bounds the wrenches that were
+    solved: far beyond it, values are too small.
     """
 
     body: str
@@ -75,7 +76,7 @@ class Constraint(PublicValue):
     def value(self, wrenches: ArrayLike) -> float | Float:
         """Return the load factors of ``wrenches`` (6,) or (n, 6), never above the true ones: a number, or (n,).
 
-        At least 1 means that the wrench is carried. A wrench of 0 has the factor inf.
+        A factor of at least 1 means that nothing moves under the wrench. A zero wrench has the factor inf.
         """
         used, single = self._used(wrenches, "value: wrenches")[0::2]
         with np.errstate(divide="ignore"):
@@ -85,7 +86,7 @@ class Constraint(PublicValue):
     def gradient(self, wrenches: ArrayLike) -> Float:
         """Return the derivatives of ``value`` by the wrench, of the shape of ``wrenches``.
 
-        They are -cut · value². ``value`` has kinks, where the derivative is that of one side.
+        They are -cut · value². At a kink of ``value``, the result is a one-sided derivative.
         """
         used, cut, single = self._used(wrenches, "gradient: wrenches")
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -93,9 +94,9 @@ class Constraint(PublicValue):
         return slopes[0] if single else slopes
 
     def usage(self, wrenches: ArrayLike) -> float | Float:
-        """Return 1 / value: the share that the wrench uses of what the body can take, never below the true one.
+        """Return 1 / value: the share of the load capacity that the wrench uses, never below the true share.
 
-        It is convex and has a value for every wrench, so it is what an optimiser should be given: at most 1 is allowed.
+        It is convex and finite for every wrench, so it suits an optimiser as the constraint usage <= 1.
         """
         used, single = self._used(wrenches, "usage: wrenches")[0::2]
         return float(used[0]) if single else used
@@ -103,15 +104,15 @@ class Constraint(PublicValue):
     def cut(self, wrenches: ArrayLike) -> Float:
         """Return the derivatives of ``usage`` by the wrench, of the shape of ``wrenches``.
 
-        Each is a row that gives the usage of its wrench, row·w, and bounds that of any other from below.
+        Each is a cutting plane: row·w equals the usage of its own wrench and is a lower bound of that of any other.
         """
         cut, single = self._used(wrenches, "cut: wrenches")[1:]
         return cut[0] if single else cut
 
     def wrenches(self, points: ArrayLike, forces: ArrayLike) -> Float:
-        """Return the wrenches (n, 6) of ``forces`` (n, 3) [N] at ``points`` (n, 3) [m], world frame.
+        """Return the wrenches (n, 6) about ``com`` of ``forces`` (n, 3) [N] at ``points`` (n, 3) [m], world frame.
 
-        A single point is used with all forces and a single force with all points.
+        A single point is used with all forces, and a single force with all points.
         """
         p = checked_rows(points, 3, "constraint: points", within=PLACE)[0]
         f = checked_rows(forces, 3, "constraint: forces", within=FORCE)[0]
@@ -139,7 +140,7 @@ class Constraint(PublicValue):
         return {name: to_dict(getattr(self, name)) for name in (*names, *more)}
 
     def summary(self) -> Summary:
-        """Summarise the constraint by the wrenches along the axes that the body can take."""
+        """Summarise the constraint by the largest forces and torques along the axes."""
         headline = f"wrenches on {self.body}: {len(self.price):,} known, half within {self.accuracy:.2%}"
         names = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
         factors = self.value(np.vstack([np.eye(6), -np.eye(6)]))
@@ -172,11 +173,12 @@ def constraint(
 ) -> Constraint:
     """Find a function that gives the load factor of any wrench on ``body``, never above the true one; see Constraint.
 
-    It answers tens of thousands of wrenches in a second, whatever the assembly. ``near`` (n, 6) are wrenches like those
-    that will be asked, by direction; by default, pushes on the body's surface, somewhat off its normals. ``accuracy``
-    is only a target: half of the wrenches are to be so close, and nine in ten within three times that; ``solves``
-    bounds the number of solves. ``box`` (2,) holds the largest force [N] and torque [N m] components that will be
-    asked, with the defaults of ``admissible_wrenches``. The weight and the ``standing`` loads act throughout.
+    It evaluates tens of thousands of wrenches a second, whatever the assembly. ``near`` (n, 6) are examples of the
+    wrenches that will be asked; only their directions matter. By default they are pushes on the body's surface,
+    somewhat off its normals. ``accuracy`` is a target: the values of half of the wrenches should be that close to the
+    true factors, and nine in ten within three times that. ``solves`` limits the number of solves. ``box`` (2,) holds
+    the largest force [N] and torque [N m] components that will be asked, with the defaults of ``admissible_wrenches``.
+    The weight and the ``standing`` loads act throughout.
 
     Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly does not stand, or if the
     body is about to move, so that some direction takes no wrench at all.
@@ -199,7 +201,9 @@ def constraint(
     )
     notes = notes_of(state)
     if found.accuracy > wanted:
-        notes += (f"half of the wrenches looked at last may be more than {found.accuracy:.1%} below the true factor",)
+        notes += (
+            f"half of the wrenches tested last may have values more than {found.accuracy:.1%} below the true factor",
+        )
     return Constraint(
         body=body,
         engine=method.name,
@@ -217,9 +221,9 @@ def constraint(
 
 
 def inward_pushes(assembly: Assembly, body: str, com: Float) -> Float:
-    """Return wrenches (n, 6) of inward pushes of about 1 N all over the surface of a body, each along its own way.
+    """Return wrenches (n, 6) of inward pushes of about 1 N all over the surface of a body, in random directions.
 
-    Many different ones: what is close to a few of them need not be close to those that lie between.
+    There are many, because a function that fits a few wrenches well need not fit those between them.
     """
     surface = assembly.scene.body(body).surface_world
     cells = surface_cells(surface, float(np.sqrt(surface.area / PUSHES)))

@@ -1,4 +1,4 @@
-"""Find the cells of a body's surface where one can push: those that neither a contact nor another body covers."""
+"""Find the exposed cells of a body's surface: those that neither a contact nor another body covers."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from holdfast.contacts.interface import Patch
 from holdfast.geometry.cells import Cells, blocked, surface_cells
 from holdfast.geometry.polygon import inside, shapely_polygon
 
-ROUNDING = 1e-9  # share of a patch's size: points on its outline are beside it, however it was rounded
+ROUNDING = 1e-9  # share of a patch's size by which its outline shrinks, so that points on the outline count as outside
 
 
 def exposed_cells(assembly: Assembly, name: str, spacing: float) -> tuple[Cells, Cells]:
-    """Cut the surface of a body into cells, and return those where one can push and those where nobody can.
+    """Divide the surface of a body into cells, and return the exposed and the covered ones.
 
-    ``spacing`` [m] is the distance between neighbouring cells. Nobody can push on a contact patch, or where another
-    body is less than half a spacing away in front of the surface.
+    ``spacing`` [m] is the distance between neighbouring cells. A cell is covered if it lies on a contact patch, or if
+    another body is less than half a spacing away in front of it.
     """
     cells = surface_cells(assembly.scene.body(name).surface_world, spacing)
     under = np.zeros(len(cells.points), dtype=bool)
@@ -35,11 +35,11 @@ def exposed_cells(assembly: Assembly, name: str, spacing: float) -> tuple[Cells,
 
 
 def covered(cells: Cells, patches: Sequence[Patch], gap: float) -> Bool:
-    """Tell for each of the C cells whether its point lies on a contact face: a boolean array (C,).
+    """Return for each of the C cells whether its point lies on a contact face: a boolean array (C,).
 
     A point lies on a face patch if it is within ``gap`` [m] of the patch's plane and inside its outline, and if the
-    cell is roughly parallel to the patch. Contacts along lines and at points cover nothing. Of a patch that stands for
-    many smaller ones, it must be as near to a spot as the square of the spot's share is wide.
+    cell is roughly parallel to the patch. Contacts along lines and at points cover nothing. A merged patch covers the
+    points that are near one of its ``spots``: nearer than the side of a square with the area of that spot.
     """
     result = np.zeros(len(cells.points), dtype=bool)
     for patch in patches:

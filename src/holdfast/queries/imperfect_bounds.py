@@ -1,4 +1,4 @@
-"""Lower bounds that cover imperfect faces: the same question on samples of faces neither flat nor equally stiff."""
+"""Lower bounds for imperfect faces, from the same query on samples of faces that are not flat or equally stiff."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
 
 STAGE = "imperfect faces"
-WEAK = 0.1  # share of a body's points, the weakest ones, that are asked on every sample
-FEWEST = 24  # points of a body that are asked on every sample in any case
-WORST = 4  # samples, those on which the weak points are weakest, on which all other points are asked
+WEAK = 0.1  # share of a body's points, the weakest ones, that are computed on every sample
+FEWEST = 24  # smallest number of points of a body that are computed on every sample
+WORST = 4  # number of samples on which all other points are computed: those on which the weak points are weakest
 
 
 @dataclass(frozen=True, eq=False)
 class Covering:
-    """The answers of ``engine`` on every sample of ``imperfect`` faces, under given standing loads.
+    """Computes lower bounds that hold on samples of ``imperfect`` faces.
 
-    The other arguments are those of ``Engine.prepare``.
+    ``assembly``, ``standing`` and ``acceleration`` are the arguments of ``Engine.prepare``.
     """
 
     engine: Compliant
@@ -41,24 +41,24 @@ class Covering:
     acceleration: Float | None = None
 
     def over(self, found: Answers, W: Float) -> Answers:
-        """Return the answers ``found`` on ideal faces for columns W (6J, n), with lower bounds that cover the samples.
+        """Return ``found``, the answers on ideal faces for load columns W (6J, n), with lower bounds for the samples.
 
-        ``lower`` becomes the least of the samples' lower bounds, or the quantile that ``imperfect`` asks for, if that
-        is smaller. A sample that is undecided or does not stand counts as 0.
+        ``lower`` is reduced to the smallest of the samples' lower bounds, or to the quantile that ``imperfect`` asks
+        for. A sample that is undecided or does not stand counts as 0.
         """
         table = self._lower(range(self.imperfect.samples), W)
-        return self._told(found, self._quantile(table.lower), table.fallen, table.undecided, "")
+        return self._with_lower(found, self._quantile(table.lower), table.fallen, table.undecided, "")
 
     def sample(self, number: int) -> Rough:
         """Return the engine on one of the samples."""
         return Rough(self.engine, Faces(self.imperfect, number))
 
     def over_surface(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
-        """Do the same for many points on one body.
+        """Do the same as ``over`` for many points on one body, at less cost.
 
-        The weakest of them are asked on every sample. The others are asked only on the WORST samples for those, and
-        interpolated as ``accuracy`` allows; their lower bounds are at most the share of the ideal ones that the weak
-        points keep in the median. That the others are no weaker elsewhere is likely, not certain.
+        The weakest points are computed on every sample. The others are computed only on the WORST samples for the weak
+        points, with interpolation as ``accuracy`` allows. They are likely, but not certain, to be no weaker on the
+        remaining samples.
         """
         weak = self._weak(found)
         others = np.setdiff1d(np.arange(len(found)), weak)
@@ -70,8 +70,10 @@ class Covering:
         worst = np.argsort(table.lower.sum(1), kind="stable")[:WORST]
         rest = self._lower(worst.tolist(), W[:, others], accuracy)
         lower[others] = rest.lower.min(0)
-        told = f"; {len(others)} of {len(found)} points were asked only on the {len(worst)} samples worst for the rest"
-        return self._told(found, lower, table.fallen, table.undecided + rest.undecided, told)
+        remark = (
+            f"; {len(others)} of {len(found)} points were asked only on the {len(worst)} samples worst for the rest"
+        )
+        return self._with_lower(found, lower, table.fallen, table.undecided + rest.undecided, remark)
 
     def _weak(self, found: Answers) -> Int:
         count = max(FEWEST, int(np.ceil(WEAK * len(found))))
@@ -89,11 +91,11 @@ class Covering:
         return _Table(np.array(rows), fallen, undecided)
 
     def _quantile(self, lower: Float) -> Float:
-        """Return for each column of lower bounds (samples, n) the one below which the allowed share of them lies."""
+        """Return for each column of lower bounds (samples, n) the quantile that ``imperfect`` asks for, (n,)."""
         allowed = int(self.imperfect.quantile * len(lower))
         return np.asarray(np.sort(lower, axis=0)[allowed])
 
-    def _told(self, found: Answers, lower: Float, fallen: int, undecided: int, more: str) -> Answers:
+    def _with_lower(self, found: Answers, lower: Float, fallen: int, undecided: int, more: str) -> Answers:
         notes = [f"lower covers {covered(self.imperfect)}{more}"]
         if fallen:
             notes.append(f"on {fallen} of {self.imperfect.samples} samples of imperfect faces not all bodies stand")
@@ -109,7 +111,7 @@ class Covering:
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """Lower bounds (samples, n); on how many samples something fell, and how many answers are undecided."""
+    """Lower bounds (samples, n), the number of samples that do not stand, and the number of undecided answers."""
 
     lower: Float
     fallen: int
@@ -117,7 +119,7 @@ class _Table:
 
 
 def covered(imperfect: Imperfect) -> str:
-    """Say in words which faces a lower bound covers."""
+    """Describe in words the faces for which a lower bound holds."""
     low, high = imperfect.stiffness_range
     how = "the least" if imperfect.quantile == 0 else f"the {imperfect.quantile:.3g} quantile"
     faces = f"{how} of {imperfect.samples} samples of faces with {1e3 * imperfect.flatness:.3g} mm from peak to valley"
@@ -133,9 +135,10 @@ def covering(
     standing: Float | None = None,
     acceleration: Float | None = None,
 ) -> Covering | None:
-    """Return what covers ``imperfect`` faces, or None if they are None; the others are those of ``Engine.prepare``.
+    """Return the Covering of ``imperfect`` faces, or None if ``imperfect`` is None.
 
-    Raises HoldfastError if ``imperfect`` is something else or if the engine knows no elastic contacts.
+    The other arguments are those of ``Engine.prepare``. Raises HoldfastError if ``imperfect`` is anything else, or if
+    the engine has no elastic contacts.
     """
     if imperfect is None:
         return None

@@ -25,13 +25,13 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
     """Return the interval (low, high) of the friction coefficient for every pair of touching bodies.
 
     ``mu`` is a relative width for all pairs (0.2 means ± 20 %), one interval (low, high) for all pairs, or a dict of
-    intervals for pairs of names. As in the friction table, each is the name of a body or of a material, and the names
-    of both bodies count before that of one and the other's material, and these before both materials. A pair that is
-    not named keeps the known coefficient as both ends. Raises SceneError if a named pair does not touch, or if an
-    interval is not 0 <= low <= high.
+    intervals for pairs of names. A name is that of a body or of a material. As in the friction table, a pair of two
+    bodies takes precedence over a body and a material, and that over two materials. The interval of a pair that is not
+    named has the known coefficient at both ends. Raises SceneError if a named pair does not touch, or if an interval is
+    not 0 <= low <= high.
     """
     pairs: dict[Pair, float] = {}
-    for i, m in zip(assembly.interfaces, assembly.mu, strict=True):  # of several between parts, the smallest
+    for i, m in zip(assembly.interfaces, assembly.mu, strict=True):  # the parts of two bodies may have several
         pairs[i.bodies] = min(m, pairs.get(i.bodies, m))
     if mu is None:
         return {p: (m, m) for p, m in pairs.items()}
@@ -55,12 +55,12 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
 
 
 def _first(ways: list[list[Pair]], given: Mapping[Pair, tuple[float, float]]) -> list[Pair]:
-    """Return the pairs of the first of these ways of naming two bodies that are given, or none."""
+    """Return the names that ``given`` holds in the first of ``ways`` that has any; each way names the same bodies."""
     return next((found for way in ways if (found := [key for key in way if key in given])), [])
 
 
 def _widest(intervals: list[tuple[float, float]]) -> tuple[float, float]:
-    """Return the smallest interval that contains all."""
+    """Return the smallest interval that contains all ``intervals``."""
     return min(low for low, _ in intervals), max(high for _, high in intervals)
 
 

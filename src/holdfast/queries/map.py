@@ -37,11 +37,11 @@ from holdfast.queries.request import (
     engine_of,
     push_columns,
 )
-from holdfast.queries.result import Forces, amount, gives_way, least, told
+from holdfast.queries.result import Forces, amount, gives_way, least, verdict_words
 from holdfast.scene.scene import Scene
 
-TOGETHER = 1000  # points from which no further bodies are asked about at once
-MAX_POINTS = 2_000_000  # the most points in one map; more would exhaust the memory
+TOGETHER = 1000  # bodies are answered in one batch until the batch has this many points
+MAX_POINTS = 2_000_000  # largest number of points in one map; more would exhaust the memory
 
 
 @archived
@@ -78,8 +78,8 @@ class RobustnessMap(Forces):
     ``upper``, ``moving``, ``mode`` and ``mechanism``, each (n,), have the same meaning as in Robustness.
 
     ``cells`` maps each body name to the surface cells that the points represent, in the order of the points. ``hidden``
-    maps it to the cells where nobody can push. ``solved`` (n,) is true where a point was solved on its own; ``error``
-    (n,) is the stated relative error of ``force`` where it was interpolated, and 0 elsewhere.
+    maps it to the covered cells, where no push is possible. ``solved`` (n,) is true where a point was solved on its
+    own; ``error`` (n,) is the stated relative error of ``force`` where it was interpolated, and 0 elsewhere.
     """
 
     assembly: Assembly
@@ -107,8 +107,9 @@ class RobustnessMap(Forces):
     def save_glb(self, path: str | os.PathLike[str]) -> None:
         """Write the map as a glTF file: a node for each body, with the colours of the picture at its vertices.
 
-        ``_FORCE`` of a vertex is the largest push [N], 3.4028235e38 where no push moves anything, -1 where it is
-        undecided and -2 where nobody can push. ``_KIND`` tells zeros apart: 2 is only balanced, 3 falls without a push.
+        ``_FORCE`` of a vertex is the largest push [N]: 3.4028235e38 where no push moves anything, -1 where it is
+        undecided and -2 where the surface is covered. ``_KIND`` distinguishes the zeros: 2 where the body is only
+        balanced, 3 where it falls without a push.
         """
         paint(self, path, ".glb")
 
@@ -135,7 +136,9 @@ class RobustnessMap(Forces):
     def summary(self) -> Summary:
         """Summarise the map by the weakest point of every body."""
         name = self.assembly.scene.name or "assembly"
-        headline = f"{name}: {told(self.verdict)}; {len(self.force):,} inward pushes, {least(self.answers, 'N')}"
+        headline = (
+            f"{name}: {verdict_words(self.verdict)}; {len(self.force):,} inward pushes, {least(self.answers, 'N')}"
+        )
         rows = [
             [
                 self.body[k],
@@ -150,24 +153,23 @@ class RobustnessMap(Forces):
     def weakest(self) -> MapPoint:
         """Return the point where the smallest push moves something; among equal points, the first.
 
-        If no push moves anything, the force of that point is infinite. Points whose answer is not known do not count:
-        only if no point is decided, the status of the returned point is UNDECIDED, and its force 0 is no answer.
+        If no push moves anything, its force is infinite. Undecided points are skipped. If all points are undecided, the
+        status of the returned point is UNDECIDED, and its force 0 is no answer.
         """
         return self.at(int(self.answers.ranking[0]))
 
     def strongest(self) -> MapPoint:
-        """Return the point where the largest push is held; among equal points, the first.
+        """Return the point that withstands the largest push; among equal points, the first.
 
-        If pushes that move nothing, however large, are among them, it is the first of these, with an infinite force.
-        Points whose answer is not known do not count: only if no point is decided, the status of the returned point is
-        UNDECIDED, and its force 0 is no answer.
+        Its force is infinite if no push there moves anything. Undecided points are skipped. If all points are
+        undecided, the status of the returned point is UNDECIDED, and its force 0 is no answer.
         """
         return self.at(int(np.argmax(np.where(self.answers.decided, self.force, -np.inf))))
 
     def weakest_of_each_body(self) -> tuple[MapPoint, ...]:
         """Return the weakest point of every body, beginning with the weakest body.
 
-        Of a body on which no point is decided, it is a point with the status UNDECIDED; such bodies come last.
+        Bodies without a decided point come last, with a point whose status is UNDECIDED.
         """
         return tuple(self.at(index) for index in self._weakest_of_each_body)
 
@@ -205,7 +207,7 @@ def map_point(answers: Answers, row: int, body: str, point: Float, normal: Float
 
 
 def _whole(cells: Cells) -> bool:
-    """Tell whether cells that were read from a file have the shapes and numbers of cells."""
+    """Return whether cells that were read from a file have consistent shapes and indices."""
     count = len(cells.points)
     wide = [array.shape == (len(array), 3) for array in (cells.points, cells.normals, cells.vertices, cells.triangles)]
     if not all(wide) or len(cells.normals) != count or cells.cell.shape != (len(cells.triangles),):
@@ -229,16 +231,16 @@ def robustness_map(
     """Compute the robustness R to inward normal pushes over all exposed surfaces of ``bodies``.
 
     ``bodies`` are the names of the bodies to map; by default, all movable bodies. ``spacing`` [m] is the distance
-    between neighbouring points. Nobody can push on a contact patch, or where another body is less than half a spacing
-    away in front of the surface; points there are left out.
+    between neighbouring points. Points on a contact patch are left out, and so are points where another body is less
+    than half a spacing away in front of the surface.
 
-    ``accuracy`` is the relative one that is asked for. An engine that proves both bounds may stop where (upper - lower)
-    / upper <= ``accuracy``. Engine ``compliant`` solves some points and interpolates between them with an expected
-    relative error of at most ``accuracy``; the ``error`` that it states is at most three times that. With ``accuracy``
-    = 0 every point is solved on its own. Engine ``graph`` ignores ``accuracy``.
+    ``accuracy`` is the relative accuracy that is requested. An engine that proves both bounds may stop where (upper -
+    lower) / upper <= ``accuracy``. Engine ``compliant`` solves some points and interpolates between them with an
+    expected relative error of at most ``accuracy``; the ``error`` that it states is at most three times that. With
+    ``accuracy`` = 0 every point is solved on its own. Engine ``graph`` ignores ``accuracy``.
 
-    ``imperfect`` has the same meaning as in ``robustness``. The weakest tenth of each body's points is asked on all
-    samples, and the rest only on those samples that are worst for these points.
+    ``imperfect`` has the same meaning as in ``robustness``. The weakest tenth of each body's points is computed on all
+    samples, and the rest only on the samples that are worst for these points.
 
     Raises SceneError if ``bodies`` is empty or a text, if a body is unknown, or if ``spacing`` would give more than
     2,000,000 points.
@@ -291,9 +293,8 @@ def _map_of(
 def joined_maps(parts: Sequence[RobustnessMap], verdict: Verdict) -> RobustnessMap:
     """Join maps of different bodies of one assembly into one, in order, with this ``verdict``.
 
-    Of maps of one body each that were asked with the same spacing, engine and accuracy, it is the map of all these
-    bodies.
-    Raises HoldfastError if there are no parts.
+    The parts must have been computed with the same spacing, engine and accuracy. Raises HoldfastError if there are
+    none.
     """
     answers = replace(joined([part.answers for part in parts]), verdict=verdict)
     shown = {name: cells for part in parts for name, cells in part.cells.items()}
@@ -302,7 +303,7 @@ def joined_maps(parts: Sequence[RobustnessMap], verdict: Verdict) -> RobustnessM
 
 
 def expected_points(assembly: Assembly, names: Sequence[str], spacing: float) -> float:
-    """About how many points a map of these bodies has at this ``spacing`` [m]; fewer where surfaces are hidden."""
+    """Estimate the number of points of a map of these bodies at this ``spacing`` [m]; covered surfaces have none."""
     return _area(assembly, names) / spacing**2
 
 

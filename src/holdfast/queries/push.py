@@ -32,7 +32,7 @@ from holdfast.queries.request import (
     pushes,
     total_wrench,
 )
-from holdfast.queries.result import Forces, Single, amount, gives_way, least, places_of, told
+from holdfast.queries.result import Forces, Single, amount, gives_way, least, places_of, verdict_words
 from holdfast.scene.scene import Scene
 
 
@@ -44,9 +44,9 @@ class Robustness(Forces):
 
     ``force`` (n,) [N] is the answer, and ``status`` (n,) says what it means: FINITE; INFINITE (the force is inf: no
     push moves anything); UNSTABLE (the force is 0: the assembly does not stand even without a push); UNDECIDED (the
-    force 0 is no answer: the answer is not known, see ``undecided``). If it is FINITE with force 0, something is only
-    balanced: the least push moves it. ``lower`` and ``upper`` (n,) [N] bound the true answer as far as the engine
-    can promise; ``lower_bound`` and ``upper_bound`` say how these bounds are known.
+    force 0 is no answer: see ``undecided``). FINITE with force 0 means that something is only balanced: the smallest
+    push moves it. ``lower`` and ``upper`` (n,) [N] bound the true answer as far as the engine can promise;
+    ``lower_bound`` and ``upper_bound`` say how these bounds are known.
 
     Three columns (n,) say what gives way: ``moving`` holds the names of the moving bodies, ``mode`` is "slip",
     "topple", "mixed", "roll" or "none", and ``mechanism`` is a Mechanism or None. ``points`` (n, 3) [m] and the unit
@@ -69,7 +69,9 @@ class Robustness(Forces):
 
     def summary(self) -> Summary:
         """Summarise the answer by its weakest pushes."""
-        headline = f"{len(self.force):,} pushes on {self.body}: {told(self.verdict)}, {least(self.answers, 'N')}"
+        headline = (
+            f"{len(self.force):,} pushes on {self.body}: {verdict_words(self.verdict)}, {least(self.answers, 'N')}"
+        )
         return self.table(headline, places_of(self.points))
 
 
@@ -90,14 +92,14 @@ class LoadFactor(Single):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
-        return self.about() | self.values("factor", "status", "lower", "upper", "moving", "mode", "mechanism")
+        return self.about() | self.columns("factor", "status", "lower", "upper", "moving", "mode", "mechanism")
 
     def summary(self) -> Summary:
         """Summarise the answer by the factor, its bounds and what gives way."""
         between = f"{number(self.lower)} to {number(self.upper)}"
         facts = [("factor", amount(self.status, self.factor)), ("between", between), ("status", str(self.status))]
         facts += [("gives way", gives_way(self.mode, self.moving)), *self.facts()]
-        headline = f"the loads may be taken {number(self.factor)} times"
+        headline = f"the loads may be multiplied by {number(self.factor)}"
         return Summary(self.answers.undecided.text or headline, facts, notes=self.notes)
 
 
@@ -118,15 +120,15 @@ def robustness(
     directions, and a single direction with all points. Directions need not have unit length. The ``standing`` loads act
     throughout.
 
-    ``bounds`` asks engine ``compliant`` for ``upper`` as well: engine ``limit`` proves that no equilibrium exists above
-    it.
+    With ``bounds``, an answer of engine ``compliant`` has ``upper`` as well: engine ``limit`` proves that no
+    equilibrium exists above it.
 
-    ``imperfect`` asks that engine for a ``lower`` that also holds on faces that are not flat and not equally stiff; all
-    other columns remain those of ideal faces.
+    With ``imperfect``, ``lower`` also holds on faces that are not flat or not equally stiff; all other columns remain
+    those of ideal faces. Only engine ``compliant`` takes it.
 
     Raises SceneError if there is no point, if the body is unknown, or if a point is further from the body's surface
-    than the contact tolerance. Raises HoldfastError if ``bounds`` is asked of engine ``graph``, or ``imperfect`` of
-    another engine than ``compliant``.
+    than the contact tolerance. Raises HoldfastError if engine ``graph`` is given with ``bounds``, or an engine other
+    than ``compliant`` with ``imperfect``.
     """
     assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {quoted(body)}")
@@ -176,8 +178,8 @@ def asked(
     """Return the answers of the engine for the load columns W (6J, n).
 
     ``standing`` (6J,) is the wrench of the standing loads. With ``bounds``, the upper bounds come from limit analysis
-    with forces at the corners of the patches. This includes all forces that nodes inside the patches can carry. Raises
-    HoldfastError if ``bounds`` is asked of an engine that only estimates. ``imperfect`` is as in ``robustness``.
+    with forces at the corners of the patches; these can replace the forces at any nodes inside the patches.
+    ``imperfect`` is as in ``robustness``. Raises HoldfastError for ``bounds`` with an engine that only estimates.
     """
     bounded = checked_truth(bounds, "bounds")
     covers = covering(imperfect, method, assembly, standing, acceleration)

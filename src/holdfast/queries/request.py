@@ -28,11 +28,12 @@ from holdfast.scene.scene import Scene
 ENGINES: Registry[Callable[[], Engine]] = Registry("engine", {"graph": Graph, "limit": Limit, "compliant": Compliant})
 
 DEFAULT_ENGINE = "compliant"  # the engine of every query that does not name another
-CERTAIN_ENGINE = "limit"  # the engine that proves above which load no equilibrium exists, and all that follows from it
+CERTAIN_ENGINE = "limit"  # the engine that proves above which load no equilibrium exists
 
-INSIDE = 0.5  # how often a surface winds around a point, above which that is inside
-WAY, OFF = 1e-3, 10.0  # how far along a push is looked: in sizes of the body, and in distances of its point from it
-GRAZING = 0.01  # sine of the angle to the surface below which a push neither presses nor pulls
+INSIDE = 0.5  # winding number of a surface about a point, above which the point is inside
+# A push is tested this far ahead of its point and behind it: in sizes of the body, plus distances of the point from it.
+WAY, OFF = 1e-3, 10.0
+GRAZING = 0.01  # sine of the angle between a push and the surface, below which it neither presses nor pulls
 
 EngineChoice: TypeAlias = str | Engine
 
@@ -115,7 +116,7 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
     for load in checked_loads(loads):
         k = body_number(assembly, load.body)
         if k == FIXED:
-            continue  # the ground takes it
+            continue  # a fixed body supports any load
         wrench = wrench_at(load.force, load.point, assembly.com[k])
         wrench[3:] += load.moment
         total[6 * k : 6 * k + 6] += wrench
@@ -123,7 +124,7 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
 
 
 def checked_loads(loads: Iterable[Load]) -> list[Load]:
-    """Return loads as a list, which can be gone through twice; raise SceneError unless ``loads`` holds loads alone."""
+    """Return loads as a list, so that they can be iterated twice; raise SceneError unless all are loads."""
     if isinstance(loads, Load) or not isinstance(loads, Iterable):
         raise SceneError(message("loads", f"got a single {type(loads).__name__}", "needs a list of loads"))
     found = checked_items(loads, "loads", "loads")
@@ -199,10 +200,10 @@ def check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -
 
 
 def pulls(assembly: Assembly, name: str, points: Float, directions: Float) -> tuple[str, ...]:
-    """Return a note on the pushes at ``points`` (n, 3) [m] of a body that point away from its surface, if any do.
+    """Return a note on the pushes at ``points`` (n, 3) [m] of a body that pull, because they point out of the body.
 
-    They come out of the body: a little way behind the point they are inside it, and a little way ahead outside. Where
-    a push grazes the surface, or leaves a thin body on its other side, nothing is said.
+    Their line of action is inside the body just behind the point, and outside just ahead. Pushes that graze the surface
+    or that cross a thin body are not counted.
     """
     surface = assembly.scene.body(name).surface_world
     off = distance_to_surface(points, surface)[:, None]

@@ -1,7 +1,8 @@
-"""Base classes of results: each result holds one table of answers and shows its columns under public names."""
+"""Base classes of results. A result holds one table of answers and shows its columns under public names."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -16,8 +17,8 @@ from holdfast.engines.answers import Answers, Bound, Claim, Undecided
 from holdfast.engines.mechanism import Mechanism, Mode
 from holdfast.engines.verdict import Status, Verdict
 
-SHOWN = 8  # the most rows in a summary
-NAMED = 4  # the most body names in one cell of a summary
+SHOWN = 8  # largest number of rows in a summary
+NAMED = 4  # largest number of body names in one cell of a summary
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -68,6 +69,10 @@ class Result(PublicValue):
             "undecided": self.answers.undecided.to_dict(),
         }
 
+    def columns(self, *names: str) -> dict[str, Any]:
+        """Return the attributes with these names as plain data."""
+        return {name: to_dict(getattr(self, name)) for name in names}
+
     def facts(self) -> list[tuple[str, str]]:
         """Return what applies to the whole table as (name, text) pairs for a summary."""
         undecided = self.answers.undecided
@@ -91,10 +96,10 @@ class Columns(Result):
     unit: ClassVar[str] = ""
 
     def explain(self, row: int | None = None) -> str:
-        """Say in lines of text how one answer came about: the raw answer, and what each amendment made of it and why.
+        """Explain in lines of text how one answer came about: the raw answer, then each amendment and its reason.
 
-        Without ``row`` it is that of the least ``lower``, which is promised of all rows. Raises HoldfastError for a row
-        that does not exist.
+        By default it is the row with the smallest ``lower``, the bound that holds for all rows. Raises HoldfastError
+        if there is no such row.
         """
         if row is None:
             row = self.answers.holding or 0
@@ -103,7 +108,7 @@ class Columns(Result):
         return self.answers.explained(row, self.unit)
 
     def __float__(self) -> float:
-        """Return the answer, if there is one and it is known; raise HoldfastError otherwise."""
+        """Return the answer of a result with one row; raise HoldfastError if it has several or is undecided."""
         return only_answer(self)
 
     @property
@@ -152,26 +157,23 @@ class Columns(Result):
         return self.answers.error
 
     def about(self) -> dict[str, Any]:
-        """Return what applies to the whole table as plain data, with what is promised of all rows.
+        """Return what applies to the whole table as plain data, with the bound that holds for all rows.
 
-        ``holds`` is the least ``lower`` with the number of its ``row``, and where that is; None if nothing is promised.
+        ``holds`` is the smallest ``lower`` with the number of its ``row`` and the load of that row. It is None if the
+        engine promises no lower bound.
         """
         row = self.answers.holding
         holds = None if row is None else {"lower": to_dict(float(self.lower[row])), "row": row} | self.where(row)
         return super().about() | {"holds": holds}
 
     def where(self, row: int) -> dict[str, Any]:
-        """Return which load a row answers, as plain data."""
+        """Return the load that a row answers, as plain data."""
         return {}
 
-    def columns(self, *names: str) -> dict[str, Any]:
-        """Return the attributes with these names as plain data."""
-        return {name: to_dict(getattr(self, name)) for name in names}
-
     def weakest_rows(self, unit: str, places: Objects | None = None) -> list[list[str]]:
-        """Return the rows with the smallest answers for a summary; ``places`` (n,) says where each row belongs.
+        """Return the rows with the smallest answers as texts for a summary; undecided rows come last.
 
-        Undecided rows come last.
+        ``places`` (n,) are texts that say which load each row answers.
         """
         answers = self.answers
         return [
@@ -211,7 +213,7 @@ class Single(Result):
     """A result with one row, whose columns are shown as single values."""
 
     def __float__(self) -> float:
-        """Return the answer, if there is one and it is known; raise HoldfastError otherwise."""
+        """Return the answer; raise HoldfastError if it is undecided."""
         return only_answer(self)
 
     @property
@@ -258,13 +260,9 @@ class Single(Result):
         """The stated relative error of an interpolated answer; 0 for any other."""
         return float(self.answers.error[0])
 
-    def values(self, *names: str) -> dict[str, Any]:
-        """Return the attributes with these names as plain data."""
-        return {name: to_dict(getattr(self, name)) for name in names}
-
 
 def only_answer(result: Result) -> float:
-    """Return the only answer of a result; raise HoldfastError if there are several, or if it is not known."""
+    """Return the only answer of a result; raise HoldfastError if there are several, or if it is undecided."""
     where, answers = f"float() of {type(result).__name__}", result.answers
     if len(answers) != 1:
         remedy = "take one of them, as float(answer.lower[0]), or the least one, as answer.lower.min()"
@@ -279,20 +277,20 @@ def gives_way(mode: str, moving: tuple[str, ...]) -> str:
     return f"{mode}: {listed(moving, NAMED)}" if moving else "nothing"
 
 
-def told(verdict: Verdict) -> str:
+def verdict_words(verdict: Verdict) -> str:
     """Describe the verdict in a few words."""
     return {Status.STABLE: "it stands", Status.UNSTABLE: "it does not stand"}.get(verdict.status, "undecided")
 
 
 def least(answers: Answers, unit: str) -> str:
-    """Describe in words the smallest answer that is known, and how many are not known, with the reason."""
+    """Describe the smallest decided answer, the bound that holds for all rows, and how many rows are undecided."""
     known = answers.force[answers.decided]
     words = [f"the least {number(float(np.min(known)), unit)}"] if len(known) else []
     return "; ".join(filter(None, [*words, promised(answers, unit), answers.undecided.text])) or "none"
 
 
 def promised(answers: Answers, unit: str = "") -> str:
-    """Describe in words what is promised of all rows; "" if that is nothing, or if nothing moves whatever the load."""
+    """Describe the bound that holds for all rows; "" if it is zero, or infinite because no load moves anything."""
     row = answers.holding
     if row is None or not 0 < answers.lower[row] < np.inf:
         return ""
@@ -300,12 +298,15 @@ def promised(answers: Answers, unit: str = "") -> str:
 
 
 def amount(status: Status, value: float, unit: str = "") -> str:
-    """Return the value of an answer with its unit, or "?" if the answer is not known."""
+    """Return the value of an answer with its unit, or "?" if the answer is undecided."""
     return "?" if status is Status.UNDECIDED else number(value, unit)
 
 
-def places_of(points: Float, bodies: Objects | None = None) -> Objects:
-    """Return texts (n,) that say where the points (n, 3) [m] are, with the name of the body if it is given."""
-    names = [""] * len(points) if bodies is None else [f"{name} " for name in bodies]
-    places = ("(" + ", ".join(f"{v + 0.0:.3f}" for v in point) + ") m" for point in points)
-    return objects([name + place for name, place in zip(names, places, strict=True)])
+def vector_text(values: Iterable[float], form: str = ".3g") -> str:
+    """Return a vector as text, such as "(0.1, 0, 0.25)", with its numbers formatted by ``form``."""
+    return "(" + ", ".join(f"{value + 0.0:{form}}" for value in values) + ")"
+
+
+def places_of(points: Float) -> Objects:
+    """Return texts (n,) that say where the points (n, 3) [m] are."""
+    return objects([f"{vector_text(point, '.3f')} m" for point in points])

@@ -40,11 +40,11 @@ from holdfast.scene.scene import Scene
 class Sensitivity(Single):
     """The derivatives of the largest push ``force`` [N], which lies between ``lower`` and ``upper``.
 
-    ``d_mu`` [N] holds the derivative by the friction coefficient of each interface, under the names of its two bodies.
-    The derivatives by mass and centre of mass are given by the name of the movable body: ``d_mass`` [N/kg] keeps its
-    centre of mass in place, and ``d_com`` (3,) [N/m] moves its centre of mass in the world while the contacts stay.
-    ``d_point`` (3,) [N/m] moves the point of the push, world frame, and keeps its direction. ``moving`` holds the names
-    of the bodies that move in ``mechanism``.
+    ``d_mu`` [N] maps the two bodies of each interface to the derivative by its friction coefficient. ``d_mass`` [N/kg]
+    and ``d_com`` (3,) [N/m, world frame] map each movable body to the derivatives by its mass, with the centre of mass
+    in place, and by the position of its centre of mass, with the contacts in place. ``d_point`` (3,) [N/m, world frame]
+    is the derivative by the point of the push, whose direction stays the same. ``moving`` holds the names of the bodies
+    that move in ``mechanism``.
     """
 
     body: str
@@ -61,7 +61,7 @@ class Sensitivity(Single):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         names = ("body", "force", "lower", "upper", "status", "moving", "mode", "d_mu", "d_mass", "d_com", "d_point")
-        return self.about() | self.values(*names)
+        return self.about() | self.columns(*names)
 
     def summary(self) -> Summary:
         """Summarise the answer by its largest derivatives."""
@@ -86,10 +86,10 @@ def sensitivity(
     ``point`` (3,) [m] and ``direction`` (3,) are in the world frame. The contact nodes, the push and the ``standing``
     loads are held in place.
 
-    The derivatives are exact where R is differentiable: there is one mechanism, and the contact forces are unique where
-    it slides. At a kink two mechanisms give way at the same push. There the derivatives belong to one of the
-    mechanisms, or are a mean of both. The derivatives by mass still bound R from above at a kink, because R is concave
-    in the masses. Whether R has a kink is not tested.
+    The derivatives are exact where R is differentiable, that is where there is one mechanism and its sliding contacts
+    have unique forces. At a kink of R, two mechanisms give way at the same push, and the derivatives belong to one of
+    them or are a mean of both. As R is concave in the masses, the derivatives by mass give an upper bound of R even
+    there. Kinks are not detected.
 
     Raises HoldfastError if R is zero, infinite or undecided, and SceneError if the direction is zero.
     """

@@ -1,6 +1,6 @@
-"""Compute all wrenches that a body can take, and all accelerations of its support, as convex sets.
+"""Compute all wrenches that a body withstands, and all accelerations of its support, as convex sets.
 
-Each set lies between two polyhedra.
+Each set is enclosed between an inner and an outer polyhedron.
 """
 
 from __future__ import annotations
@@ -58,18 +58,17 @@ class ConvexSet(PublicValue):
     """A convex set between two polyhedra: it contains every point of ``inner`` and no point outside ``outer``.
 
     ``inner`` and ``outer`` are pairs of arrays A (m, d) and b (m,) for the half-spaces A x <= b, scaled to b = 1; the
-    origin is inside both. ``inner`` is cut off by the box ``|x_k| <= box[k]``, with ``box`` (d,). ``outer`` is not
-    cut off and is valid everywhere; if the set is unbounded, ``outer`` is unbounded too. ``vertices`` (k, d) are those
-    of ``inner``.
+    origin is inside both. ``inner`` is limited to the box ``|x_k| <= box[k]``, with ``box`` (d,). ``outer`` is not
+    limited to it; if the set is unbounded, ``outer`` is unbounded too. ``vertices`` (k, d) are those of ``inner``.
 
-    Along every ray from the origin, ``inner`` reaches at least (1 - ``accuracy``) times as far as ``outer`` within the
-    box. ``accuracy_wanted`` is the one that was asked for, and ``solves`` is the number of solves that were needed.
+    Along every ray from the origin, ``inner`` extends at least (1 - ``accuracy``) times as far as ``outer`` within the
+    box. ``accuracy_wanted`` is the accuracy that was requested, and ``solves`` the number of solves that it took.
 
-    The coordinates have the units in ``units`` (d,), and ``frame`` describes their axes in words. Both polyhedra are as
-    exact as the solver: 1e-7 of the box.
+    The coordinates have the units in ``units`` (d,), and ``frame`` describes their axes in words. The solver limits the
+    precision of both polyhedra to 1e-7 of the box.
 
-    ``save`` writes a file that other programs can read as well: in .npz ``inner.0`` and ``inner.1`` are A and b; in
-    .json ``inner`` lists them as ``$tuple``, each with its numbers row by row and its shape.
+    ``save`` writes a file that other programs can read as well. In .npz, ``inner.0`` and ``inner.1`` are A and b. In
+    .json, ``inner`` lists them as ``$tuple``, each with its numbers row by row and its shape.
     """
 
     engine: str
@@ -86,7 +85,7 @@ class ConvexSet(PublicValue):
     notes: tuple[str, ...]
 
     def contains(self, coordinates: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """Tell whether ``coordinates`` are certainly in the set (True), certainly outside (False), or neither (None).
+        """Return whether ``coordinates`` are certainly in the set (True), certainly outside (False), or neither (None).
 
         None means that they lie between the two polyhedra or beyond the box. They are (d,), or (n, d) for an object
         array (n,) of answers.
@@ -97,9 +96,10 @@ class ConvexSet(PublicValue):
         return answers[0] if single else objects(answers)
 
     def usage(self, coordinates: Any) -> float | Float:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """Return the share of the reach of ``inner`` from the origin that ``coordinates`` use: max(A x / b), from 0 on.
+        """Return max(A x / b) over the facets of ``inner``, at least 0, for ``coordinates`` x (d,) or (n, d).
 
-        If the share is at most 1, they are certainly in the set. They are (d,), or (n, d) for an array (n,) of shares.
+        This is the distance of x from the origin as a share of the distance to the boundary of ``inner``. If it is at
+        most 1, x is certainly in the set. The result is a number, or an array (n,).
         """
         points, single = checked_rows(coordinates, len(self.box), "usage: coordinates")
         A, b = self.inner
@@ -127,12 +127,12 @@ class ConvexSet(PublicValue):
         return half_spaces | {name: to_dict(getattr(self, name)) for name in names}
 
     def summary(self) -> Summary:
-        """Summarise how far the set reaches and how close the two polyhedra are."""
+        """Summarise the extent of the set and how close the two polyhedra are."""
         headline = f"{len(self.box)} dimensions, {len(self.inner[1])} facets inside, accuracy {self.accuracy:.2%}"
-        reach = np.abs(self.vertices).max(axis=0, initial=0.0)
-        rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(reach, self.units, strict=True))]
+        largest = np.abs(self.vertices).max(axis=0, initial=0.0)
+        rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(largest, self.units, strict=True))]
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("frame", self.frame)]
-        return Summary(headline, facts, ("coordinate", "reaches at most"), rows, self.notes)
+        return Summary(headline, facts, ("coordinate", "largest value"), rows, self.notes)
 
 
 def admissible_wrenches(
@@ -145,16 +145,16 @@ def admissible_wrenches(
     solves: int | None = None,
     standing: Iterable[Load] = (),
 ) -> ConvexSet:
-    """Compute the wrenches that ``body`` can take in addition before anything in the assembly moves.
+    """Compute the set of wrenches on ``body`` under which nothing in the assembly moves.
 
-    They act together with the weight and the ``standing`` loads. The points of the set have d = 6 coordinates: a force
+    They act in addition to the weight and the ``standing`` loads. The points of the set have d = 6 coordinates: a force
     [N] and a torque [N m] about the body's centre of mass, along the world axes. ``box`` (2,) holds the largest force
-    [N] and torque [N m] components of the inner polyhedron. By default these are 20 total weights, and that times the
-    assembly's size.
+    [N] and torque [N m] components of the inner polyhedron. The defaults are 20 times the total weight, and that times
+    the assembly's size.
 
-    ``accuracy`` is only a target, as the number of solves is limited by ``solves``, 240 by default; ``accuracy`` of the
-    result is the one that was reached, and ``notes`` say where it is. Work grows faster than their number: 600 solves
-    take about ten times as long as 240. ``constraint`` is closer to the set for most wrenches.
+    ``accuracy`` is only a target, because ``solves`` limits the number of solves, to 240 by default. The ``accuracy``
+    of the result is the one that was reached, and its ``notes`` say along which ray. Time grows faster than the number
+    of solves: 600 take about ten times as long as 240. ``constraint`` is closer to the set for most wrenches.
 
     Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly does not stand, or if the
     origin is not inside the set.
@@ -169,7 +169,7 @@ def admissible_wrenches(
 
 
 def wrench_box(assembly: Assembly, box: ArrayLike | None, where: str) -> Float:
-    """Return the largest components (6,) [N, N m] of wrenches, as given by ``box`` (2,) or by default."""
+    """Return the largest components (6,) [N, N m] of wrenches, from ``box`` (2,) or its default."""
     if box is None:
         limits = FORCE_BOUND * assembly.weight * np.array([1.0, assembly.size])
     else:
@@ -190,7 +190,7 @@ def wrench_columns(assembly: Assembly, body: str, where: str) -> Float:
 
 
 def notes_of(state: State) -> tuple[str, ...]:
-    """Return the notes of a state and, unless it certainly stands, why not."""
+    """Return the notes of a state, with the reason of its verdict unless it is STABLE."""
     verdict = state.verdict()
     return state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
 
@@ -207,9 +207,9 @@ def sustainable_accelerations(
     """Compute the accelerations of the support that all bodies can follow without moving relative to it.
 
     The ``standing`` loads act throughout. The points of the set are accelerations (3,) [m/s²] along the world axes: if
-    the support accelerates by a, a body of mass m feels the force -m a at its centre of mass. ``box`` is the
-    largest component [m/s²] of the inner polyhedron, 5 g by default. ``accuracy`` is the one that is asked for; see
-    ConvexSet. The number of solves is limited by ``solves``, 240 by default.
+    the support accelerates by a, the inertial force on a body of mass m is -m a at its centre of mass. ``box`` is the
+    largest component [m/s²] of the inner polyhedron, 5 g by default. ``accuracy`` is a target, see ConvexSet:
+    ``solves`` limits the number of solves, to 240 by default.
 
     Raises HoldfastError if the assembly does not stand, or if the origin is not inside the set.
     """
@@ -263,10 +263,10 @@ def _convex_set(
     return ConvexSet(
         engine=method.name,
         claim=method.claim,
-        inner=(_frozen(found.inner / box), _frozen(np.ones(len(found.inner)))),
-        outer=(_frozen(found.outer / box), _frozen(np.ones(len(found.outer)))),
-        vertices=_frozen(found.vertices * box),
-        box=_frozen(box),
+        inner=(frozen(found.inner / box), frozen(np.ones(len(found.inner)))),
+        outer=(frozen(found.outer / box), frozen(np.ones(len(found.outer)))),
+        vertices=frozen(found.vertices * box),
+        box=frozen(box),
         accuracy=found.accuracy,
         accuracy_wanted=wanted,
         solves=found.solves,
@@ -277,14 +277,10 @@ def _convex_set(
 
 
 def _why_wide(found: LoadSet, box: Float, units: tuple[str, ...]) -> str:
-    """Say along which ray the accuracy is that of the whole set, and why it is not smaller."""
+    """Return a note on the ray along which the polyhedra are furthest apart, and on why they are not closer."""
     worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * box, units, strict=True))
     return (
-        f"the accuracy of {found.accuracy:.0%} is that of the ray to ({worst}), after {found.solves} solves: a "
-        "polytope needs thousands of corners where round friction cones meet a ray at a small angle; a smaller box and "
-        "more solves narrow it, and constraint() is close to the set along most rays"
+        f"the inner set is {found.accuracy:.0%} too short along the ray to ({worst}), after {found.solves} solves: "
+        "near friction cones that a ray meets at a small angle, a polytope needs thousands of corners; a smaller box "
+        "and more solves help, and constraint() is close to the set along most rays"
     )
-
-
-def _frozen(array: Float) -> Float:
-    return np.asarray(frozen(np.array(array, dtype=np.float64)))

@@ -26,15 +26,15 @@ class Stability(PublicValue):
     """The verdict on whether an assembly stands at rest.
 
     ``status`` is STABLE, UNSTABLE or UNDECIDED, and ``reason`` explains it in words. ``equilibrium_exists`` is True or
-    False with evidence, or None if it is not known. ``self_stress`` is False if the contact forces need none, and None
-    if this was not settled.
+    False with evidence, or None if it is not known. ``self_stress`` is False if the assembly stands without
+    self-stressed contact forces, and None if that is not known.
 
     If the assembly stands, ``forces`` are the contact forces, and ``residual`` is their equilibrium error divided by
     the total weight. If it does not stand, ``moving`` holds the names of the bodies that move, ``mechanism`` says how
     they move, and ``certificate`` proves that no contact can prevent it. All of these are attributes of ``verdict``,
-    which is the worst of the verdicts on the groups of bodies that touch each other. ``groups`` holds these verdicts,
-    in the order of ``assembly.groups``, each with the names of its ``bodies``. ``notes`` say what the reader of the
-    scene's file guessed or left out, and the simplifications on which the answer depends.
+    the worst of the verdicts on the groups of bodies that touch each other. ``groups`` holds these verdicts, in the
+    order of ``assembly.groups``, each with the names of its ``bodies``. ``notes`` say what the reader of the scene's
+    file guessed or left out, and which simplifications the answer depends on.
     """
 
     engine: str
@@ -68,7 +68,7 @@ class Stability(PublicValue):
 
     @property
     def self_stress(self) -> bool | None:
-        """Whether the contact forces need a self-stress: False if they need none, None if this was not settled."""
+        """False if the assembly stands without self-stressed contact forces, None if that is not known."""
         return self.verdict.self_stress
 
     @property
@@ -99,12 +99,12 @@ class Stability(PublicValue):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         names = ("engine", "claim", "status", "equilibrium_exists", "self_stress", "forces", "residual", "moving")
-        told = {name: to_dict(getattr(self, name)) for name in (*names, "mechanism", "certificate", "reason", "notes")}
+        data = {name: to_dict(getattr(self, name)) for name in (*names, "mechanism", "certificate", "reason", "notes")}
         groups = [
             {"bodies": list(g.bodies), "status": g.verdict.status.value, "reason": g.verdict.reason}
             for g in self.groups
         ]
-        return told | {"groups": groups}
+        return data | {"groups": groups}
 
     def summary(self) -> Summary:
         """Summarise the verdict and its reason."""
@@ -123,7 +123,7 @@ def stability(
     """Decide whether the assembly stands under its weight and ``loads``.
 
     ``engine`` is the name of an engine, or an engine itself. An assembly that does not stand is an answer, not an
-    error: see Stability. One in which nothing can move is UNDECIDED, for nothing was asked of it.
+    error: see Stability. An assembly without movable bodies is UNDECIDED, because there is nothing to decide.
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)

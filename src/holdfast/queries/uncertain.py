@@ -22,8 +22,8 @@ class Uncertain(Value):
       gives that of its rotation about each world axis through its centre of mass [deg]. The deviations of different
       bodies are independent, and fixed bodies do not deviate.
     - ``mu_range``: a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
-      intervals by the names of the two bodies. Each sample has one level, uniform in 0..1, that places all coefficients
-      between their low and high ends.
+      intervals by the names of the two bodies. In each sample, all coefficients are at the same relative position in
+      their intervals, which is uniformly distributed.
     - ``flatness`` [m], with ``bed`` [N/m³] or ``material``: how far faces are from flat. ``stiffness_range``: a range
       of factors for each pair of bodies. All four are as in ``Imperfect``; they need engine ``compliant``.
     - ``samples``: how many are drawn, with ``seed``. The same seed gives the same samples; with a larger number of

@@ -43,7 +43,7 @@ from holdfast.queries.result import SHOWN, Result, amount, places_of
 from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene
 
-EVEN = 0.5  # chance that a contact that may not exist is absent from a sample, where poses are not sampled
+EVEN = 0.5  # probability that an uncertain contact is absent from a sample, if poses are not sampled
 
 
 @archived
@@ -53,15 +53,15 @@ class RobustnessUnder(Result):
     """The largest push at each of n points, in each of ``samples`` samples of the uncertain quantities.
 
     ``force`` (samples, n) [N] is 0 where a sample does not stand, and inf where no push moves anything. Where the
-    sample or the push is undecided, its 0 is no answer. ``status`` (samples, n) tells these cases apart, as in
+    sample or the push is undecided, the 0 is no answer. ``status`` (samples, n) distinguishes these cases, as in
     Robustness, and ``undecided_pushes`` counts the undecided ones. ``lower`` and ``upper`` (samples, n) [N] bound the
     true answer of each sample.
 
     ``stands`` is the share of samples that certainly stand (STABLE), and ``undecided`` the share that may stand; the
     remaining samples do not stand. ``nominal`` (n,) [N] is R of the assembly as it was given, without uncertainty, and
-    ``nominal_status`` (n,) is its status. ``points`` (n, 3) [m] and the unit ``directions`` (n, 3) belong to that
-    assembly, world frame. ``verdict`` is also that of the given assembly. ``seed`` is that of the samples,
-    and ``notes`` are the simplifications on which the answer depends.
+    ``nominal_status`` (n,) is its status. ``points`` (n, 3) [m], the unit ``directions`` (n, 3) and ``verdict`` also
+    belong to that assembly, in the world frame. ``seed`` is the seed of the samples, and ``notes`` are the
+    simplifications on which the answer depends.
 
     ``answers`` holds the rows of all samples, one sample after another, without mechanisms.
     """
@@ -119,7 +119,7 @@ class RobustnessUnder(Result):
     def summary(self) -> Summary:
         """Summarise the answer by quantiles at the points with the smallest medians."""
         headline = f"{self.samples} samples of {len(self.nominal):,} pushes on {self.body}: {self.stands:.0%} stand"
-        told = "; ".join([headline, *filter(None, [self.undecided_pushes.text])])
+        headline = "; ".join([headline, *filter(None, [self.undecided_pushes.text])])
         places, low, middle = places_of(self.points), self.quantile(0.05), self.median
         known_low, known_middle = self.known(0.05), self.known(0.5)
         rows = [
@@ -131,7 +131,7 @@ class RobustnessUnder(Result):
             ]
             for k in np.lexsort((middle, ~known_middle))[:SHOWN].tolist()
         ]
-        return Summary(told, self.facts(), ("where", "nominal", "median", "5 % quantile"), rows, self.notes)
+        return Summary(headline, self.facts(), ("where", "nominal", "median", "5 % quantile"), rows, self.notes)
 
     def __float__(self) -> float:
         """Raise HoldfastError: a push has a force in each sample."""
@@ -143,25 +143,25 @@ class RobustnessUnder(Result):
 
         Several shares ``q`` (k,) give forces (k, n).
 
-        It is always the force of one of the samples and is never interpolated. Samples that do not stand count as 0.
-        Undecided ones do, too, because nothing is sure to be reached in them; ``known(q)`` tells where the 0 is theirs.
-        Raises HoldfastError if ``q`` is not between 0 and 1.
+        It is always the force of one of the samples and is never interpolated. Samples that do not stand count as 0,
+        and so do undecided ones, because no force is certain there; ``known(q)`` is False where the quantile is such a
+        0. Raises HoldfastError if ``q`` is not between 0 and 1.
         """
         return frozen(np.sort(self.force, axis=0)[self._number(q)])
 
     def known(self, q: ArrayLike) -> Bool:
-        """Tell for each point (n,) whether ``quantile(q)`` is an answer; several shares ``q`` (k,) give (k, n).
+        """Return for each point (n,) whether ``quantile(q)`` is an answer; several shares ``q`` (k,) give (k, n).
 
         It is False where the quantile falls on an undecided sample, whose force 0 is no answer. Raises HoldfastError if
         ``q`` is not between 0 and 1.
         """
         decided = self.answers.decided.reshape(self.samples, -1)
-        zeros = (decided & (self.force == 0)).sum(axis=0)  # they are the smallest in any case
+        zeros = (decided & (self.force == 0)).sum(axis=0)  # decided zeros count as smaller than undecided ones
         number = self._number(q)[..., None]
         return np.asarray((number < zeros) | (number >= zeros + (~decided).sum(axis=0)))
 
     def _number(self, q: ArrayLike) -> Int:
-        """Return the numbers () or (k,) of the samples, from weak to strong, whose forces are the quantiles."""
+        """Return the ranks () or (k,) of the samples whose forces are the quantiles; rank 0 is the smallest force."""
         where = "quantile: q"
         several = isinstance(q, list | tuple) or (isinstance(q, np.ndarray) and q.ndim > 0)
         shares = checked(q, (None,), where) if several else np.asarray(checked_number(q, where))
@@ -178,9 +178,10 @@ class RobustnessUnder(Result):
 
 @dataclass(frozen=True, eq=False)
 class _Spread:
-    """What is uncertain: the poses, with standard deviations [m] and [deg], and the intervals of friction coefficients.
+    """What is uncertain about ``assembly``.
 
-    A part is None if it is known. ``absences`` say which contacts may not exist, and without which the bodies stand.
+    ``deviation`` holds the standard deviations [m, deg] of the poses, and ``friction`` the intervals of the friction
+    coefficients; either is None if it is known. ``absences`` decides which uncertain contacts may be left out.
     """
 
     assembly: Assembly
@@ -192,8 +193,7 @@ class _Spread:
         """Draw one sample, with the shifts (J, 3) [m] and rotations (J, 3, 3) of its movable bodies.
 
         The same random numbers are drawn whether or not they are used. So the sampled friction is the same with known
-        and with uncertain poses, and the sampled poses are the same with known and with uncertain friction. Contacts
-        that may not exist take one more number each.
+        and with uncertain poses, and vice versa. Each uncertain contact takes one more number.
         """
         level, deviates = rng.random(), rng.standard_normal((len(self.assembly.movable), 6))
         metres, degrees = self.deviation or (0.0, 0.0)
@@ -218,7 +218,7 @@ class _Spread:
             pose[:3, :3] = turns[k] @ pose[:3, :3]
             pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
             poses[body.name] = pose
-        metres, degrees = self.deviation or (0.0, 0.0)  # the deviation between two bodies is √2 times that of one
+        metres, degrees = self.deviation or (0.0, 0.0)  # the relative deviation of two bodies is √2 times that of one
         wider = replace(given, tolerances=given.tolerances.widened(np.sqrt(2) * metres, np.sqrt(2) * degrees))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
@@ -228,10 +228,10 @@ class _Spread:
         return replace(found, interfaces=interfaces)
 
     def _present(self, sample: Assembly) -> Assembly:
-        """Take away the uncertain contacts that are open in a sample, except those that the given assembly needs.
+        """Remove the uncertain contacts that are open in a sample, except those without which bodies would fall.
 
-        A contact is open if its bodies are further apart than the default gap, so the wider gap of the sample does not
-        close it.
+        A contact is open if its bodies are further apart than the default gap, even if they are within the wider gap of
+        the sample.
         """
         if not self.absences.uncertain:
             return sample
@@ -260,18 +260,18 @@ def robustness_under(
 ) -> RobustnessUnder:
     """Compute R(p, e) in samples of uncertain poses, friction and faces.
 
-    ``uncertain`` says what is uncertain and how many samples are drawn, see Uncertain: by default, only which of the
-    contacts exist. ``body``, ``points``, ``directions``, ``standing`` and ``engine`` have the same meaning as in
-    ``robustness``.
+    ``uncertain`` says what is uncertain and how many samples are drawn, see Uncertain. By default, only the existence
+    of uncertain contacts is. ``body``, ``points``, ``directions``, ``standing`` and ``engine`` have the same meaning as
+    in ``robustness``.
 
     Points and standing loads move with their body; directions, forces and moments stay fixed in the world. The contacts
     of each sample are detected again, between the pairs that touch in ``assembly``, with a tolerance that allows for
     the deviations. Gaps and overlaps within this tolerance are accepted; the outline, place and tilt of the contacts
     change.
 
-    Contacts that may not exist (``Interface.certain``) are present in some samples only, unless something would fall
-    without them: with ``pose_sigma`` where the sampled poses close them to within the default gap, else each in half of
-    the samples.
+    Uncertain contacts (see ``Interface.certain``) are present only in some samples, unless something would fall without
+    them. With ``pose_sigma``, they are present where the sampled poses close them to within the default gap; otherwise
+    each is present in half of the samples.
 
     Raises HoldfastError if ``pose_sigma`` is given for an assembly whose interfaces were given, or exceeds the
     thickness of a body. See docs/uncertainty.md.
@@ -302,7 +302,7 @@ def robustness_under(
     answers = [answer for answer, _ in found]
     verdicts = [answer.verdict.status for answer in answers]
     overlapping = 0 if spread.deviation is None else sum(overlaps for _, overlaps in found)
-    notes = (*nominal.notes, *_told(answers, overlapping))
+    notes = (*nominal.notes, *_sample_notes(answers, overlapping))
     table = joined([nominal.answers.rows(slice(0)), *answers])
     return RobustnessUnder(
         answers=replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),
@@ -318,8 +318,8 @@ def robustness_under(
     )
 
 
-def _told(answers: Sequence[Answers], overlapping: int) -> Iterator[str]:
-    """Yield what has to be said of the answers on all samples, of which some have ``overlapping`` bodies."""
+def _sample_notes(answers: Sequence[Answers], overlapping: int) -> Iterator[str]:
+    """Yield notes on the answers of all samples; ``overlapping`` counts the samples with overlapping bodies."""
     if overlapping:
         share = f"{overlapping} of {len(answers)} samples have bodies that overlap by more than the tolerance"
         yield f"{share}: contacts there may be missing, which lowers their forces"
@@ -336,7 +336,7 @@ def _answered(
     standing: Iterable[Load],
     engine: Engine,
 ) -> tuple[Answers, bool]:
-    """Answer the pushes of ``nominal`` on one sample, and tell whether its bodies overlap.
+    """Answer the pushes of ``nominal`` on one sample, and return whether its bodies overlap.
 
     Points and ``standing`` loads move with their bodies.
     """
@@ -359,25 +359,27 @@ def _attached(
     if sample.scene.bodies is given.scene.bodies:
         return points, list(loads)
 
-    def carried(name: str, place: Float) -> Float:
+    def moved_along(name: str, place: Float) -> Float:
         k = given.index[name]
         if k == FIXED:
             return place
         return np.asarray(given.com[k] + shifts[k] + (place - given.com[k]) @ turns[k].T)
 
-    return carried(body, points), [replace(load, point=carried(load.body, np.asarray(load.point))) for load in loads]
+    return moved_along(body, points), [
+        replace(load, point=moved_along(load.body, np.asarray(load.point))) for load in loads
+    ]
 
 
 def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], where: str) -> tuple[float, float]:
     metres, degrees = checked_pose_sigma(pose_sigma, where)
     if not assembly.detected:
         problem = f"pose_sigma = {pose_sigma!r}, but the interfaces of the assembly were given"
-        remedy = "they cannot be found anew where bodies move: vary mu_range only, or assemble without interfaces"
+        remedy = "they cannot be detected again for moved bodies: vary mu_range only, or assemble without interfaces"
         raise HoldfastError(message(where, problem, remedy))
     thin = min(assembly.movable, key=lambda b: b.shape.surface.thickness, default=None)
     if thin is not None and metres > thin.shape.surface.thickness:
         problem = (
             f"pose_sigma = {metres:g} m, but body {thin.name!r} is only {thin.shape.surface.thickness:.3g} m thick"
         )
-        raise HoldfastError(message(where, problem, "needs metres, less than the thickness of what it moves"))
+        raise HoldfastError(message(where, problem, "needs metres, and less than the thickness of every movable body"))
     return metres, degrees

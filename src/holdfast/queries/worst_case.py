@@ -1,7 +1,4 @@
-"""Compute the smallest robustness over intervals of friction and mass and boxes of centres of mass.
-
-The answer is exact and not sampled.
-"""
+"""Compute the smallest robustness over intervals of friction and mass and boxes of centres of mass, exactly."""
 
 from __future__ import annotations
 
@@ -52,13 +49,14 @@ class WorstCase(Forces):
     """The smallest R at each of n points over all values of the uncertain quantities.
 
     ``force`` (n,) [N] has the bounds ``lower`` and ``upper`` and a ``status`` (n,) as in Robustness. The status is
-    UNSTABLE where the assembly does not stand at some corner of the uncertain region. It is UNDECIDED, with force 0,
-    which is no answer, where a corner was not settled. ``nominal`` (n,) [N] is R without uncertainty, with
-    ``nominal_status`` (n,); ``verdict`` belongs to it.
+    UNSTABLE where the assembly does not stand at some corner of the uncertain region. It is UNDECIDED where the answer
+    at a corner is; the force 0 is no answer then. ``nominal`` (n,) [N] is R without uncertainty, with
+    ``nominal_status`` (n,) and ``verdict``.
 
-    ``mu`` holds the friction coefficients of the worst case, by pair of bodies. ``masses`` (n,) [kg] and ``coms`` (n,)
-    [m], world frame, hold for each point the corner where it is weakest, by the name of the uncertain body. ``corners``
-    is the number of corners that were solved, and ``guarantee`` says in words what was proved.
+    ``mu`` holds the friction coefficients of the worst case, by pair of bodies. ``masses`` (n,) and ``coms`` (n,) hold
+    for each point the masses [kg] and centres of mass [m, world frame] at the corner where it is weakest, by the name
+    of the uncertain body. ``corners`` is the number of corners that were solved, and ``guarantee`` says in words what
+    was proved.
     """
 
     body: str
@@ -71,7 +69,7 @@ class WorstCase(Forces):
     guarantee: str
 
     def checked_after_load(self) -> None:
-        """Raise HoldfastError if what was read from a file are no statuses, masses and places of bodies."""
+        """Raise HoldfastError if the values that were read from a file have the wrong types."""
         for name, wanted in (("masses", Mapping[str, float]), ("coms", Mapping[str, tuple[float, float, float]])):
             if not all(fits(item, wanted) for item in getattr(self, name)):
                 problem = "are not by the names of bodies"
@@ -123,10 +121,10 @@ def worst_case(
     named is taken as known. Poses, contacts and points are held in place. ``points``, ``directions`` and ``standing``
     have the same meaning as in ``robustness``.
 
-    The answer is exact and not sampled: it takes the lower end of every μ, and all corners of the masses and centres of
-    mass; ``guarantee`` says why this suffices. Each corner needs one set-up. The number of corners doubles with every
-    uncertain value, but shifts of a centre of mass along gravity do not count. Raises HoldfastError if there are more
-    than 4,096 corners.
+    The answer is exact: it uses the lower end of every μ and all corners of the masses and centres of mass;
+    ``guarantee`` says why this suffices. The number of corners, and with it the time, doubles with every uncertain
+    value, except for shifts of a centre of mass along gravity. Raises HoldfastError if there are more than 4,096
+    corners.
     """
     assembly = checked_assembly(assembly)
     where = f"worst case of {body!r}"
@@ -134,7 +132,7 @@ def worst_case(
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
     low = {pair: ends[0] for pair, ends in friction_intervals(assembly, mu_range, where).items()}
     rough = assembly if mu_range is None else assembly.with_friction(low)
-    near = next((group for group in rough.groups if body in group), ())  # what other groups weigh does not matter
+    near = next((group for group in rough.groups if body in group), ())  # other groups do not affect the answer
     masses = {name: ends for name, ends in mass_intervals(rough, mass_range, where).items() if name in near}
     coms = {name: half for name, half in com_boxes(rough, com_range, where).items() if name in near}
     columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
@@ -148,9 +146,8 @@ def worst_case(
         prepare=lambda load: prepared(engine, rough, load),
         where=where,
     )
-    told = nominal.answers
     return WorstCase(
-        answers=replace(found.answers, verdict=told.verdict, notes=told.notes),
+        answers=replace(found.answers, verdict=nominal.verdict, notes=nominal.notes),
         body=body,
         nominal=nominal.force,
         nominal_status=nominal.status,

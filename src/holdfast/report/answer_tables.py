@@ -16,13 +16,13 @@ from holdfast.base.text import LONGEST_NAME, listed, one_line
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
-from holdfast.queries.result import KNOWN_HOW, promised
+from holdfast.queries.result import KNOWN_HOW, promised, vector_text
 from holdfast.queries.stability import Stability
 from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
 from holdfast.report.transport_plot import frame_names, level_angles
 
-SHOWN = 5  # the most names in a cell
-ARCS = 12  # the most rows of directions in a table
+SHOWN = 5  # largest number of names in a cell
+ARCS = 12  # largest number of rows of directions in a table
 
 
 def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
@@ -43,7 +43,7 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
         title_justify="left",
         box=SIMPLE_HEAD,
     )
-    for heading in ("between", "area [cm²]", "μ", "normal force [N]", "friction used"):
+    for heading in ("between", "area [cm²]", "μ", "normal force [N]", "friction used"):  # as a share of its limit
         table.add_column(cell(heading), justify="left" if heading == "between" else "right")
     shown = range(min(interfaces, 40))
     for k in shown:
@@ -96,17 +96,17 @@ def map_report(result: RobustnessMap) -> RenderableType:
 
 
 def _held_everywhere(result: RobustnessMap) -> list[str]:
-    """Say in one sentence what is promised of all points, and which of them has the least."""
+    """Return a sentence with the bound that holds at all points, and the point where it is smallest."""
     row, held = result.answers.holding, promised(result.answers, "N")
     if row is None or not held:
         return []
-    place = "(" + ", ".join(f"{1e3 * v:.0f}" for v in result.points[row]) + ") mm"
+    place = f"{vector_text(1e3 * result.points[row], '.0f')} mm"
     body, known = one_line(result.body[row], LONGEST_NAME), KNOWN_HOW[result.lower_bound]
     return [f"{held} at every point, the least on {body} at {place} ({known})"]
 
 
 def _remarks(result: RobustnessMap | TransportLimits) -> list[Text]:
-    """Say why an assembly does not stand for certain, how many answers are not known, and the notes."""
+    """Return the reason of a verdict that is not STABLE, the number of undecided answers, and the notes."""
     remarks = [] if result.verdict.status is Status.STABLE else [sentence(result.verdict.reason, "dim")]
     if result.undecided.count:
         remarks.append(sentence(result.undecided.text, "bold yellow"))
@@ -120,13 +120,13 @@ def _row(weak: MapPoint) -> tuple[str, ...]:
         return weak.body, "?", "", "", "undecided"
     if weak.status is Status.UNSTABLE:
         return weak.body, "0", "", "", _moving(weak.mode, weak.moving, "falls without a push")
-    place = "(" + ", ".join(f"{1e3 * v:.0f}" for v in weak.point) + ")"
+    place = vector_text((1e3 * v for v in weak.point), ".0f")
     what = _moving(weak.mode, weak.moving, "" if weak.force > 0 else "only balanced")
     return weak.body, f"{weak.force:.4g}", place, _direction(weak.direction), what
 
 
 def _moving(mode: str, moving: tuple[str, ...], kind: str) -> str:
-    """Say what moves and how, after the ``kind`` of the answer, if it needs to be said."""
+    """Describe what moves and how, after the ``kind`` of the answer, which may be ""."""
     what = f"{mode}: {listed(moving, SHOWN)}" if moving else ""
     return ", ".join(filter(None, [kind, what]))
 
@@ -134,7 +134,7 @@ def _moving(mode: str, moving: tuple[str, ...], kind: str) -> str:
 def transport_report(result: TransportLimits) -> RenderableType:
     """Return a table of horizontal directions, grouped into arcs by their angle.
 
-    Directions in which the same bodies give way together form one arc. If there are more than ARCS of these, the circle
+    Neighbouring directions in which the same bodies give way form one arc. If there are more than ARCS arcs, the circle
     is divided into ARCS equal parts instead.
     """
     word, style = WORDS[result.verdict.status], STYLES[result.verdict.status]
@@ -159,8 +159,8 @@ def transport_report(result: TransportLimits) -> RenderableType:
         first, last, at, there = (f"{angle[k]:g}°" for k in (arc[0], arc[-1], least, low))
         known = result.status[least] is not Status.UNDECIDED
         answer = number(float(result.acceleration[least])) if known else "?"
-        told = result.lower[low] > 0 or (known and result.lower.any())
-        lower = [number(float(result.lower[low])), there] if told else ["-", ""]
+        promises = result.lower[low] > 0 or (known and result.lower.any())
+        lower = [number(float(result.lower[low])), there] if promises else ["-", ""]
         unknown = int((~result.answers.decided[arc]).sum())
         partly = f"; {unknown} of {len(arc)} undecided" if 0 < unknown < len(arc) else ""
         table.add_row(*map(cell, (first, last, answer, at, *lower, _gives_way(result, least) + partly)))
@@ -169,15 +169,15 @@ def transport_report(result: TransportLimits) -> RenderableType:
 
 
 def _round(result: TransportLimits) -> str:
-    """Say where the angles of level directions begin and which way they go."""
+    """Describe the origin and the sense of the angles of horizontal directions."""
     first, second, *_ = frame_names(result.assembly)
     return f"{first} is 0°, {second} is 90°" if first != "0°" else "0° is the first of scene.horizontal_directions"
 
 
 def _slowest(result: TransportLimits, angle: Float) -> str:
-    """Say in one sentence how fast the carrier may accelerate whichever way it goes, as far as it is known."""
+    """Return a sentence with the acceleration that the carrier may have in any decided direction."""
     if not result.answers.decided.any():
-        return "how fast it may accelerate is not known in any direction"
+        return "the limit is undecided in every direction"
     least = int(result.answers.ranking[0])
     if result.status[least] is Status.INFINITE:
         return "nothing moves on it, however fast it accelerates"
@@ -190,7 +190,7 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
 
 
 def _held(result: TransportLimits, angle: Float) -> list[str]:
-    """Say in one sentence what is promised of all directions, and which of them has the least."""
+    """Return a sentence with the bound that holds in all directions, and the direction where it is smallest."""
     row, held = result.answers.holding, promised(result.answers, "m/s²")
     if row is None or not held:
         return []
@@ -198,15 +198,15 @@ def _held(result: TransportLimits, angle: Float) -> list[str]:
 
 
 def _at_quarters(result: TransportLimits, angle: Float) -> list[str]:
-    """Say in one sentence how fast it may accelerate each quarter turn, if these directions were asked and differ."""
+    """Return a sentence with the limits at each quarter turn, if these directions have answers that differ."""
     places = [np.flatnonzero(angle == quarter) for quarter in (0.0, 90.0, 180.0, 270.0)]
     if not all(len(found) for found in places):
         return []
     chosen = [int(found[0]) for found in places]
-    told = [number(float(result.acceleration[k]), "m/s²") if result.answers.decided[k] else "?" for k in chosen]
-    if len(set(told)) == 1:
+    values = [number(float(result.acceleration[k]), "m/s²") if result.answers.decided[k] else "?" for k in chosen]
+    if len(set(values)) == 1:
         return []
-    return ["; ".join(f"towards {90 * k}°: {value}" for k, value in enumerate(told))]
+    return ["; ".join(f"towards {90 * k}°: {value}" for k, value in enumerate(values))]
 
 
 def _arcs(result: TransportLimits) -> list[list[int]]:
@@ -241,4 +241,4 @@ def _direction(values: tuple[float, float, float]) -> str:
     for axis, value in zip("xyz", values, strict=True):
         if abs(value) > 1 - 1e-9:
             return f"{'+' if value > 0 else '-'}{axis}"
-    return "(" + ", ".join(f"{v + 0.0:.2f}" for v in np.round(values, 2)) + ")"
+    return vector_text(np.round(values, 2), ".2f")

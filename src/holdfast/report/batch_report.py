@@ -1,4 +1,4 @@
-"""The report of a batch: one page that opens offline, with shares, distributions, the weakest and what failed."""
+"""The report of a batch: one page that opens offline, with shares, distributions, the weakest scenes and failures."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from holdfast.base.files import write_atomically
 from holdfast.base.public import number
 from holdfast.base.text import escaped, listed, many
 from holdfast.batches.folder import about, reading
+from holdfast.batches.outcomes import ANSWERED, OUTCOMES
 from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
-from holdfast.batches.words import ANSWERED, OUTCOMES
 from holdfast.drawing.charts import bar, histogram
 from holdfast.drawing.thumbnail import thumbnail
 from holdfast.queries.result import gives_way
@@ -27,34 +27,34 @@ from holdfast.report.batch_page import PAGE
 from holdfast.report.bodies import solids_of
 from holdfast.scene.formats.registry import load_scene
 
-SHOWN, PICTURED, FAILED, REASONS = 12, 12, 60, 12  # rows of the tables, and pictures
-ALIKE = 48  # characters of the reasons of one kind that are the same
+SHOWN, PICTURED, FAILED, REASONS = 12, 12, 60, 12  # largest numbers of rows of the tables and of pictures
+ALIKE = 48  # reasons that agree in this number of characters are of one kind
 VERDICTS = {"stable": "#3c9a5f", "unstable": "#cf4f3c", "undecided": "#d9a13b", "not asked": "#b9bec7"}
 ENDINGS = {"answered": "#4a78b5", "error": "#d9a13b", "time": "#8a5fb0", "memory": "#cf7a3c", "crash": "#cf4f3c"}
-COLUMNS = ("scene", "path", "outcome", "told", "status", "reason", "moving", "bodies", "weakest", "weakest_body")
+COLUMNS = ("scene", "path", "outcome", "problem", "status", "reason", "moving", "bodies", "weakest", "weakest_body")
 MEASURES = ("weakest_lower", "acceleration", "acceleration_lower", "seconds", "peak_mb")
 
 
 def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     """Write the report of the batch in ``folder`` as one HTML page; raise HoldfastError if there is no batch."""
     tables = BatchTables(reading(folder))
-    told = about(tables.folder.path)
+    facts = about(tables.folder.path)
     rows = _shortened([{name: row[name] for name in (*COLUMNS, *MEASURES)} for row in tables.rows("scenes")])
-    write_atomically(path, _page(tables.folder.path, told, rows).encode("utf-8"))
+    write_atomically(path, _page(tables.folder.path, facts, rows).encode("utf-8"))
 
 
-def _page(folder: Path, told: Mapping[str, Any], rows: Sequence[Row]) -> str:
+def _page(folder: Path, facts: Mapping[str, Any], rows: Sequence[Row]) -> str:
     outcomes = Counter(row["outcome"] for row in rows)
     verdicts = Counter(row["status"] or "not asked" for row in rows if row["status"] or row["outcome"] == ANSWERED)
     seconds = sum(row["seconds"] or 0.0 for row in rows)
-    ask = f"asked: {listed(told['ask'])}; options: {told['options'] or 'none'}; holdfast {told['version']}"
+    ask = f"asked: {listed(facts['ask'])}; options: {facts['options'] or 'none'}; holdfast {facts['version']}"
     return Template(PAGE).substitute(
         title=escaped(f"{many(len(rows), 'scene')} in {folder}"),
         subtitle=escaped(f"{ask}; {number(seconds, 's')} of work"),
         outcomes=bar({name: outcomes[name] for name in OUTCOMES if outcomes[name]}, ENDINGS),
         verdicts=bar({name: verdicts[name] for name in VERDICTS if verdicts[name]}, VERDICTS),
         distributions="".join(_distributions(rows)),
-        pictures="".join(_pictures(rows, told["options"].get("load", {}))),
+        pictures="".join(_pictures(rows, facts["options"].get("load", {}))),
         reasons=_reasons(rows),
         weakest=_weakest(rows),
         slowest=_slowest(rows),
@@ -63,7 +63,7 @@ def _page(folder: Path, told: Mapping[str, Any], rows: Sequence[Row]) -> str:
 
 
 def _shortened(rows: list[Row]) -> list[Row]:
-    """Leave out of the names of scenes the folder that they all begin with."""
+    """Remove the common folder from the names of scenes, in place."""
     folders = {os.path.dirname(row["scene"]) for row in rows}
     comparable = len({os.path.isabs(folder) for folder in folders}) == 1
     common = os.path.commonpath(folders) if comparable else ""
@@ -85,7 +85,7 @@ def _distributions(rows: Sequence[Row]) -> list[str]:
 
 
 def _weakness(row: Row) -> tuple[float, float, float]:
-    """Return what scenes are ordered by: those that fall first, then those that are not known, then by strength."""
+    """Return the sort key of scenes: first those that fall, then the undecided ones, then by strength."""
     rank = {"unstable": 0.0, "undecided": 1.0}.get(row["status"] or "", 2.0)
     push, acceleration = (float("inf") if row[name] is None else row[name] for name in ("weakest", "acceleration"))
     return rank, push, acceleration
@@ -96,7 +96,7 @@ def _weakest_first(rows: Iterable[Row], most: int) -> list[Row]:
 
 
 def _pictures(rows: Sequence[Row], options: Mapping[str, Any]) -> Iterable[str]:
-    """Yield the weakest scenes as small pictures; scenes that are not there any more, or were values, are left out."""
+    """Yield small pictures of the weakest scenes, except those that were values or whose files are gone."""
     drawn = 0
     for row in _weakest_first(rows, 4 * PICTURED):
         content = None if row["path"] is None or drawn >= PICTURED else _picture(row, options)
@@ -124,7 +124,7 @@ def _strength(row: Row) -> str:
 
 
 def _gives_way(row: Row) -> str:
-    """Say what moves under the weakest push, which need not be the body that is pushed; "" where it is not known."""
+    """Describe what moves under the weakest push; "" if it is not known."""
     moving = tuple(row.get("weakest_moving") or ())  # tables of older versions do not have it
     return gives_way(row["weakest_mode"], moving) if moving else ""
 
@@ -157,7 +157,7 @@ def _slowest(rows: Sequence[Row]) -> str:
 
 
 def _reasons(rows: Sequence[Row]) -> str:
-    """Return the kinds of reasons of verdicts other than stable, each with how often it comes and one example."""
+    """Return a table of the kinds of reasons of verdicts other than stable, with their counts and an example."""
     counts: Counter[tuple[str, str]] = Counter()
     example: dict[tuple[str, str], Row] = {}
     for row in rows:
@@ -173,16 +173,16 @@ def _reasons(rows: Sequence[Row]) -> str:
 
 
 def kind_of(reason: str) -> str:
-    """Return the beginning of a reason without its numbers and lists: reasons that have it in common count as one."""
+    """Return the kind of a reason: its beginning, without numbers and lists."""
     bare = re.sub(r"-?\d+(\.\d+)?(e-?\d+)?", "#", reason)
     return re.sub(r"([\w#]+)(, [\w#]+)+", r"\1", bare)[:ALIKE]
 
 
 def _failures(rows: Sequence[Row]) -> str:
     failed = [row for row in rows if row["outcome"] != ANSWERED]
-    cells = [(row["scene"], row["outcome"], row["told"] or "") for row in failed[:FAILED]]
+    cells = [(row["scene"], row["outcome"], row["problem"] or "") for row in failed[:FAILED]]
     more = f"<p>and {len(failed) - FAILED:,} more</p>" if len(failed) > FAILED else ""
-    return _table(("scene", "outcome", "what was told"), cells) + more
+    return _table(("scene", "outcome", "problem"), cells) + more
 
 
 def _amount(value: float | None) -> str:

@@ -1,4 +1,4 @@
-"""Bodies as what a picture draws without a map."""
+"""Convert bodies to the solids of a picture without a map."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from holdfast.scene.scene import Scene
 
 
 def solids_of(bodies: Iterable[Body]) -> tuple[Solid, ...]:
-    """Return the whole surfaces of bodies, where they are in the world."""
+    """Return the surfaces of bodies, world frame."""
     return tuple(Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in bodies)
 
 
 def bare_picture(scene: Scene, without: str = "") -> Picture:
-    """Return a picture of the bodies of a scene but the one named ``without``, without a map."""
+    """Return a picture, without a map, of the bodies of a scene except the one named ``without``."""
     return Picture("", "", (), solids_of(body for body in scene.bodies if body.name != without), up=scene.up)

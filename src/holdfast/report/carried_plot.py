@@ -1,4 +1,4 @@
-"""Show what became of a load on a moving carrier as a picture over time and as a table."""
+"""Show the result of ``carry`` as a picture over time and as a table."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from holdfast.engines.verdict import Status
 from holdfast.report.texts import STYLES, cell, headline, sentence
 from holdfast.report.transport_plot import movers
 
-ROWS = 12  # the most times in the table
+ROWS = 12  # largest number of times in the table
 
 WORDS = {Status.STABLE: "holds", Status.UNSTABLE: "gives way", Status.UNDECIDED: "is undecided"}
 
 
 def save_carried_png(result: Carried, path: str | os.PathLike[str]) -> None:
-    """Write the accelerations and the share of what is withstood over time (PNG)."""
+    """Write the accelerations and the used share of the load's capacity over time (PNG)."""
     write_timeline(timeline(result), path)
 
 
@@ -54,13 +54,13 @@ def timeline(result: Carried) -> Timeline:
 
 
 def _safe_speed(result: Carried) -> str:
-    """Return in words up to which speed it is known to hold."""
+    """Return in words up to which speed the load is known to hold."""
     scale = result.time_scale()
     return f"known to hold at {number(scale)} times the speed" if scale > 0 else "not known to hold at any speed"
 
 
 def carried_report(result: Carried) -> RenderableType:
-    """Return a table of the times at which the least is left, in the order of time."""
+    """Return a table of the times with the smallest factors, in the order of time."""
     word, style = WORDS[result.outcome], STYLES[result.outcome]
     head = headline(
         result.assembly.scene.name or "assembly",
@@ -73,7 +73,7 @@ def carried_report(result: Carried) -> RenderableType:
     if result.profile.source:
         lines.append(sentence(f"motion from {result.profile.source}", "dim"))
     lines += [sentence(f"note: {note}", "yellow") for note in result.notes]
-    table = Table(title="where the least is left", title_justify="left", box=SIMPLE_HEAD)
+    table = Table(title="times with the smallest factors", title_justify="left", box=SIMPLE_HEAD)
     for heading in ("at [s]", "ax", "ay", "az [m/s²]", "factor", "lower", "what moves first"):
         name = heading == "what moves first"
         table.add_column(cell(heading), justify="left" if name else "right", no_wrap=not name)
@@ -88,7 +88,7 @@ def carried_report(result: Carried) -> RenderableType:
 
 
 def _rows(result: Carried) -> list[int]:
-    """Return the numbers of the times with the least factors, and of that with the least lower bound, in order."""
+    """Return the numbers of the times with the smallest factors and with the smallest lower bound, in order."""
     rows = result.answers.ranking[:ROWS].tolist()
     low = result.answers.holding
     return sorted(rows if low is None or low in rows else [*rows[: ROWS - 1], low])

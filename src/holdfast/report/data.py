@@ -1,4 +1,4 @@
-"""Answers as plain data for ``--json``: the data of ``to_dict`` and those of the assembly that it leaves out."""
+"""Answers as plain data for ``--json``: ``to_dict`` and, in addition, data of the assembly."""
 
 from __future__ import annotations
 

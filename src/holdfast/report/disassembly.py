@@ -15,12 +15,12 @@ from holdfast.drawing.sequence import Frame, Sequence, write_sequence
 from holdfast.report.bodies import solids_of
 from holdfast.report.texts import cell, headline, sentence
 
-MOST_FRAMES = 24  # the most states in a strip of pictures
-MOST_ROWS = 60  # the most rows in a table
+MOST_FRAMES = 24  # largest number of states in a strip of pictures
+MOST_ROWS = 60  # largest number of rows in a table
 
 
 def disassembly_report(result: Disassembly) -> RenderableType:
-    """Return a table of the steps in order, and a table of the reasons why the other bodies stay."""
+    """Return a table of the steps in order, and a table of the other bodies with the reasons why they stay."""
     name = result.assembly.scene.name or "scene"
     head = headline(name, _outcome(result), f"  (engine {result.engine}: {result.claim.words})")
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
@@ -46,9 +46,9 @@ def disassembly_report(result: Disassembly) -> RenderableType:
 
 
 def save_strip(result: Disassembly, path: str | os.PathLike[str]) -> None:
-    """Write the sequence as a PNG, one panel for each state, with the body that leaves next in colour.
+    """Write the sequence as a PNG, one panel for each state, with the body that is removed next in colour.
 
-    Of a long order, only every n-th state is drawn.
+    Of a long sequence, only every n-th state is drawn.
     """
     write_sequence(strip_of(result), path)
 
@@ -89,7 +89,7 @@ def _outcome(result: Disassembly) -> tuple[str, str]:
         fewest = "no order takes fewer" if result.proven else f"no order takes fewer than {result.fewest:.0f}"
         return f"{listed(result.goal)} out after {count} removals ({fewest})", "bold green"
     if result.proven and result.goal:
-        return f"{listed(result.goal)} cannot be taken out: no order gets there", "bold red"
+        return f"{listed(result.goal)} cannot be taken out by any order", "bold red"
     if result.proven:
-        return f"{count} of {whole} bodies come out, and no order goes to the end", "bold red"
-    return f"{count} of {whole} bodies come out; whether another order goes to the end is not known", "bold yellow"
+        return f"{count} of {whole} bodies come out, and no order takes out all", "bold red"
+    return f"{count} of {whole} bodies come out; whether another order takes out all is not known", "bold yellow"

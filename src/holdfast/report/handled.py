@@ -1,4 +1,4 @@
-"""Show answers about single bodies that are taken out, put in or pushed as tables."""
+"""Show answers about bodies that are taken out, put in or pushed, as tables."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from holdfast.base.text import listed
 from holdfast.report.texts import cell, headline, sentence
 
 STYLE = {Answer.SAFE: "bold green", Answer.UNSAFE: "bold red", Answer.UNDECIDED: "bold yellow"}
-MOST_ROWS = 60  # the most rows in a table
+MOST_ROWS = 60  # largest number of rows in a table
 
 
 def removal_report(result: Removal) -> RenderableType:
-    """Return the answer, its reason, what is in the way and who would move."""
+    """Return the answer, its reason, the bodies in the way and the bodies that would move."""
     word = {Answer.SAFE: "may be taken out", Answer.UNSAFE: "may not be taken out"}.get(result.answer, "undecided")
     parts = [headline(result.body, (word, STYLE[result.answer]), ""), sentence(result.reason)]
     if result.blockers:
@@ -31,13 +31,13 @@ def removal_report(result: Removal) -> RenderableType:
 
 
 def build_report(result: BuildOrder) -> RenderableType:
-    """Return a table of the steps with the least push that each state withstands, and why bodies are left over."""
+    """Return a table of the steps with the smallest push that moves something, and of the bodies left over."""
     count, whole = len(result.steps), len(result.assembly.movable)
     if result.reached:
         outcome = f"all {whole} bodies go in one by one", "bold green"
     else:
-        told = "no order does with less" if result.proven else "whether another order does with less is not known"
-        outcome = f"{listed(result.first)} must stand before the other {count}: {told}", "bold yellow"
+        doubt = "no order needs fewer" if result.proven else "whether another order needs fewer is not known"
+        outcome = f"{listed(result.first)} must stand before the other {count}: {doubt}", "bold yellow"
     parts: list[RenderableType] = [
         headline(result.assembly.scene.name or "scene", outcome, f"  (engine {result.engine}: {result.claim.words})")
     ]
@@ -54,7 +54,7 @@ def build_report(result: BuildOrder) -> RenderableType:
 
 
 def pushes_report(result: SafePushes) -> RenderableType:
-    """Return how many pushes have which effect, and some of each."""
+    """Return the number of pushes with each effect, and examples."""
     summary: Summary = result.summary()
     alone, nothing = int(result.alone.sum()), int(result.nothing.sum())
     style = "bold green" if alone or nothing else "bold yellow"

@@ -1,4 +1,4 @@
-"""The findings of a check as a JUnit XML file, which CI servers show."""
+"""Write the findings of a check as a JUnit XML file, which CI servers can show."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LONGEST = 2000  # largest number of characters of a message
 
 
 def write_junit(findings: Sequence[Finding], path: str | os.PathLike[str]) -> None:
-    """Write one test case for each finding: a failure where it failed, an error where it is undecided."""
+    """Write one test case for each finding: a failure if the scene failed, an error if it is undecided."""
     failed, unknown = (sum(f.result == result for f in findings) for result in (FAILED, UNDECIDED))
     counts = {"tests": len(findings), "failures": failed, "errors": unknown}
     suite = Xml.Element("testsuite", {"name": "holdfast check", **{key: str(n) for key, n in counts.items()}})
@@ -23,7 +23,7 @@ def write_junit(findings: Sequence[Finding], path: str | os.PathLike[str]) -> No
         element = Xml.SubElement(suite, "testcase", case)
         if found.result != PASSED:
             kind = "failure" if found.result == FAILED else "error"
-            told = one_line(found.told, LONGEST)
-            Xml.SubElement(element, kind, {"type": found.result, "message": told}).text = told
+            reason = one_line(found.reason, LONGEST)
+            Xml.SubElement(element, kind, {"type": found.result, "message": reason}).text = reason
     Xml.indent(suite)
     write_atomically(path, Xml.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")

@@ -1,4 +1,4 @@
-"""Make the picture of a robustness map: the surfaces to colour, the outlines and the forces to draw."""
+"""Build the picture of a robustness map: coloured surfaces, contact outlines and arrows of forces."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import promised
 from holdfast.report.bodies import solids_of
-from holdfast.report.texts import what_moves
+from holdfast.report.texts import WORDS, what_moves
 
-LONGEST_FORCE = 0.18  # of the assembly's size: the length of the arrow of the largest contact force
-WEAK_ARROW = 0.12  # of the assembly's size: the length of the arrows at the weakest points
-SHOWN_WEAKEST = 5  # the most bodies whose weakest push is shown
+LONGEST_FORCE = 0.18  # length of the arrow of the largest contact force, as a share of the assembly's size
+WEAK_ARROW = 0.12  # length of the arrows at the weakest points, as a share of the assembly's size
+SHOWN_WEAKEST = 5  # largest number of bodies whose weakest push is shown
 _KINDS = {Status.INFINITE: Kind.ENDLESS, Status.UNSTABLE: Kind.FALLS, Status.UNDECIDED: Kind.UNDECIDED}
 
 
@@ -72,7 +72,7 @@ def _title(result: RobustnessMap) -> str:
 
 
 def _subtitle(result: RobustnessMap) -> str:
-    verdict = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand"}.get(result.verdict.status, "undecided")
+    verdict = WORDS[result.verdict.status]
     caution = ", may be too high off-centre" if result.claim is Claim.ESTIMATED else ""
     unknown = f" · {result.undecided.text}" if result.undecided.count else ""
     engine = f"engine {result.engine} ({result.claim.words}{caution})"
@@ -98,10 +98,10 @@ def _hover(result: RobustnessMap, k: int) -> str:
     lines = [f"<b>{escaped(result.body[k], LONGEST_NAME)}</b> at ({place}) m"]
     status, kind = result.status[k], _kind(result, k)
     if status is Status.UNDECIDED:
-        return "<br>".join([*lines, "<b>undecided</b>: the largest push is not known"])
+        return "<br>".join([*lines, "<b>undecided</b>: this force is not known"])
     lines.append(f"push inward: <b>{_newton(result.force[k])}</b>")
     if kind is Kind.BALANCED:
-        lines.append("only balanced: the least push moves it")
+        lines.append("only balanced: the smallest push moves it")
     if status is Status.FINITE:
         lines.append(escaped(f"{result.mode[k]}: {listed(result.moving[k])} moves"))
     elif status is Status.INFINITE:
@@ -155,7 +155,7 @@ def _weak_arrows(result: RobustnessMap) -> tuple[Arrow, ...]:
             np.array(weak.point) - length * np.array(weak.direction),
             np.array(weak.point),
             f"{one_line(weak.body, LONGEST_NAME)}: "
-            f"{_newton(weak.force) if weak.force > 0 else 'the least push'}, "
+            f"{_newton(weak.force) if weak.force > 0 else 'the smallest push'}, "
             f"{what_moves(weak.body, weak.mode, weak.moving)}",
         )
         for weak in weakest[:SHOWN_WEAKEST]

@@ -1,4 +1,4 @@
-"""The small pictures of scenes and answers in notebooks: static, a few kilobytes, on white whatever the page is."""
+"""Small pictures of scenes and answers for notebooks: static, a few kilobytes, on a white background."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from holdfast.report.map_picture import picture_of
 from holdfast.report.transport_plot import LEVEL, frame_names, level_angles
 from holdfast.scene.scene import Scene
 
-SIZE = (300, 210)  # of a picture [px]
+SIZE = (300, 210)  # width and height of a picture [px]
 
 
 def glimpse(value: object) -> str:
-    """Return the picture of a scene or an answer as HTML without scripts, or "" where there is nothing to see."""
+    """Return the picture of a scene or an answer as HTML without scripts, or "" if it has none."""
     if isinstance(value, RobustnessMap):
         return _map(value)
     if isinstance(value, TransportLimits):

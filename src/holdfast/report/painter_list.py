@@ -1,6 +1,6 @@
-"""Register the function that draws each class of answers.
+"""Register the functions that draw each class of answers in ``base.painters``.
 
-The methods ``save_png``, ``save_html``, ``save_glb`` and ``save_ply`` of an answer find it in ``base.painters``.
+The methods ``save_png``, ``save_html``, ``save_glb`` and ``save_ply`` of an answer find them there.
 """
 
 from __future__ import annotations

@@ -16,13 +16,13 @@ from holdfast.drawing.sequence import Frame, Sequence, write_sequence
 from holdfast.report.bodies import solids_of
 from holdfast.report.texts import STYLES, cell, headline, sentence
 
-MOST_FRAMES = 12  # the most states in a strip of pictures
-MARKED = "what is put down, from the side on which it comes"
-MOST_ROWS = 60  # the most rows in a table
+MOST_FRAMES = 12  # largest number of states in a strip of pictures
+MARKED = "the object that is put down"
+MOST_ROWS = 60  # largest number of rows in a table
 
 
 def placements_report(result: Placements, scene: str) -> RenderableType:
-    """Return a table of the steps in order, with the least push after each, or the reason why there are none."""
+    """Return a table of the steps in order, with the smallest push after each, or the reason why there are none."""
     whole = len(result.steps) + len(result.left)
     outcome = (f"{len(result.steps)} of {whole} objects placed", STYLES[result.status])
     head = headline(result.assembly.scene.name or scene, outcome, f"  (engine {result.engine}: {result.claim.words})")
@@ -37,12 +37,12 @@ def placements_report(result: Placements, scene: str) -> RenderableType:
     if len(result.steps) > MOST_ROWS:
         table.add_row("", f"... and {len(result.steps) - MOST_ROWS} more", "", "", "")
     parts: list[RenderableType] = [head, table] if result.steps else [head]
-    parts.append(sentence(f"{result.reason}; {result.tries} orders and distances in {result.elapsed:.2g} s", "dim"))
+    parts.append(sentence(f"{result.reason}; {result.tries} attempts in {result.elapsed:.2g} s", "dim"))
     return Group(*parts)
 
 
 def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> None:
-    """Write the states after the steps as a PNG, with what was placed last in colour; of many, every n-th is drawn."""
+    """Write the states after the steps as a PNG, with the newest object in colour; of many, every n-th is drawn."""
     assembly, count = result.assembly, len(result.steps)
     solids = {solid.name: solid for solid in solids_of(assembly.bodies)}
     frames = []
@@ -54,6 +54,6 @@ def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> Non
     if not frames:
         frames.append(Frame(tuple(solids.values()), "", "nothing is placed", result.reason))
     title = f"{assembly.scene.name or 'assembly'}: {count} of {count + len(result.left)} objects placed"
-    told = f"{result.reason} · engine {result.engine} ({result.claim.words})"
+    subtitle = f"{result.reason} · engine {result.engine} ({result.claim.words})"
     up = assembly.scene.up
-    write_sequence(Sequence(title, told, tuple(frames), up, up, arriving=True, marked=MARKED), path)
+    write_sequence(Sequence(title, subtitle, tuple(frames), up, up, arriving=True, marked=MARKED), path)

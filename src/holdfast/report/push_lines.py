@@ -20,7 +20,7 @@ _STYLE = {
 
 
 def push_report(result: Robustness) -> RenderableType:
-    """Return the force of the first push of an answer, its bounds, and what moves."""
+    """Return lines with the force of the first push of an answer, its bounds, and what moves."""
     status, force = result.status[0], float(result.force[0])
     words = {
         Status.FINITE: f"{number(force, 'N')} before something moves",
@@ -32,7 +32,7 @@ def push_report(result: Robustness) -> RenderableType:
         headline(result.body, (words[status], _STYLE[status]), f"  (engine {result.engine}: {result.claim.words})")
     ]
     if status is Status.FINITE:
-        lines.append(sentence("; ".join(bounds_told(result))))
+        lines.append(sentence("; ".join(bounds_text(result))))
         mechanism = result.mechanism[0]
         lines.append(sentence(mechanism.text if mechanism else gives_way(result.mode[0], result.moving[0]), "dim"))
     if status is Status.UNDECIDED:
@@ -42,8 +42,8 @@ def push_report(result: Robustness) -> RenderableType:
     return Group(*lines, *(sentence(f"note: {note}", "yellow") for note in result.notes))
 
 
-def bounds_told(result: Robustness) -> list[str]:
-    """Say what the first push of an answer is promised to hold, and above which force something moves."""
+def bounds_text(result: Robustness) -> list[str]:
+    """Describe the lower and the upper bound of the first push of an answer."""
     lines = []
     if result.lower_bound is not Bound.NONE:
         lines.append(f"{HOLDS[result.claim]} {number(float(result.lower[0]), 'N')} ({KNOWN_HOW[result.lower_bound]})")

@@ -16,13 +16,13 @@ from holdfast.drawing.picture import Arrow
 from holdfast.report.bodies import bare_picture
 from holdfast.report.texts import STYLES, cell, headline, sentence
 
-LONGEST = 0.12  # of the scene's size: the length of the longest arrow
-SHORTEST = 0.02  # of it: shorter arrows are left out
-MOST = 100.0  # times that displacements are drawn larger at most
+LONGEST = 0.12  # length of the longest arrow, as a share of the scene's size
+SHORTEST = 0.02  # shorter arrows are not drawn, as a share of the scene's size
+MOST = 100.0  # largest magnification of displacements
 
 
 def save_settled_png(result: Settled, path: str | os.PathLike[str]) -> None:
-    """Draw the bodies at rest, faintly where they were, with arrows along which they moved or fall."""
+    """Draw the bodies at rest, faintly also where they were, with arrows along which they moved or fall."""
     before, after = bare_picture(result.given), bare_picture(result.scene)
     corners = np.vstack([body.surface_world.vertices for body in result.given.movable] or [np.zeros((1, 3))])
     size = float(np.linalg.norm(np.ptp(corners, axis=0)))
@@ -42,7 +42,7 @@ def save_settled_png(result: Settled, path: str | os.PathLike[str]) -> None:
 
 
 def settled_report(result: Settled, scene: str) -> RenderableType:
-    """Return the verdict and a table of what became of each body, those that moved farthest first."""
+    """Return the verdict and a table of all bodies with their displacements, the largest first."""
     rest = f" after {result.steps} steps within {1e3 * result.travel:.3g} mm"
     head = headline(one_line(scene, LONGEST_NAME), (str(result.status), STYLES[result.status]), rest)
     table = Table("body", "moved [mm]", "turned [deg]", "why")

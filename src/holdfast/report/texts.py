@@ -1,4 +1,4 @@
-"""Texts of answers for the terminal: names and reasons from outside, never read as markup."""
+"""Texts of answers for the terminal. Names and reasons are never interpreted as markup."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from holdfast.queries.result import NAMED
 
 LONGEST_CELL = 120  # largest number of characters in a cell of a table
 LONGEST_REASON = 2000  # largest number of characters of a reason or a note
-# what is said of an assembly, and the style of the terminal in which answers are given
+# the verb of each verdict, and its style on the terminal
 WORDS = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UNDECIDED: "is undecided"}
 STYLES = {Status.STABLE: "bold green", Status.UNSTABLE: "bold red", Status.UNDECIDED: "bold yellow"}
 
@@ -31,5 +31,5 @@ def headline(name: str, verdict: tuple[str, str], rest: str) -> Text:
 
 
 def what_moves(pushed: str, mode: str, moving: tuple[str, ...]) -> str:
-    """Say what a push does, and to whom if that is not the ``pushed`` body alone."""
+    """Describe what a push does, with the moving bodies unless only the ``pushed`` body moves."""
     return mode if moving in ((), (pushed,)) else f"{mode} of {listed(moving, NAMED)}"

@@ -1,4 +1,4 @@
-"""Show transport limits as a polar plot of one or several answers, with the texts of its legend."""
+"""Show transport limits as a polar plot of one or several answers."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ from holdfast.drawing.polar import Curve, Footprint, PolarPicture, write_polar
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
 from holdfast.queries.result import Columns, promised
+from holdfast.report.texts import WORDS
 
-LEVEL = 1e-6  # largest share of a direction along gravity at which it counts as horizontal
-SHOWN = 3  # the most names of moving bodies in a line
-
-_WORDS = {Status.STABLE: "stands", Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}
+LEVEL = 1e-6  # largest vertical component of a unit direction that counts as horizontal
+SHOWN = 3  # largest number of names of moving bodies in a line
 
 
 def save_polar(
@@ -44,7 +43,7 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
     first = results[0]
     return PolarPicture(
         f"{first.assembly.scene.name or 'assembly'}: largest acceleration of the carrier [m/s²]",
-        f"{_WORDS[first.verdict.status]} · {len(first.directions)} level directions, "
+        f"{WORDS[first.verdict.status]} · {len(first.directions)} level directions, "
         "the distance from the centre is the largest acceleration that way",
         frame_names(first.assembly),
         tuple(_curve(result, name) for result, name in zip(results, named, strict=True)),
@@ -84,13 +83,13 @@ def _curve(result: TransportLimits, name: str) -> Curve:
 
 
 def movers(result: Columns) -> list[str]:
-    """Return in words, for each row, what gives way first; "" where nothing does."""
+    """Return for each row in words what gives way first; "" if nothing does."""
     pairs = zip(result.mode, result.moving, strict=True)
     return [f"{mode}: {listed(names, SHOWN)}" if names else "" for mode, names in pairs]
 
 
 def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
-    """Describe the smallest and the largest answer that is known, what gives way first, and how many are not known."""
+    """Describe the smallest and the largest decided answer, what gives way first, and the undecided answers."""
     unknown = [result.undecided.brief] if result.undecided.count else []
     known = result.acceleration[result.answers.decided]
     if len(known) and (result.status[result.answers.decided] == Status.UNSTABLE).all():

@@ -1,1 +1,1 @@
-"""Whether what stands on a carrier is still there after a given motion of the carrier."""
+"""Decide whether a load holds on its carrier during a given motion of the carrier."""

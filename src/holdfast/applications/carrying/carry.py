@@ -1,4 +1,4 @@
-"""Ask whether what stands on a carrier holds while the carrier moves."""
+"""Decide whether a load holds while its carrier moves."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from holdfast.scene.scene import Scene
 
 ProfileChoice: TypeAlias = Profile | str | os.PathLike[str] | ArrayLike
 
-DIGITS = 14  # motions that differ after so many digits, as those of one ramp do, are one
-SPOTTED = 1e-3  # of a step of the profile: how exactly the time is found at which something moves
-STILL = 1e-9  # share of gravity below which its change is rounding
+DIGITS = 14  # decimals to which accelerations are compared; the times of one ramp differ by rounding only
+ONSET = 1e-3  # share of a step of the profile to which the onset of motion is located
+STILL = 1e-9  # share of gravity below which a change of it counts as rounding
 STAGE = "the motion of the carrier"
 WHEN = "when something moves"
 
@@ -52,8 +52,8 @@ def carry(
     The ``standing`` loads, such as those of straps, act throughout and are not multiplied. ``bounds`` and ``imperfect``
     have the same meaning as in ``robustness``.
 
-    Every time is judged on its own, from rest, by the inertial loads at that time (``inertia.py``) and gravity as the
-    carrier is turned then: quasi-static, without bouncing or rocking on, and as if nothing had slipped before.
+    Every time is judged on its own, from rest, by the inertial loads at that time (``inertia.py``) and by gravity in
+    the axes of the turned carrier. This is quasi-static: there is no bouncing or rocking, and no earlier slip.
 
     Raises HoldfastError for a profile that cannot be read.
     """
@@ -82,7 +82,7 @@ def checked_profile(profile: ProfileChoice, assembly: Assembly) -> Profile:
 
 
 class _Question:
-    """What is asked of every motion: everything but the motion."""
+    """A query of any motion: the assembly, its standing loads and the options of the answer."""
 
     def __init__(
         self,
@@ -96,7 +96,7 @@ class _Question:
         self.standing = total_wrench(assembly, standing)
 
     def over(self, motion: Profile, gravity: Float) -> Answers:
-        """Return the answers for all n times of a motion, at which gravity is ``gravity`` (n, 3), in order."""
+        """Return the answers for the n times of a motion, at which gravity is ``gravity`` (n, 3) [m/s²]."""
         usual = self.assembly.scene.gravity
         shifted = np.linalg.norm(gravity - usual, axis=1) > STILL * np.linalg.norm(usual)
         gravity = np.where(shifted[:, None], gravity, usual)
@@ -104,7 +104,7 @@ class _Question:
         rows, number = _distinct(motion, gravity, scale)
         parts, order, doubts = [], [], np.full(len(rows), "", dtype=object)
         fields, of = np.unique(gravity[rows], axis=0, return_inverse=True)
-        begin = of.ravel()[0]  # the first time stands for the whole, so it is asked first
+        begin = of.ravel()[0]  # joined answers have the verdict of the first part: that at the first time
         for k in reported(STAGE, [begin, *(k for k in range(len(fields)) if k != begin)]):
             mine = np.flatnonzero(of.ravel() == k)
             parts.append(self._asked(motion, rows[mine], scale[rows[mine]], fields[k]))
@@ -117,9 +117,9 @@ class _Question:
         return _doubted(_divided(joined(parts).rows(place[number]), scale), doubts[number])
 
     def _asked(self, motion: Profile, rows: Int, scale: Float, gravity: Float) -> Answers:
-        """Return the answers for some times, at which gravity (3,) is the same, with loads divided by ``scale``.
+        """Return the answers for times at which gravity (3,) is the same, with loads divided by ``scale`` (n,).
 
-        Their verdict is that on all bodies, those without inertial loads too.
+        Their verdict covers all bodies, also those without inertial loads.
         """
         here = self.assembly
         if (gravity != here.scene.gravity).any():
@@ -135,14 +135,14 @@ class _Question:
         return Answers.not_standing(len(rows), verdict=verdict, **{name: getattr(found, name) for name in names})
 
     def onset(self, motion: Profile, answers: Answers) -> tuple[float, tuple[str, ...]]:
-        """Return when something first begins to move [s], and the names of the bodies that do.
+        """Return the time [s] at which something first begins to move, and the names of the bodies that move.
 
-        Between the last time at which nothing is known to move and the first at which something does, halves are taken.
+        It is found by bisection between the first time at which something is known to move and the time before.
         """
         k = int(np.argmax(moved(answers)))
         late, names = float(motion.time[k]), answers.moving[k]
         early = float(motion.time[k - 1]) if k else late
-        for _ in reported(WHEN, range(math.ceil(math.log2(1 / SPOTTED)) if k else 0)):
+        for _ in reported(WHEN, range(math.ceil(math.log2(1 / ONSET)) if k else 0)):
             middle = (early + late) / 2
             until = motion.at([*motion.time[:k], middle])
             found = self.over(until.at([middle]), until.gravity(self.assembly.scene.gravity)[-1:])
@@ -154,18 +154,19 @@ class _Question:
 
 
 def _sizes(motion: Profile) -> Float:
-    """Return the largest component (n,) of the accelerations at each time; 1 where there is none or the carrier turns.
+    """Return the scales (n,) of the accelerations at each time, by which loads and answers can be normalised.
 
-    Where it does not turn, the inertial loads are proportional to the accelerations.
+    Where the carrier does not turn, the inertial loads are proportional to the accelerations, and the scale is their
+    largest component. It is 1 where the carrier turns or does not accelerate.
     """
     largest = np.abs(np.hstack([motion.acceleration, motion.angular_acceleration])).max(1)
     return np.where(motion.angular_velocity.any(1) | (largest == 0), 1.0, largest)
 
 
 def _distinct(motion: Profile, gravity: Float, scale: Float) -> tuple[Int, Int]:
-    """Return which times have to be asked (m,), and for each time (n,) the one of these that answers for it.
+    """Return the numbers (m,) of times with distinct loads, and for each time (n,) the index of its equal among them.
 
-    Times at which accelerations over ``scale`` (n,) are the same, as along a ramp, are asked once.
+    Times with equal accelerations divided by ``scale`` (n,), such as those of one ramp, need only one answer.
     """
     moves = np.hstack([motion.acceleration, motion.angular_acceleration]) / scale[:, None]
     rows = np.hstack([moves, motion.angular_velocity, gravity]).round(DIGITS)
@@ -174,9 +175,9 @@ def _distinct(motion: Profile, gravity: Float, scale: Float) -> tuple[Int, Int]:
 
 
 def _doubted(answers: Answers, doubts: Objects) -> Answers:
-    """Return the answers, undecided where ``doubts`` (n,) holds a reason why it may not stand even without a load.
+    """Return the answers, undecided where ``doubts`` (n,) holds a reason why the rest state is undecided.
 
-    Something that moves is known to move, whatever stands beside it.
+    Rows in which something is known to move stay decided, because that does not depend on the other bodies.
     """
     unknown = np.array([bool(doubt) for doubt in doubts]) & ~moved(answers)
     status = answers.status.copy()
@@ -187,6 +188,6 @@ def _doubted(answers: Answers, doubts: Objects) -> Answers:
 
 
 def _divided(answers: Answers, by: Float) -> Answers:
-    """Return the answers with every factor and bound divided by one of the numbers ``by`` (n,)."""
+    """Return the answers with the factor and bounds of each row divided by its number in ``by`` (n,)."""
     columns = {name: getattr(answers, name) / by for name in ("force", "lower", "upper")}
     return replace(answers, **columns)

@@ -20,10 +20,10 @@ from holdfast.base.ranges import ACCELERATION, PLACE, SCALE, TURNING, Range
 from holdfast.base.text import quoted
 from holdfast.base.values import Value, seal
 
-WIDTHS = (4, 7, 10)  # columns of a table: without rotation, with angular acceleration, with angular velocity too
-MOST_BYTES = 200_000_000  # of a CSV file
-PULSE = (0.0, 0.05, 0.35, 0.4)  # [s] when the acceleration of a named profile begins, is reached, ends and is over
-PERIOD = 0.5  # [s] from pulse to pulse
+WIDTHS = (4, 7, 10)  # numbers of columns: without rotation, with angular acceleration, and also with angular velocity
+MOST_BYTES = 200_000_000  # largest size of a CSV file
+PULSE = (0.0, 0.05, 0.35, 0.4)  # [s] corners of a trapezoidal pulse of acceleration in a named profile
+PERIOD = 0.5  # [s] from the beginning of one pulse to that of the next
 DURATION = Range(0.0, 1e9, "s")
 
 
@@ -34,13 +34,13 @@ class Profile(Value):
     """The motion of a carrier at n times: how it accelerates and turns, along the axes of the scene.
 
     ``time`` (n,) [s] increases. ``acceleration`` (n, 3) [m/s²] is that of the carrier at ``pivot`` (3,) [m], without
-    gravity: a carrier at rest has none, where an accelerometer at rest reads 9.81 m/s² upwards.
+    gravity: it is zero for a carrier at rest, where an accelerometer would read 9.81 m/s² upwards.
     ``angular_acceleration`` (n, 3) [rad/s²] and ``angular_velocity`` (n, 3) [rad/s] are about the pivot. The axes are
-    those of the scene, which move with the carrier. Between two times everything changes linearly.
+    those of the scene, which move with the carrier. Everything is interpolated linearly between the times.
 
-    The carrier begins as the scene stands. It then turns as ``angular_velocity`` says, and gravity turns the other way
-    in its axes; a turn about the vertical changes nothing of it. ``name`` and ``source`` say where the numbers are
-    from. Raises HoldfastError if times do not increase or if numbers are out of range.
+    At the first time, gravity is that of the scene. As the carrier turns by ``angular_velocity``, gravity turns the
+    other way in its axes. ``name`` and ``source`` say where the numbers are from. Raises HoldfastError if times do not
+    increase or if numbers are out of range.
     """
 
     time: Float
@@ -108,8 +108,8 @@ class Profile(Value):
 
         Numbers are separated by commas, semicolons, tabs or spaces. The first row may name the columns, in any order,
         upper or lower case: t, ax, ay, az, and optionally alphax, alphay, alphaz and omegax, omegay, omegaz (SI units);
-        without names, the columns are those of ``from_table``. Rows that begin with # are left out. Raises
-        HoldfastError if the file cannot be read so.
+        without names, the columns are those of ``from_table``. Rows that begin with # are comments. Raises
+        HoldfastError for any other file.
         """
         file = checked_path(path, "profile")
         content = read_ordinary(file, "profile", most=MOST_BYTES, error=HoldfastError, too_large="take fewer samples")
@@ -118,17 +118,17 @@ class Profile(Value):
 
     @staticmethod
     def standards() -> dict[str, str]:
-        """Return the names that ``Profile.named`` knows, each with what it stands for and its sources in words."""
+        """Return the names that ``Profile.named`` takes, each with a description and its sources."""
         return {name: f"{each.title}; source: {'; '.join(each.sources)}" for name, each in STANDARDS.items()}
 
     @classmethod
     def named(cls, name: str, *, heading: ArrayLike = (1.0, 0.0, 0.0), up: ArrayLike = (0.0, 0.0, 1.0)) -> Profile:
         """Return a profile that is known by name, for a vehicle that drives along ``heading``.
 
-        Every direction in which the source demands that cargo is held becomes one pulse: the acceleration grows within
-        0.05 s, lasts 0.3 s and ends within 0.05 s. Between two pulses the carrier is at rest for 0.1 s. ``heading`` is
-        projected into the plane across ``up``. ``Profile.standards()`` lists the names with their sources. The
-        numbers are those of the sources; what holds here complies with no standard for that.
+        There is one pulse for every direction in which the source demands that cargo is held: the acceleration rises
+        within 0.05 s, is constant for 0.3 s and falls within 0.05 s. Between two pulses the carrier is at rest for
+        0.1 s. ``heading`` is projected into the plane normal to ``up``. ``Profile.standards()`` lists the names with
+        their sources. A load that holds under such a profile does not thereby comply with the standard.
 
         Raises HoldfastError if the name is unknown, or if ``heading`` is along ``up``.
         """
@@ -145,7 +145,7 @@ class Profile(Value):
         axes = {"forwards": ahead, "backwards": -ahead, "left": left, "right": -left, "up": top, "down": -top}
         time, rows = [], []
         for number, (side, value) in enumerate(standard.cargo):
-            pulse = -value * axes[side]  # cargo is thrown forwards where the carrier accelerates backwards
+            pulse = -value * axes[side]  # cargo is thrown forwards when the carrier accelerates backwards
             time += [number * PERIOD + t for t in PULSE]
             rows += [none, pulse, pulse, none]
         return cls(time, np.array(rows), name=name, source="; ".join(standard.sources))
@@ -158,10 +158,10 @@ class Profile(Value):
         )
 
     def at(self, times: ArrayLike) -> Profile:
-        """Return the motion at other ``times`` (m,) [s], between the first and the last; it begins as this one does.
+        """Return the motion at other ``times`` (m,) [s], between the first and the last, by linear interpolation.
 
-        Gravity is found from ``angular_velocity`` at the times that remain, so a motion that tilts needs enough of
-        them. Raises HoldfastError for a time outside.
+        The new times must be dense enough where the carrier tilts, because gravity is integrated from their angular
+        velocities. Raises HoldfastError for a time outside.
         """
         t = checked(times, (None,), "profile: times", within=DURATION, error=HoldfastError)
         if len(t) and (t.min() < self.time[0] or t.max() > self.time[-1]):
@@ -174,7 +174,7 @@ class Profile(Value):
         return Profile(time, acceleration, alpha, omega, pivot=self.pivot, name=self.name, source=self.source)
 
     def turns(self) -> Rotation:
-        """Return how the carrier has turned from its first pose at each of the n times, by the trapezoidal rule."""
+        """Return the n rotations of the carrier from its first pose, integrated by the trapezoidal rule."""
         steps = np.diff(self.time)[:, None] * (self.angular_velocity[1:] + self.angular_velocity[:-1]) / 2
         turn = [Rotation.identity()]
         for step in Rotation.from_rotvec(steps) if len(steps) else ():
@@ -182,7 +182,7 @@ class Profile(Value):
         return Rotation.concatenate(turn)
 
     def gravity(self, first: Float) -> Float:
-        """Return gravity (n, 3) [m/s²] in the axes of the scene, which is ``first`` (3,) as the scene stands."""
+        """Return gravity (n, 3) [m/s²] in the axes of the scene; ``first`` (3,) is gravity at the first time."""
         if not np.cross(self.angular_velocity, first).any():
             return np.broadcast_to(first, (len(self.time), 3))
-        return np.asarray(self.turns().inv().apply(first.copy()))  # scipy writes nothing, but wants to be able to
+        return np.asarray(self.turns().inv().apply(first.copy()))  # scipy refuses read-only arrays

@@ -1,4 +1,4 @@
-"""Reading of motions of a carrier from CSV files."""
+"""Read motions of a carrier from CSV files."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
 
 COLUMNS = ("t", "ax", "ay", "az", "alphax", "alphay", "alphaz", "omegax", "omegay", "omegaz")
-NEEDED = 4  # columns without which a table says nothing
+NEEDED = 4  # number of columns that every table must have
 
 
 def table_of(content: bytes) -> Float:
-    """Return the rows of a CSV file in the order of COLUMNS: as many columns as it has, or all if they are named.
+    """Return the rows of a CSV file with columns in the order of COLUMNS.
 
-    Raises HoldfastError if a row is not of numbers, or if the first row names other columns.
+    If the first row names the columns, the result has all COLUMNS, with zeros in those that the file lacks. Otherwise
+    it has the columns of the file. Raises HoldfastError if a row does not hold numbers, or if the first row names other
+    columns.
     """
     try:
         lines = content.decode("utf-8-sig").splitlines()
@@ -39,14 +41,17 @@ def table_of(content: bytes) -> Float:
 
 
 def _cells(line: str) -> list[str]:
-    """Return the cells of a row: between semicolons, where numbers may have a decimal comma, commas, tabs or spaces."""
+    """Return the cells of a row, separated by semicolons, commas, tabs or spaces.
+
+    Between semicolons, numbers may have a decimal comma.
+    """
     if ";" in line:
         return [cell.strip().replace(",", ".") for cell in line.split(";")]
     return [cell.strip() for cell in line.split(",")] if "," in line else line.split()
 
 
 def _names(cells: list[str]) -> list[str]:
-    """Return the known names of the columns; what is not a letter does not matter, nor a unit in brackets."""
+    """Return the names of the columns, without units in brackets and without anything that is not a letter."""
     names = [re.sub(r"[^a-z]", "", re.sub(r"[\[(].*", "", cell.lower())) for cell in cells]
     names = ["t" if name == "time" else name for name in names]
     unknown = [cell for cell, name in zip(cells, names, strict=True) if name not in COLUMNS]

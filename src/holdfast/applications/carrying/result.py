@@ -1,4 +1,4 @@
-"""What became of a load on a carrier that moved: whether it holds, what gives way when, and how much is left."""
+"""The result of ``carry``: whether a load holds while its carrier moves, and what moves first and when."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from holdfast.base.public import Summary, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.verdict import Status
-from holdfast.queries.result import NAMED, ROW_HEADS, Columns, gives_way, told
+from holdfast.queries.result import NAMED, ROW_HEADS, Columns, gives_way, verdict_words
 
 
 @archived
 @shaped(answers="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Carried(Columns):
-    """Whether what stands on a carrier holds while the carrier moves as ``profile`` says at n times.
+    """Whether a load holds while its carrier moves by ``profile`` at n times.
 
-    ``factor`` (n,) says how many times the inertial loads of each time may be taken before something moves: it holds
-    where that is above 1. ``lower`` and ``upper`` (n,) bound the true factor as far as the engine can promise.
-    ``status`` (n,) says what the factor means: FINITE; INFINITE; UNSTABLE (it is 0: as the carrier is tilted then, the
-    load does not stand even without inertia); UNDECIDED (it is not known). ``moving``, ``mode`` and ``mechanism``, each
-    (n,), say what would give way first. ``verdict`` is that at rest, as the carrier stands at the first time.
+    ``factor`` (n,) is the largest factor on the inertial loads of each time before something moves: the load holds
+    where it is at least 1. ``lower`` and ``upper`` (n,) bound the true factor as far as the engine can promise.
+    ``status`` (n,) says what the factor means: FINITE; INFINITE; UNSTABLE (it is 0: the tilted load does not stand even
+    without inertia); UNDECIDED (the 0 is no answer). ``moving``, ``mode`` and ``mechanism``, each (n,), say what would
+    give way first. ``verdict`` is that at rest, with gravity as at the first time.
 
     ``outcome`` is STABLE if the load holds at all times, UNSTABLE if something moves at one of them, and UNDECIDED
-    otherwise; ``reason`` says why. ``time`` [s] is when something begins to move, inf if nothing is known to; ``first``
-    holds the names of the bodies that move first. Before ``time``, and more than a thousandth of a step of the profile
-    away from it, nothing is known to move. Later times tell what would happen to the load as it was stacked.
+    otherwise; ``reason`` says why. ``time`` [s] is the onset of motion, to a thousandth of a step of the profile, or
+    inf if nothing is known to move; ``first`` holds the names of the bodies that move first. Rows after ``time`` assume
+    that nothing has moved before.
     """
 
     assembly: Assembly
@@ -48,7 +48,7 @@ class Carried(Columns):
 
     @property
     def factor(self) -> Float:
-        """How many times (n,) the inertial loads of each time may be taken before something moves."""
+        """The largest factor (n,) on the inertial loads of each time before something moves."""
         return self.answers.force
 
     def __bool__(self) -> bool:
@@ -71,9 +71,9 @@ class Carried(Columns):
 
     @property
     def used(self) -> Float:
-        """The share (n,) of what the load withstands that each time uses: 1 over ``lower``; nan if it is not known.
+        """The share (n,) of the load's capacity that the inertial loads of each time use; nan where it is undecided.
 
-        For engine ``graph``, which promises no lower bound, it is 1 over ``factor``.
+        It is 1 / ``lower``, or 1 / ``factor`` for engine ``graph``, which promises no lower bound.
         """
         with np.errstate(divide="ignore"):
             share = 1 / (self.factor if self.claim is Claim.ESTIMATED else self.lower)
@@ -95,7 +95,9 @@ class Carried(Columns):
         if self.outcome is Status.STABLE:
             most = int(np.argmax(self.used))
             used, when = float(self.used[most]), number(float(self.profile.time[most]), "s")
-            return f"at most {100 * used:.3g} % of what it withstands is used" + (f", at {when}" if used > 0 else "")
+            return f"the motion uses at most {100 * used:.3g} % of what it withstands" + (
+                f", at {when}" if used > 0 else ""
+            )
         k = int(np.argmin(self.held))
         why = self.undecided.text or f"factor {number(self.factor[k])}, known to be at least {number(self.lower[k])}"
         return f"not known to hold from {number(float(self.profile.time[k]), 's')}: {why}"
@@ -103,10 +105,10 @@ class Carried(Columns):
     def time_scale(self, *, margin: float = 0.0) -> float:
         """Return the largest factor on the speed of the motion at which the load is known to hold throughout.
 
-        Played s times as fast, inertial loads are s² as large. A motion with a factor below 1 has to be slowed down to
-        it; it is 0 if the load does not stand, or is not known to stand, at one of the times. ``margin`` in [0, 1) is
-        the share of what is withstood that remains unused. Raises HoldfastError if ``margin`` is out of range or the
-        engine promises no lower bound.
+        At s times the speed, inertial loads are multiplied by s². A factor below 1 means that the motion must be slowed
+        down to it; it is 0 if the load is not known to stand at one of the times. ``margin`` in [0, 1) is the share of
+        the load's capacity that remains unused. Raises HoldfastError if ``margin`` is out of range or the engine
+        promises no lower bound.
         """
         if self.claim is Claim.ESTIMATED:
             problem = f"engine {self.engine!r} promises no lower bound"
@@ -115,9 +117,9 @@ class Carried(Columns):
             return speed_within(1 / self.lower, margin, "time_scale")
 
     def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the accelerations over time, and how much of what the load withstands they use, as a PNG.
+        """Draw the accelerations and the used share of the load's capacity over time as a PNG picture.
 
-        Colours tell which bodies give way first.
+        Colours show which bodies would give way first.
         """
         paint(self, path, ".png")
 
@@ -137,7 +139,7 @@ class Carried(Columns):
         return about | self.about() | samples | self.columns(*names)
 
     def summary(self) -> Summary:
-        """Summarise the outcome by the times at which the least is left."""
+        """Summarise the outcome by the times with the smallest factors."""
         name = self.assembly.scene.name or "assembly"
         words = {Status.STABLE: "holds", Status.UNSTABLE: "gives way"}.get(self.outcome, "undecided")
         facts = [("outcome", words), ("why", self.reason)]
@@ -146,17 +148,19 @@ class Carried(Columns):
         if self.first:
             facts.append(("moves first", listed(self.first, NAMED)))
         times = np.array([f"{number(float(t), 's')}" for t in self.profile.time], dtype=object)
-        headline = f"{name}, {self.profile.name or 'a motion'}: {words}; {self.reason}; at rest {told(self.verdict)}"
+        headline = (
+            f"{name}, {self.profile.name or 'a motion'}: {words}; {self.reason}; at rest {verdict_words(self.verdict)}"
+        )
         rows = self.weakest_rows("", times)
         return Summary(headline, [*facts, *self.facts()], ("at", "factor", *ROW_HEADS[2:]), rows, self.notes)
 
 
 def held(answers: Answers) -> Bool:
-    """Tell for each row (n,) whether the load is known to hold: its factor, as far as it is promised, is 1 or more."""
+    """Return for each row (n,) whether the load is known to hold: the promised bound of its factor is at least 1."""
     promised = answers.force if answers.claim is Claim.ESTIMATED else answers.lower
     return frozen(np.asarray(answers.decided & (promised >= 1)))
 
 
 def moved(answers: Answers) -> Bool:
-    """Tell for each row (n,) whether something is known to move: the factor is below 1 by the engine's own claim."""
+    """Return for each row (n,) whether something moves by the engine's own claim: the factor is below 1."""
     return frozen(np.asarray(answers.decided & (answers.force < 1)))

@@ -1,8 +1,8 @@
-"""Accelerations that cargo has to withstand, as public sources state them: data, no claim of compliance.
+"""Accelerations that cargo has to withstand, as public sources state them. They imply no claim of compliance.
 
-Only numbers for which a source could be read stand here, and each entry names it. The coefficients of EN 12195-1 for
-rail and sea and those of IATA for unit load devices were not found in a public source, so they are not here; give them
-as a table of your own (``Profile.from_table``).
+Every number is from a source that could be read, which the entry names. The coefficients of EN 12195-1 for rail and sea
+and those of IATA for unit load devices are missing because no public source was found; give them as a table of your own
+(``Profile.from_table``).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ Side = Literal["forwards", "backwards", "left", "right", "up", "down"]
 
 @dataclass(frozen=True)
 class Standard:
-    """One set of accelerations: in words, from where, and as pairs of a side and a size.
+    """The accelerations of one standard.
 
-    ``cargo`` says to which side, seen from the driver, the cargo is thrown, and by which acceleration [m/s²]; the
-    carrier accelerates the other way. ``sources`` are the pages that the numbers were taken from.
+    ``cargo`` holds pairs of the side to which cargo is thrown, seen from the driver, and the acceleration [m/s²]; the
+    carrier accelerates the other way. ``sources`` are the pages from which the numbers were taken.
     """
 
     title: str

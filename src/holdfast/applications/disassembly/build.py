@@ -1,7 +1,8 @@
 """Find an order in which an assembly can be built, body by body, with everything standing after each step.
 
-Bodies are put in from the top, so an order is an order of removals reversed, with one condition less: what could clamp
-a body that is pulled out does not hinder one that is set down. The search is that of disassembly (order_search.py).
+Bodies are put in from the top, so a build order is an order of removals reversed, with one condition fewer: neighbours
+that could clamp a body while it is pulled out do not matter while it is set down. The search is that of disassembly
+(order_search.py).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assem
 from holdfast.queries.result import amount
 from holdfast.scene.scene import Scene
 
-PUSHES = 200  # about as many points on all bodies of a state
+PUSHES = 200  # approximate number of points on all bodies of a state
 NOTHING = float("nan")
 SAFE = "everything stands with it, and while its weight is set down"
 
@@ -43,10 +44,10 @@ SAFE = "everything stands with it, and while its weight is set down"
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class BuildStep(Value):
-    """One body that is put in, and what the state withstands in which it then stands.
+    """One body that is put in, and the weakest point of the state that follows.
 
     ``hold`` means that the body must be held against turning while it is set down. ``weakest`` is the point of all
-    exposed surfaces at which the least inward push moves something, or None if that was not asked for.
+    exposed surfaces where the smallest inward push moves something, or None if it was not requested.
     """
 
     body: str
@@ -61,10 +62,10 @@ class BuildStep(Value):
 class BuildOrder(PublicValue):
     """An order in which the bodies of ``assembly`` can be put in, each along minus ``lift`` (3,), a unit vector.
 
-    ``steps`` are in order. After each of them everything that is there stands, by the verdict of ``method``. If
-    ``reached`` is False, the bodies ``first`` must stand before the first step: nobody can put in the last of them, and
-    ``stuck`` says why for each. They need a support that is taken away later. ``proven`` means that no order does with
-    fewer, or that this one needs none.
+    ``steps`` are in order. After each of them, everything that is in place stands by the verdict of ``method``. If
+    ``reached`` is False, the bodies ``first`` cannot be put in one by one: they must stand before the first step, for
+    example on a support that is removed later, and ``stuck`` says for each of them why it cannot be the last.
+    ``proven`` means that no order has fewer such bodies.
     """
 
     assembly: Assembly
@@ -100,7 +101,7 @@ class BuildOrder(PublicValue):
 
     @cached_property
     def force(self) -> Float:
-        """The least push [N] that moves something after each step, (n,): nan where it is not known or not asked for."""
+        """The smallest push (n,) [N] that moves something after each step; nan where it is not known."""
         known = [NOTHING if step.weakest is None else _known(step.weakest) for step in self.steps]
         found = np.array(known, dtype=np.float64)
         found.setflags(write=False)
@@ -108,7 +109,7 @@ class BuildOrder(PublicValue):
 
     @property
     def least(self) -> BuildStep | None:
-        """The step after which the least push moves something; None if no push is known."""
+        """The step after which the smallest push moves something; None if no push is decided."""
         known = [step for step, force in zip(self.steps, self.force, strict=True) if not np.isnan(force)]
         return min(known, key=lambda step: step.weakest.force if step.weakest else np.inf, default=None)
 
@@ -120,7 +121,7 @@ class BuildOrder(PublicValue):
         return {"scene": self.assembly.scene.name} | data | {"force": force}
 
     def summary(self) -> Summary:
-        """Summarise the order by its steps and what each state withstands."""
+        """Summarise the order by its steps and the smallest push that moves something after each."""
         whole = len(self.assembly.movable)
         headline = f"{len(self.steps)} of {whole} bodies go in one by one: {listed(self.order[:SHOWN], SHOWN)}"
         least = self.least
@@ -137,15 +138,15 @@ def _known(point: MapPoint) -> float:
 
 
 def shown(step: BuildStep) -> str:
-    """Return what the state after a step withstands, as text."""
+    """Return the smallest push that moves something after a step, as text."""
     return "" if step.weakest is None else amount(step.weakest.status, step.weakest.force, "N")
 
 
 class Placings(Removals):
-    """The answers whether each body may be put in last, in any state of the building, as answers about removals."""
+    """The answers to whether a body may be put in last, for any state of the building, in terms of removals."""
 
     def released(self, name: str, part: frozenset[str]) -> Removal:
-        """Answer that nothing comes along with a body that is set down from above; else as for a removal."""
+        """Answer SAFE for a body that is set down from above: nothing can come along with it."""
         upright = self.lift @ self.up > 1 - 1e-9
         return Removal(name, Answer.SAFE, SAFE) if upright else super().released(name, part)
 
@@ -160,10 +161,10 @@ def build_order(
 ) -> BuildOrder:
     """Find an order in which all bodies can be put in along minus ``lift`` (3,), one by one, each state standing.
 
-    A body may be put in if its straight way in is free of the bodies that are there already, and if everything stands
-    with it and while its weight is set down. Each state is pushed at about ``pushes`` points of its exposed surfaces,
-    to find the least push that moves something; 0 leaves that out. ``solves`` is the number of answers by contact
-    forces after which the search stops.
+    A body may be put in if its straight way in is free of the bodies already in place, and if everything stands with it
+    and while its weight is set down. Each state is pushed at about ``pushes`` points of its exposed surfaces, to find
+    the smallest push that moves something; 0 skips that. ``solves`` limits the number of states that are checked by
+    contact forces.
 
     Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
     undecided.

@@ -16,7 +16,7 @@ class Exits:
     """The obstacles on each body's straight way out along the unit vector ``direction`` (3,), with their distances [m].
 
     Bodies stay in place until they are taken out, so each pair is checked only once. Two surfaces may overlap by the
-    contact tolerance of their pair, sideways and ahead: a wall along which a body slides is not an obstacle.
+    contact tolerance of their pair, so a wall along which a body slides is not an obstacle.
     """
 
     def __init__(self, assembly: Assembly, direction: Float) -> None:
@@ -34,7 +34,7 @@ class Exits:
         return np.array([s.low for s in swept]), np.array([s.high for s in swept])
 
     def in_the_way(self, name: str) -> tuple[tuple[str, float], ...]:
-        """Return all bodies that ``name`` would run into, each with its distance [m], the nearest first."""
+        """Return all bodies that ``name`` would hit on its way out, each with its distance [m], the nearest first."""
         if name not in self._found:
             self._found[name] = self._search(name)
         return self._found[name]

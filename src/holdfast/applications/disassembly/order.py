@@ -29,8 +29,8 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.scene import Scene
 
-SHOWN = 8  # the most body names in one line
-SOLVES = 2000  # number of answers by contact forces after which a search stops
+SHOWN = 8  # largest number of body names in one line
+SOLVES = 2000  # number of checks by contact forces after which a search stops
 
 
 @archived
@@ -39,8 +39,8 @@ class PaperRow(Value):
     """The paper's test of one body (Sec. VII-C), which compares R with the body's weight.
 
     ``force`` [N] is R at the centre of mass, upwards, or None if R is undecided, and ``weight`` [N] is the body's
-    weight. The paper calls a body removable if the two are equal. That test is not safe, because every voussoir of an
-    arch passes it; the table is for information only.
+    weight. The paper calls a body removable if the two are equal. Every voussoir of an arch passes this unsafe test, so
+    the table is for information only.
     """
 
     body: str
@@ -57,10 +57,10 @@ class Disassembly(PublicValue):
 
     ``order`` names the bodies in turn, and ``steps`` holds the answer for each of them with its reason. ``reached``
     says whether everything, or the ``goal``, is taken out. If not, ``remaining`` names the bodies that stay, and
-    ``blocked`` says which of them cannot go next, and why. ``undecided`` counts those of which it is not known.
+    ``blocked`` says which of them cannot be removed next, and why. ``undecided`` counts the undecided ones.
 
-    ``proven`` means that no order is better: with a goal, none takes fewer removals; without one, no order takes out
-    everything if this one does not. ``fewest`` is a lower bound on the number of removals of any order. ``lift`` (3,)
+    ``proven`` means that no order is better: with a goal, none takes fewer removals; without a goal, none takes out
+    everything unless this one does. ``fewest`` is a lower bound on the number of removals of any order. ``lift`` (3,)
     is the unit direction in which bodies leave, world frame. ``method`` is the engine that answered, and ``engine`` is
     its name.
     """
@@ -89,9 +89,9 @@ class Disassembly(PublicValue):
 
     @cached_property
     def removals(self) -> Removals:
-        """The answers for the bodies in any state of the assembly; answers from the search are not computed again.
+        """The answers for the bodies in any state of the assembly, with those of the search in a cache.
 
-        A copy of this value, from a file or from another process, computes them again.
+        The cache does not travel to a file or to another process.
         """
         return Removals(self.assembly, self.method, self.lift)
 
@@ -112,19 +112,19 @@ class Disassembly(PublicValue):
 
     @cached_property
     def stuck(self) -> tuple[Removal, ...]:
-        """If the end was not reached, the answers for the remaining bodies that cannot go next."""
+        """The answers for the remaining bodies that cannot be removed next; empty if ``reached``."""
         if self.reached:
             return ()
         return tuple(removal for removal in self.answers(len(self.steps)) if removal.answer is not Answer.SAFE)
 
     @property
     def blocked(self) -> dict[str, str]:
-        """If the end was not reached, the remaining bodies that cannot go next, each with the reason."""
+        """The remaining bodies that cannot be removed next, each with the reason; empty if ``reached``."""
         return {removal.body: removal.reason for removal in self.stuck}
 
     @property
     def undecided(self) -> Undecided:
-        """For how many of the remaining bodies it is not known whether they may go next, and why."""
+        """How many of the remaining bodies are undecided, and why."""
         unknown = [removal for removal in self.stuck if removal.answer is Answer.UNDECIDED]
         reasons = tuple(f"{removal.body}: {removal.reason}" for removal in unknown)
         return Undecided(count=len(unknown), rows=len(self.remaining), reasons=reasons)
@@ -168,7 +168,7 @@ class Disassembly(PublicValue):
         whole = len(self.assembly.movable)
         headline = f"{len(self.steps)} of {whole} bodies come out: {listed(self.order[:SHOWN], SHOWN)}"
         if self.undecided.count:
-            headline += f"; of those that stay {self.undecided.text}"
+            headline += f"; of the remaining bodies, {self.undecided.text}"
         outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.fewest)} removals"
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("outcome", outcome)]
         rows = [[str(k + 1), step.body, step.reason] for k, step in enumerate(self.steps)]
@@ -200,7 +200,7 @@ def disassembly_order(
     A body may be taken out if four conditions hold: its straight way out is free of all other bodies; the others stand
     without it; nothing else moves while its weight is taken; and nothing comes along with it. With a ``goal``, the
     bodies that it names are taken out with the fewest removals; without one, all movable bodies are taken out.
-    ``solves`` is the number of answers by contact forces after which a search stops.
+    ``solves`` limits the number of states that are checked by contact forces.
 
     Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
     undecided. Raises SceneError if the goal is empty, unknown or fixed.
@@ -254,6 +254,3 @@ def check_stands(removals: Removals) -> None:
         if verdict.status is Status.UNDECIDED:
             problem = f"is undecided ({verdict.reason})"
             raise SolverError(message(where, problem, "only what stands for certain can be taken apart"))
-
-
-__all__ = ["Answer", "Disassembly", "PaperRow", "Removal", "disassembly_order"]

@@ -1,7 +1,4 @@
-"""Search for an order of removals: of all bodies depth-first, or of some bodies with the fewest removals.
-
-The depth-first search remembers dead ends.
-"""
+"""Search for an order of removals: of all bodies depth-first, or of some bodies with the fewest removals."""
 
 from __future__ import annotations
 
@@ -19,8 +16,8 @@ from holdfast.base.progress import report
 class Plan:
     """The result of a search: ``steps`` in order, and how good they are.
 
-    ``reached`` means that everything that was asked for is taken out, and ``proven`` that no order is better. ``bound``
-    is a lower bound on the number of removals of any order that reaches the end; it is inf if there is no such order.
+    ``reached`` means that all goals are taken out, and ``proven`` that no order is better. ``bound`` is a lower bound
+    on the number of removals of any order that takes out all goals; it is inf if there is no such order.
     """
 
     steps: tuple[Removal, ...]
@@ -32,7 +29,7 @@ class Plan:
 def everything(removals: Removals, budget: int) -> Plan:
     """Take out all bodies one by one, the highest along the lift first.
 
-    If no body can be taken out, the search goes back one step.
+    The search is depth-first: if no body can be taken out, it goes back one step and remembers the dead end.
     """
     whole = frozenset(removals.names)
     order = _from_the_top(removals)
@@ -83,9 +80,9 @@ def _from_the_top(removals: Removals) -> list[str]:
 
 
 def _candidates(order: list[str], remaining: frozenset[str], doubts: dict[str, frozenset[str]]) -> Iterator[str]:
-    """Yield the remaining bodies in order, but postpone those that probably still cannot be taken out.
+    """Yield the remaining bodies in order, but last those that probably still cannot be taken out.
 
-    A body is postponed if it could not be taken out before and all bodies that prevented it are still there.
+    These are the bodies that could not be taken out before, while all bodies that prevented it are still there.
     """
     left = [name for name in order if name in remaining]
     doubtful = {name for name in left if name in doubts and doubts[name] and doubts[name] <= remaining}
@@ -96,8 +93,8 @@ def _candidates(order: list[str], remaining: frozenset[str], doubts: dict[str, f
 def fewest(removals: Removals, goals: frozenset[str], budget: int) -> Plan:
     """Take out ``goals`` with as few removals as possible, by a best-first search with a lower bound.
 
-    The bound counts the bodies that must go: those in the way of a goal, those that would hang in the air without it,
-    and those that in turn must go before these.
+    The bound counts the bodies that must be removed: those in the way of a goal, those that would hang in the air
+    without it, and in turn those that must be removed before these.
     """
     whole = frozenset(removals.names)
     needed = necessary(removals, goals, whole)
@@ -126,10 +123,7 @@ def necessary(removals: Removals, goals: frozenset[str], remaining: frozenset[st
 
 
 def hanging_without(removals: Removals, name: str, remaining: frozenset[str]) -> set[str]:
-    """Return the bodies that would hang in the air without ``name``.
-
-    All their chains of contacts to a fixed body lead through ``name``.
-    """
+    """Return the bodies that would hang in the air without ``name``, through which all their support leads."""
     beside: dict[str, list[str]] = {}
     index = removals.assembly.index
     reached: list[str] = []
@@ -161,9 +155,9 @@ def _orderable(before: dict[str, set[str]]) -> bool:
 
 
 def _straight(removals: Removals, goals: frozenset[str], needed: frozenset[str]) -> tuple[Removal, ...] | None:
-    """Find some order without going back, or return None.
+    """Find some order by a greedy search, or return None.
 
-    It takes out the bodies that must go, and any others that turn out to fall or to be in the way.
+    It takes out the ``needed`` bodies, and any others that turn out to fall or to be in the way.
     """
     order, wanted = _from_the_top(removals), set(needed)
     remaining, steps = frozenset(removals.names), []
@@ -201,7 +195,7 @@ class _Best:
         self.hops = _hops(removals, goals)
         self.heap: list[tuple[int, int, int, int, frozenset[str], str, tuple[Removal, ...]]] = []
         self.ticket = itertools.count()
-        self.unsure = float("inf")  # the fewest removals of an order that an undecided answer cut off
+        self.unsure = float("inf")  # lower bound on the removals of orders that an undecided answer excluded
 
     def plan(self) -> Plan:
         """Return the best order found and a lower bound for all orders."""
@@ -233,7 +227,7 @@ class _Best:
         return self._given_up(min(limit, self.unsure))
 
     def _grow(self, remaining: frozenset[str], needed: frozenset[str], steps: tuple[Removal, ...]) -> None:
-        """Add every body that could go next to the queue; a body that must go anyway does not increase the count."""
+        """Add every body that could be next to the queue; a body in ``needed`` does not increase the count."""
         for name in (n for n in self.removals.names if n in remaining):
             if any(blocker in remaining or blocker not in self.whole for blocker, _ in self._ahead(name)):
                 continue
@@ -253,14 +247,14 @@ class _Best:
         return self.removals.exits.in_the_way(name)
 
     def _given_up(self, bound: float) -> Plan:
-        """Return the order that was found without going back, because the search found no better one."""
+        """Return the order of the greedy search, as the best-first search found no better one."""
         if self.first is None:
             return Plan((), False, bound == float("inf"), bound)
         return Plan(self.first, True, bound >= len(self.first), bound)
 
 
 def _hops(removals: Removals, goals: frozenset[str]) -> dict[str, int]:
-    """Return the number of contacts between each body and the goals; near bodies are tried first."""
+    """Return the number of contacts on the shortest path from each body to a goal; near bodies are tried first."""
     beside: dict[str, set[str]] = {}
     for a, b in removals.joined:
         beside.setdefault(a, set()).add(b)

@@ -4,8 +4,8 @@ The gripper holds the body at its centre of mass. Its force rises from 0 to the 
 pulls along the lift direction. Let the contact forces f balance the assembly, and let f' balance the rest without the
 body. When the share s of the weight is taken, the forces (1-s) f + s f' are an equilibrium, because friction cones are
 convex and the contact forces of the body fade in proportion. So if both ends stand, an equilibrium exists all the way.
-An engine that claims more than existence is asked at points along the way. If the contacts could clamp the body, the
-engine says what moves when the body comes off.
+Where an engine claims more than existence, it is asked at points along the way. Where the contacts could clamp the
+body, it is asked what moves when the body comes off.
 """
 
 from __future__ import annotations
@@ -34,15 +34,17 @@ from holdfast.engines.contract import FORCES_ONLY, Engine, State
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
+from holdfast.queries.result import vector_text
 
 T = TypeVar("T")
 
-WHOLE = 1e-3  # relative tolerance; a lift that is this close to the weight has taken all of it
-CARRIED = 0.9  # share of the weight that is taken before a pull that is not upward, so that the contacts stay defined
-SHARES = (0.3, 0.6, 0.9)  # shares of the weight at which an engine is asked whether everything still rests
-# the reason for the answer that a body may be taken out
-SAFE = "the rest stands without it and while its weight is taken"
-KEPT = 8  # the most prepared states of the engine in memory
+WHOLE = 1e-3  # relative tolerance: a lift this close to the weight takes all of it
+# Share of the weight that the gripper takes before a pull that is not upward. With all of it, no contact force would
+# remain, and what the pull moves would be undefined.
+TAKEN = 0.9
+SHARES = (0.3, 0.6, 0.9)  # shares of the weight at which stability is checked along the way
+SAFE = "the rest stands without it and while its weight is taken"  # the reason of a SAFE answer
+CACHED = 8  # largest number of prepared states in memory
 
 
 @archived
@@ -67,7 +69,7 @@ class Removal(PublicValue):
     motion shows.
 
     ``lift`` is the upward force at the body's centre of mass, divided by its weight, at which the body comes off or
-    another body moves. It is inf if neither happens, and 0 if it was not computed because the answer was already known.
+    another body moves. It is inf if neither happens, and 0 if the answer was known without it.
     ``hold`` means that the body must also be held against turning: if it were lifted only at its centre of mass, it
     would move before its weight is taken.
     """
@@ -90,7 +92,7 @@ class Removal(PublicValue):
         return self.answer is Answer.SAFE
 
     def summary(self) -> Summary:
-        """Summarise the answer by what is in the way and who would move."""
+        """Summarise the answer by the bodies in the way and the bodies that would move."""
         facts = [("reason", self.reason)]
         facts += [("in the way", listed([name for name, _ in self.blockers]))] if self.blockers else []
         facts += [("would move", listed(self.moving))] if self.moving else []
@@ -98,17 +100,17 @@ class Removal(PublicValue):
 
 
 class Removals:
-    """The answers for the bodies of one assembly in any state of its disassembly; nothing is computed twice.
+    """The answers for the bodies of one assembly in any state of its disassembly, with a cache.
 
-    Bodies that are connected only through fixed bodies do not affect each other. So the assembly falls into parts, and
-    every part has its own verdict and answers.
+    Bodies that are connected only through fixed bodies do not affect each other. So the bodies fall into independent
+    parts, each with its own verdict and answers.
     """
 
     def __init__(self, assembly: Assembly, engine: Engine, lift: Float) -> None:
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")
-        self.asked = 0  # number of answers by contact forces
+        self.asked = 0  # number of checks by contact forces so far
         self._verdicts: dict[frozenset[str], Verdict] = {}
         self._states: OrderedDict[frozenset[str], State] = OrderedDict()
         self._reduced: OrderedDict[frozenset[str], Assembly] = OrderedDict()
@@ -127,8 +129,7 @@ class Removals:
     def answer(self, name: str, remaining: frozenset[str], *, exit_first: bool = True) -> Removal:
         """Decide whether ``name`` may be taken out while the bodies ``remaining``, which include it, are present.
 
-        If its way out is blocked and ``exit_first`` is true, that alone is the answer; otherwise the bodies that would
-        fall are also given.
+        With ``exit_first``, a blocked way out is answered without a check by contact forces.
         """
         blockers = self.exits.blockers(name, remaining)
         if blockers and exit_first:
@@ -167,13 +168,13 @@ class Removals:
         return self._verdicts[part]
 
     def state(self, part: frozenset[str]) -> State:
-        """Return the engine, prepared for a part."""
-        return _recalled(self._states, part, lambda: prepared(self.engine, self.reduced(part)))
+        """Return the engine prepared for a part, from a cache."""
+        return _cached(self._states, part, lambda: prepared(self.engine, self.reduced(part)))
 
     def reduced(self, part: frozenset[str]) -> Assembly:
-        """Return the assembly of a part and the fixed bodies."""
+        """Return the assembly of a part and the fixed bodies, from a cache."""
         gone = [name for name in self.names if name not in part]
-        return _recalled(self._reduced, part, lambda: self.assembly.without(gone))
+        return _cached(self._reduced, part, lambda: self.assembly.without(gone))
 
     @cached_property
     def joined(self) -> list[tuple[str, str]]:
@@ -182,7 +183,7 @@ class Removals:
 
     def _blocked(self, blockers: tuple[tuple[str, float], ...]) -> str:
         words = [f"{name} after {distance * 1e3:.3g} mm" if distance > 0 else name for name, distance in blockers]
-        return f"its way out along {_vector(self.lift)} is blocked: {listed(words)}"
+        return f"its way out along {vector_text(self.lift)} is blocked: {listed(words)}"
 
     def _judge(self, name: str, part: frozenset[str]) -> Removal:
         """Decide by contact forces alone, first without the body and then while it is taken out."""
@@ -212,7 +213,7 @@ class Removals:
         if self._releases.comes_loose(assembly, name, self.up):
             return Removal(name, Answer.SAFE, SAFE, lift=1.0)
         if self.engine.claim is Claim.EXISTS:  # equilibria may exist with and without clamping forces
-            return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it: engine 'compliant' tells")
+            return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it: engine 'compliant' can decide")
         return self._comes_off(name, part) if self.lift @ self.up > 1 - 1e-9 else self._pulled(name, part)
 
     def _comes_off(self, name: str, part: frozenset[str]) -> Removal:
@@ -222,29 +223,29 @@ class Removals:
         if asked.status[0] is Status.UNDECIDED:
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; whether they do was not found")
         if np.isinf(lift):
-            return Removal(name, Answer.UNSAFE, "no lift at its centre of mass gets it loose", lift=lift)
+            return Removal(name, Answer.UNSAFE, "no lift at its centre of mass frees it", lift=lift)
         if others:
-            when = f"lifted by {lift:.3g} times its weight it moves {listed(others)}"
+            when = f"lifted by {lift:.3g} times its weight, it moves {listed(others)}"
             return Removal(name, Answer.UNSAFE, when, moving=others, lift=lift)
         return self._held(name, part, lift) if lift < 1 - WHOLE else Removal(name, Answer.SAFE, SAFE, lift=lift)
 
     def _pulled(self, name: str, part: frozenset[str]) -> Removal:
         """Find what moves when most of the body's weight is taken and it is pulled along the lift direction."""
-        state = prepared(self.engine, self.reduced(part), CARRIED * self.force(name, part, self.up))
+        state = prepared(self.engine, self.reduced(part), TAKEN * self.force(name, part, self.up))
         asked = state.load_factor(self.force(name, part, self.lift)[:, None], FORCES_ONLY)
         others = tuple(n for n in asked.moving[0] if n != name)
         if asked.status[0] not in (Status.FINITE, Status.INFINITE):
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; what a pull moves was not found")
         if np.isinf(asked.force[0]):
-            return Removal(name, Answer.UNSAFE, "no pull at its centre of mass gets it loose")
+            return Removal(name, Answer.UNSAFE, "no pull at its centre of mass frees it")
         if others:
-            return Removal(name, Answer.UNSAFE, f"pulled out it moves {listed(others)}", moving=others)
+            return Removal(name, Answer.UNSAFE, f"pulled out, it moves {listed(others)}", moving=others)
         return Removal(name, Answer.SAFE, SAFE)
 
     def _held(self, name: str, part: frozenset[str], lift: float = 0.0) -> Removal:
-        """Answer for a body that would move before its weight is taken, if it is also held against turning.
+        """Answer for a body that would move before its weight is taken, unless it is also held against turning.
 
-        While it is held, all its contact forces fade together.
+        While it is held, all its contact forces decrease in proportion.
         """
         forces = self.state(part).verdict().forces
         if forces is None:
@@ -293,15 +294,11 @@ class Removals:
         return load
 
 
-def _recalled(kept: OrderedDict[frozenset[str], T], part: frozenset[str], make: Callable[[], T]) -> T:
-    """Return what was recently made for a part, or make it now."""
-    if part not in kept:
-        kept[part] = make()
-        if len(kept) > KEPT:
-            kept.popitem(last=False)
-    kept.move_to_end(part)
-    return kept[part]
-
-
-def _vector(values: Float) -> str:
-    return "(" + ", ".join(f"{v + 0.0:.3g}" for v in values) + ")"
+def _cached(cache: OrderedDict[frozenset[str], T], part: frozenset[str], make: Callable[[], T]) -> T:
+    """Return the cached value of a part, or make it; the least recently used values are dropped."""
+    if part not in cache:
+        cache[part] = make()
+        if len(cache) > CACHED:
+            cache.popitem(last=False)
+    cache.move_to_end(part)
+    return cache[part]

@@ -1,4 +1,4 @@
-"""Answer whether one body may be taken out of an assembly as it is."""
+"""Decide whether one body may be taken out of an assembly."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ def can_remove(
     without it; nothing else moves while its weight is taken; and nothing comes along with it. If it may not, ``moving``
     names the bodies that would move and ``blockers`` those in the way. What is not known is undecided, with the reason.
 
-    Only what shares contacts with the body counts, except for its way out. If that does not stand as it is, the body
-    may not be taken out: nobody should reach into what falls. Raises SceneError if the body is fixed or unknown.
+    Apart from the way out, only the body's own group counts: the movable bodies that touch it directly or through
+    others. If that group does not stand in the first place, the body may not be taken out. Raises SceneError if the
+    body is fixed or unknown.
     """
     assembly = checked_assembly(assembly)
     if body_number(assembly, body) == FIXED:

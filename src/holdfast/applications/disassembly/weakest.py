@@ -1,8 +1,8 @@
-"""The least push that moves something in every state of a building, without asking again what has not changed.
+"""Find the smallest push that moves something in every state of a building, reusing earlier answers.
 
-A body that is put in changes what it rests on and what it touches. These are pushed anew after each step, the others
-are not: what was found of them, when something beside them changed last, still counts. And most pushes are not asked
-in full. A path that leads to the least push known so far, and no farther, tells that its push is no weaker.
+A body that is put in affects the bodies that it touches. Only these are pushed again after each step; the answers for
+the others are reused. Most pushes need no full answer: a load path up to the smallest push known so far shows that a
+push is no weaker.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.map import MapPoint, map_point
 from holdfast.queries.request import push_columns
 
-CLOSE = 0.97  # of the least push known: a push that is held at so much of it is not looked at any further
+CLOSE = 0.97  # pushes that hold at this share of the smallest known push get no full answer
 
 
 @dataclass(frozen=True, eq=False)
 class _Known:
-    """What is known of one body: all its pushes are held at ``force`` [N]; the weakest ``point`` that was asked."""
+    """What is known of one body: all pushes on it hold at ``force`` [N], and the weakest ``point`` with an answer."""
 
     force: float
     point: MapPoint | None
@@ -37,9 +37,9 @@ class _Known:
 
 @dataclass(eq=False)
 class WeakestPoints:
-    """The weakest points of the states of a building, asked in turn: ``after`` each body that is put in.
+    """The weakest points of the states of a building: call ``after`` for each body that is put in, in order.
 
-    The points are as far apart as ``pushes`` of them on all bodies; only the body and what it touches are pushed anew.
+    The spacing of points is chosen so that there are about ``pushes`` on all bodies.
     """
 
     engine: Engine
@@ -47,9 +47,9 @@ class WeakestPoints:
     _known: dict[str, _Known] = field(default_factory=dict)
 
     def after(self, state: Assembly, name: str) -> MapPoint | None:
-        """Return the weakest point of a ``state`` into which ``name`` was put last; None where nothing is exposed.
+        """Return the weakest point of a ``state`` into which ``name`` was put last; None if no surface is exposed.
 
-        If no push is decided, it is a point that is UNDECIDED.
+        If no push is decided, the status of the point is UNDECIDED.
         """
         near = [name, *touched(state, name)]
         area = sum(body.surface_world.area for body in state.movable)
@@ -60,14 +60,14 @@ class WeakestPoints:
         for each in near:
             self._known[each] = _pushed(asked, each, spacing, self._least)
         for each, known in list(self._known.items()):
-            if not known.settled and known.force < CLOSE * self._least:  # it may be the weakest by now
+            if not known.settled and known.force < CLOSE * self._least:  # it may be the weakest now
                 self._known[each] = _pushed(asked, each, spacing, self._least)
         points = [known.point for known in self._known.values() if known.point is not None]
         return min(points, key=_rank, default=None)
 
     @property
     def _least(self) -> float:
-        """The least push [N] that is known to move something; inf before any is."""
+        """The smallest push [N] that is known to move something; inf if there is none."""
         found = (known.point for known in self._known.values())
         return min((p.force for p in found if p is not None and p.status is not Status.UNDECIDED), default=np.inf)
 
@@ -80,10 +80,10 @@ def touched(assembly: Assembly, name: str) -> list[str]:
 
 
 def _pushed(asked: Groups, name: str, spacing: float, least: float) -> _Known:
-    """Find the weakest push on a body, or that none is much weaker than ``least`` [N].
+    """Find the weakest push on a body, or show that none is much weaker than ``least`` [N].
 
-    Pushes far from the line through the centre of mass come first, since they turn the body. Where it takes full
-    answers to tell what is held, all are asked at once.
+    Pushes with a long lever arm about the centre of mass come first, since they turn the body. If no push can be
+    excluded by a short load path, all are answered at once.
     """
     cells = exposed_cells(asked.assembly, name, spacing)[0]
     number = asked.assembly.index[name]

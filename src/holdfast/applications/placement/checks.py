@@ -1,4 +1,4 @@
-"""Decide whether an object may be left in a pose: first by geometry, and then by whether everything stands."""
+"""Decide whether an object may be placed in a pose: first by geometry, then by whether everything stands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property
 import manifold3d
 import numpy as np
 
-from holdfast.applications.placement.margins import carriers_of, clearance, edge_margin, way_back
+from holdfast.applications.placement.margins import clearance, edge_margin, supporting_bodies, way_back
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.refusals import (
     AWAY,
@@ -28,7 +28,7 @@ from holdfast.applications.placement.refusals import (
     UNSUPPORTED,
     UNSURE,
 )
-from holdfast.applications.placement.way_in import Reach
+from holdfast.applications.placement.way_in import WayIn
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.progress import keep_to_time
@@ -43,8 +43,8 @@ from holdfast.geometry.solid import hull_solid
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-SHARED = 1e-9  # of the object's volume: a smaller shared volume is no overlap
-BESIDE = 0.5  # of the object's size: what stands next to something is no further away from it
+SHARED = 1e-9  # share of the object's volume: a smaller common volume counts as no overlap
+BESIDE = 0.5  # largest distance between bodies next to each other, as a share of the object's size
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +66,10 @@ class Checks:
         return tuple(replace_fixed(body) for body in self.assembly.bodies)
 
     @cached_property
-    def reach(self) -> Reach:
-        """The check of the way in."""
+    def way_in(self) -> WayIn:
+        """The check that the object and the gripper can get to a pose."""
         options = self.options
-        return Reach(self.frozen, self.assembly.tolerances, self.up, options.approach, options.cone, options.gripper)
+        return WayIn(self.frozen, self.assembly.tolerances, self.up, options.approach, options.cone, options.gripper)
 
     @property
     def up(self) -> Float:
@@ -78,7 +78,7 @@ class Checks:
 
     @cached_property
     def _solids(self) -> list[tuple[Body, manifold3d.Manifold]]:
-        """The closed bodies of the scene as solids; overlaps with the other bodies are only checked at the end."""
+        """The closed bodies of the scene as solids; ``fits`` checks overlaps with open ones too."""
         solids = [(body, solid_of(body)) for body in self.frozen]
         return [(body, solid) for body, solid in solids if solid is not None]
 
@@ -88,7 +88,7 @@ class Checks:
         return solid_of(self.body.moved(np.eye(4)))
 
     def free(self, pose: Float) -> bool:
-        """Tell whether the object shares no volume with the scene."""
+        """Return whether the object at ``pose`` (4, 4) overlaps no closed body of the scene."""
         if self._solid is None:
             return True
         vertices = transform(pose, self.body.shape.surface.vertices)
@@ -103,9 +103,9 @@ class Checks:
         return True
 
     def fits(self, pose: Float) -> tuple[str, Body, tuple[Interface, ...]]:
-        """Return the fault of a pose by geometry alone, the object in it, and its interfaces.
+        """Return the fault of a pose by geometry alone ("" if it has none), the object in it, and its interfaces.
 
-        There are none if it has another fault than HANGS.
+        Interfaces are returned only without a fault, or for HANGS.
         """
         keep_to_time()
         options, placed = self.options, self.body.moved(pose)
@@ -115,11 +115,11 @@ class Checks:
         if options.next_to is not None and not self._beside(placed, options.next_to):
             return AWAY, placed, ()
         beside = Scene([*self.frozen, placed], options.friction, self.assembly.scene.gravity)
-        if find_overlaps(beside, self.assembly.tolerances, drawn=True):  # where it is put is chosen, not seen
+        if find_overlaps(beside, self.assembly.tolerances, drawn=True):  # the pose is chosen, not measured
             return OVERLAPS, placed, ()
         contacts = find_contacts(beside, self.assembly.tolerances).interfaces
         touched = {name for interface in contacts for name in interface.bodies}
-        carriers = carriers_of(placed.name, contacts, self.up)
+        carriers = supporting_bodies(placed.name, contacts, self.up)
         asked = bool(carriers) and carriers <= set(options.supports)
         if not asked or len(touched.intersection(options.supports)) < options.least_supports:
             return UNSUPPORTED, placed, ()
@@ -127,16 +127,16 @@ class Checks:
             return HANGS, placed, contacts
         if touched.intersection(options.avoid):
             return FORBIDDEN, placed, ()
-        if not self.reach.object_fits(placed):
+        if not self.way_in.object_fits(placed):
             return SHUT_IN, placed, ()
-        if not self.reach.gripper_fits(placed):
+        if not self.way_in.gripper_fits(placed):
             return GRIPPED, placed, ()
         return "", placed, contacts
 
     def misplaced(self, placed: Body) -> str:
-        """Return the fault of the object in a pose that is not where or as it was asked for, whatever else is there."""
+        """Return the fault of a pose with a wrong position or orientation ("" if it has none), without the scene."""
         com, region = placed.com_world, self.options.box
-        level = np.abs(self.up) < 1 - 1e-9  # the region does not limit the height of the centre of mass
+        level = np.abs(self.up) < 1 - 1e-9  # the box does not limit the height of the centre of mass
         if not ((com >= region[0]) & (com <= region[1]))[level].all():
             return OUTSIDE
         if not self._allowed(placed.pose):
@@ -144,12 +144,12 @@ class Checks:
         return KEPT_OUT if self._kept_out(placed) else ""
 
     def fault(self, pose: Float) -> tuple[str, Assembly | None]:
-        """Return the fault of a pose, and the assembly with the object in that pose if it has no fault."""
+        """Return the fault of a pose ("" if it has none), and the assembly with the object there, or None."""
         fault, placed, contacts = self.fits(pose)
         return (fault, None) if fault else self.judged(self.with_object(placed, contacts))
 
     def nudged(self, pose: Float) -> tuple[str, Float, Assembly | None]:
-        """Return what ``fault`` does, and the pose, which is a little farther in if the object would jut out there."""
+        """Return what ``fault`` does, and the pose, shifted inwards if the object would overhang an edge."""
         fault, placed, contacts = self.fits(pose)
         back = way_back(placed, self.frozen, contacts, self.up) if fault == HANGS else None
         if back is not None:
@@ -162,14 +162,14 @@ class Checks:
         return fault, pose, after
 
     def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
-        """Return the assembly with the object added, whose interfaces are ``contacts``."""
+        """Return the assembly with the object added, with its interfaces ``contacts``."""
         scene = self.assembly.scene
         after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name, scene.excluded)
         whole = replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
         return self.assembly.heir(whole)
 
     def judged(self, after: Assembly) -> tuple[str, Assembly | None]:
-        """Return the fault of an assembly with the object in place, and the assembly if everything stands."""
+        """Return the fault of an assembly with the object in place, and the assembly, or None if something may fall."""
         keep_to_time()
         verdict = prepared(self.engine, after).verdict()
         if verdict.status is not Status.STABLE:
@@ -189,14 +189,14 @@ class Checks:
         return "", after
 
     def room(self, placed: Body, interfaces: Sequence[Interface], beneath: Collection[str]) -> tuple[float, float]:
-        """Return how far inside the edges of the bodies ``beneath`` the object is, and how far from all others, [m].
+        """Return the distances [m] of the object from the edges of the bodies ``beneath`` it, and from other bodies.
 
-        ``interfaces`` are those of the object. What it touches from the side does not carry it: it has no room there.
-        What it is asked to stand next to may be near, and does not count.
+        ``interfaces`` are those of the object. Bodies that touch it from the side count among the others, at distance
+        0. The body of the option ``next_to`` does not count.
         """
         under = [body for body in self.frozen if body.name in beneath]
         beside = {name for interface in interfaces for name in interface.bodies} - {placed.name}
-        beside -= carriers_of(placed.name, interfaces, self.up)
+        beside -= supporting_bodies(placed.name, interfaces, self.up)
         apart = (set(beneath) - beside) | {self.options.next_to}
         others = [body for body in self.frozen if body.name not in apart]
         return edge_margin(placed, under, interfaces, self.up), clearance(placed, others, placed.size)
@@ -213,14 +213,14 @@ class Checks:
         return bool(cosine.max() >= np.cos(np.radians(self.options.lean_degrees)) - 1e-12)
 
     def _kept_out(self, placed: Body) -> bool:
-        """Tell whether the object's convex hull shares volume with a region to keep out of."""
+        """Return whether the object's convex hull overlaps a region of ``keep_out``."""
         low, high = placed.box
         near = [box for box in self.options.keep_out if (box[0] < high).all() and (box[1] > low).all()]
         if not near:
             return False
         solid = hull_solid(placed.surface_world.vertices)
         for box in near:
-            inner = np.clip(box, low - placed.size, high + placed.size)  # which may reach to infinity
+            inner = np.clip(box, low - placed.size, high + placed.size)  # a region may extend to infinity
             corners = np.array(
                 [[inner[i, 0], inner[j, 1], inner[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
             )
@@ -229,7 +229,7 @@ class Checks:
         return False
 
     def _beside(self, placed: Body, name: str) -> bool:
-        """Tell whether the object stands next to a body: near it, and with a part of both at one height."""
+        """Return whether the object is next to a body: near it, with overlapping ranges of height."""
         other = self.assembly.scene.body(name)
         ours, theirs = placed.surface_world.vertices @ self.up, other.surface_world.vertices @ self.up
         level = min(ours.max(), theirs.max()) - max(ours.min(), theirs.min())

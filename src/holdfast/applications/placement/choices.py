@@ -1,8 +1,8 @@
-"""The ways in which several objects are tried: in which order, and which of its level places each of them takes.
+"""Strategies for several objects: the order in which they are placed, and the rules that choose their places.
 
-Two simple rules of the packing literature choose a place by geometry alone: where most of the face is supported, or the
-lowest one that is farthest in a corner. Comparing takes the better of what the rules choose, for each of several faces,
-by what the object and what it rests on withstand.
+Two rules of the packing literature choose a level place by geometry alone: the one where most of the face is supported,
+or the lowest one that is farthest in a corner. A strategy that compares takes the better of the places that the rules
+choose, for each of several faces, by the pushes that the object and its supports withstand.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from holdfast.applications.placement.level_places import Spot
+from holdfast.applications.placement.level_places import LevelPlace
 from holdfast.scene.body import Body
 
 Order = Callable[[Body], float]
-Rule = Callable[[Spot], tuple[float, ...]]
+Rule = Callable[[LevelPlace], tuple[float, ...]]
 
 
 def base_area(body: Body) -> float:
@@ -36,24 +36,24 @@ def bulk(body: Body) -> float:
     return float(np.prod(np.ptp(body.shape.surface.vertices, axis=0)))
 
 
-def highest_support(spot: Spot) -> tuple[float, ...]:
-    """Rank a place by the share of the face that is supported, the largest first, then as low as can be."""
-    return (-round(spot.support, 2), round(spot.height, 4), *np.round(spot.corner, 6).tolist())
+def highest_support(place: LevelPlace) -> tuple[float, ...]:
+    """Rank a place by the share of the face that is supported, the largest first, then by height, the lowest first."""
+    return (-round(place.support, 2), round(place.height, 4), *np.round(place.corner, 6).tolist())
 
 
-def bottom_left(spot: Spot) -> tuple[float, ...]:
-    """Rank a place by its height, the lowest first, then by how far it is in one corner; of two turns the supported."""
-    return (round(spot.height, 4), *np.round(spot.corner[::-1], 6).tolist(), -round(spot.support, 2))
+def bottom_left(place: LevelPlace) -> tuple[float, ...]:
+    """Rank a place by its height, the lowest first, then by its closeness to one corner, then by support."""
+    return (round(place.height, 4), *np.round(place.corner[::-1], 6).tolist(), -round(place.support, 2))
 
 
 RULES: Mapping[str, Rule] = MappingProxyType({"highest support": highest_support, "bottom-left": bottom_left})
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way to try: the ``order`` of the objects, the largest first, and the ``rules`` that choose their places.
+class Strategy:
+    """One strategy: objects come in decreasing ``order``, and the ``rules`` choose their places.
 
-    With one rule the first place in which everything stands is taken. With several, the first by each of them is
+    With one rule, the first place where everything stands is taken. With several, the first place of each rule is
     compared, on each of several faces.
     """
 
@@ -62,13 +62,13 @@ class Way:
 
     @property
     def compares(self) -> bool:
-        """Whether several places of an object are looked at."""
+        """Whether several places of an object are compared."""
         return len(self.rules) > 1
 
-    def hurried(self) -> Way:
-        """Return the way that takes the first place in which everything stands."""
-        return Way(self.order, self.rules[:1])
+    def hurried(self) -> Strategy:
+        """Return the strategy that takes the first place where everything stands."""
+        return Strategy(self.order, self.rules[:1])
 
 
-RULED = tuple(Way(base_area, (rule,)) for rule in RULES.values())
-COMPARING = tuple(Way(order, tuple(RULES.values())) for order in (base_area, weight, bulk))
+RULED = tuple(Strategy(base_area, (rule,)) for rule in RULES.values())
+COMPARING = tuple(Strategy(order, tuple(RULES.values())) for order in (base_area, weight, bulk))

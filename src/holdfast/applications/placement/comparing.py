@@ -1,4 +1,4 @@
-"""Compare stable poses, and move the best few of them to where there is more room."""
+"""Compare stable poses, and shift the best few to where there is more room."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.progress import OutOfTimeError, reported, until
 from holdfast.queries.map import RobustnessMap
 
-REFINED = 3  # the best so many poses are moved about
+REFINED = 3  # number of the best poses that are refined
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """A stable pose with its ``rating``, the assembly ``after`` it, and the names of what it rests on.
+    """A stable pose with its ``rating`` and the assembly ``after`` the placement.
 
-    ``own`` is the coarse map of the object, or None if there was no time for it.
+    ``beneath`` names the bodies that the object rests on, directly or through others. ``own`` is the coarse map of the
+    object, or None if there was no time for it.
     """
 
     candidate: Candidate
@@ -39,7 +40,7 @@ class Compared:
 def compared(
     checks: Checks, faces: Sequence[Face], found: Sequence[tuple[Candidate, Assembly]], clock: Clock
 ) -> list[Compared]:
-    """Return all poses rated, the best first, of which the best few were refined."""
+    """Rate all poses and refine the best few of them; return them in decreasing order of their ratings."""
 
     def in_order(entries: list[Compared]) -> list[Compared]:
         return sorted(entries, key=lambda entry: entry.rating.key, reverse=True)
@@ -72,9 +73,9 @@ def rated(
     clock: Clock,
     points: int = MOST_RATED,
 ) -> Compared:
-    """Rate a stable pose by coarse maps, in which ``lower`` counts where it covers imperfect faces, else the force.
+    """Rate a stable pose by coarse maps of at most about ``points`` points each.
 
-    Each map has about ``points`` points at most.
+    The rating uses ``lower`` of the maps if faces are imperfect, and ``force`` otherwise.
     """
     options, name = checks.options, checks.body.name
     beneath = rests_on(after, name)

@@ -1,6 +1,6 @@
-"""What a caller asks of a placement: where, on which way, and how long to search. One value for each.
+"""The arguments of a placement: where objects may be placed, how they get there, and how long to search.
 
-The options of the command ``place`` are the fields of these classes, with what their docstrings say of each.
+The options of the command ``place`` are the fields of these classes, with help texts from the docstrings.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
 
 T = TypeVar("T")
 
-SECONDS = 60.0  # [s] the longest time of a search that is given no limit
-ATTEMPTS = 400  # attempts after which a search stops that is given no number of solves
-CANDIDATES = 8  # stable poses that are compared
+SECONDS = 60.0  # [s] default time limit of a search
+ATTEMPTS = 400  # default limit on the number of attempts of a search
+CANDIDATES = 8  # default number of stable poses that are compared
 SPACING = 0.01  # [m] distance between the points of a robustness map
 MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than stated
 TILT = 5.0  # [deg]
@@ -34,19 +34,19 @@ TILT = 5.0  # [deg]
 class Where(Value):
     """Where objects may be placed.
 
-    - ``box`` [m]: the low and the high corner of a region, (2, 3), or (2, 2) for its horizontal coordinates. The points
-      of the scene on which the pose is built lie in it and so does, seen from above, the centre of mass.
+    - ``box`` [m]: the low and the high corner of a region, (2, 3), or (2, 2) for its horizontal coordinates. It must
+      contain the points of the scene on which the pose is built and, seen from above, the centre of mass.
     - ``supports``: names of the bodies to place objects on; all bodies of the scene by default. An object may also lean
       on other bodies.
     - ``least_supports``: how many of the supports an object must touch.
     - ``avoid``: names of bodies that no object may touch.
-    - ``keep_out`` [m]: regions, each given as ``box`` is, into which the convex hull of no object may reach.
-    - ``next_to``: the name of a body beside which an object must stand. That is at the same height, half the object's
-      own size away at most.
-    - ``stack``: whether ``place_all`` also puts objects on each other. The lowest places come first: layer by layer.
-    - ``apart`` [m]: the least distance that ``place_all`` leaves between objects, and from whatever else is beside
-      them; 0.005 by default. Without ``stack`` it is also that from edges, and eight, four and two times as much are
-      tried too. With 0 objects may touch.
+    - ``keep_out`` [m]: regions, each given as ``box`` is, that no object's convex hull may enter.
+    - ``next_to``: the name of a body next to which an object must stand. It must be at the same height, and at most
+      half the object's own size away.
+    - ``stack``: whether ``place_all`` also puts objects on each other. Lower places come first, so layers form.
+    - ``apart`` [m]: the smallest distance that ``place_all`` leaves between objects and to other bodies beside them;
+      0.005 by default. Without ``stack`` it also holds for edges, and eight, four and two times as much are tried too.
+      With 0, objects may touch.
 
     Names and regions are checked once the scene is known. Raises SceneError for anything else that is invalid.
     """
@@ -70,18 +70,18 @@ class Where(Value):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Approach(Value):
-    """Which way up objects are put down, and the way on which they get there.
+    """Which way up objects are put down, and along which way they get there.
 
     - ``orientations``: "upright" if the object's own third axis must point up, "any", or the allowed rotations
-      (k, 3, 3), body frame to world. By default any orientation will do, but an upright one counts double.
+      (k, 3, 3), body frame to world. By default any orientation is allowed, but an upright one has twice the score.
     - ``lean_degrees`` [deg]: how far an object may lean from an allowed orientation.
     - ``free_yaw``: whether each allowed orientation may also be turned about the vertical.
     - ``direction``: the straight way in along this direction (3,) must be free, for example along (0, 0, -1). By
-      default it need not be.
+      default the way in is not checked.
     - ``cone_degrees`` [deg]: how far the way in may lean from ``direction``.
-    - ``gripper`` [m]: the low and the high corner (2, 3) of a box that holds a gripper or a suction cup, about the
-      middle of the object's top, with the third coordinate up. On the same way in, straight down if none is given, it
-      must meet nothing; it may be turned by quarter turns.
+    - ``gripper`` [m]: the low and the high corner (2, 3) of a box that holds a gripper or a suction cup, relative to
+      the middle of the object's top, with the third coordinate up. It must hit nothing on the way in, which is straight
+      down if no direction is given; quarter turns of it are tried.
 
     Raises SceneError for a value that is invalid.
     """
@@ -104,7 +104,7 @@ class Approach(Value):
 
     @property
     def way(self) -> Float | None:
-        """The unit direction (3,) of the way in, or None if it does not matter."""
+        """The unit direction (3,) of the way in, or None if the way in is not checked."""
         return None if self.direction is None else np.asarray(self.direction, dtype=np.float64)
 
     @property
@@ -115,19 +115,19 @@ class Approach(Value):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Search(Value):
-    """How long to search for a place, and what a pose is judged by.
+    """How long to search for a place, and by what a pose is judged.
 
-    - ``seconds`` [s]: the longest time, everything included but what is compiled on first use. What there was no time
-      for is left out, and the result says so. By default 60 without ``solves``, and no limit with it.
-    - ``solves``: the most poses that are tried, each that fits by a solve; 400 by default. ``place_all`` counts them
-      for each object that finds no level place, 25 by default. With ``solves`` and without ``seconds``, the same
-      ``seed`` gives the same answer on any machine.
-    - ``seed``: where the random numbers begin.
-    - ``candidates``: how many stable poses ``plan_placement`` compares.
+    - ``seconds`` [s]: the longest time, without compilation on first use. Steps for which there is no time are skipped,
+      and the result says so. The default is 60 without ``solves``, and no limit with it.
+    - ``solves``: the largest number of poses that are tried; 400 by default. For ``place_all`` it is the number for
+      each object without a level place, 25 by default. With ``solves`` and without ``seconds``, the same ``seed`` gives
+      the same answer on any machine.
+    - ``seed``: the seed of the random numbers.
+    - ``candidates``: the number of stable poses that ``plan_placement`` compares.
     - ``spacing`` [m]: the distance between the points of all maps.
     - ``weights``: the exponents that bias the choice of ``plan_placement``, see Weights.
     - ``mass_margin``: the share of its mass by which an object may be heavier than stated. Everything must stand even
-      then.
+      with that mass.
     - ``confirm``: a second engine that must also find the pose stable, or None.
 
     Raises SceneError for a value that is invalid.
@@ -159,12 +159,12 @@ class Search(Value):
 
     @property
     def limit(self) -> float | None:
-        """The longest time [s], or None for as long as it takes."""
+        """The time limit [s], or None if there is none."""
         return SECONDS if self.seconds is None and self.solves is None else self.seconds
 
 
 def checked_value(value: T | None, kind: type[T], where: str) -> T:
-    """Return the value, or one of this class with its defaults; raises SceneError for a value of another class."""
+    """Return ``value``, or ``kind()`` if it is None; raise SceneError if it is not a ``kind``."""
     if value is None:
         return kind()
     if not isinstance(value, kind):

@@ -1,4 +1,4 @@
-"""Build poses in which chosen points of the scene carry a chosen face of the object, with opposed normals."""
+"""Build poses in which a chosen face of the object lies on chosen points of the scene, with opposed normals."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from holdfast.applications.placement.support import SupportPoints
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
 
-STEEPEST_LINE = 0.8  # sine of the slope; two points whose connection is steeper are not used together
-STEEPEST_PLANE = 0.4  # cosine of the tilt; the plane of three points is not steeper than this
-LEAST_APART = 0.15  # of the object's size: points that are closer together count as one support
+STEEPEST_LINE = 0.8  # sine of the largest slope of the line between two points that are used together
+STEEPEST_PLANE = 0.4  # cosine of the largest tilt of the plane of three points
+LEAST_APART = 0.15  # smallest distance between points that are used together, as a share of the object's size
 ALIGNED = 0.7  # share of the poses in which the face is aligned with an edge of the scene
 
 
 def choose_points(
     support: SupportPoints, count: int, size: float, up: Float, apart: bool, rng: np.random.Generator
 ) -> Int:
-    """Choose up to ``count`` points that one object of ``size`` [m] can reach, and return their numbers.
+    """Choose up to ``count`` points that an object of ``size`` [m] can span, and return their numbers.
 
     With ``apart``, they belong to different bodies.
     """
@@ -47,7 +47,7 @@ def choose_points(
 def pose_on(points: Float, normal: Float, face: Face, along: Float, rng: np.random.Generator) -> Float:
     """Return the pose (4, 4) with ``face`` on the plane of 1 to 3 points (n, 3) [m] with this ``normal`` (3,).
 
-    With several points, the centre of mass lies between them. With one point, it lies anywhere in the face, more likely
+    With several points, the centre of mass lies between them. A single point lies anywhere in the face, more likely
     near the foot of the centre of mass. The longer side of the face points along ``along`` (3,).
     """
     if len(points) == 1:
@@ -64,9 +64,9 @@ def pose_on(points: Float, normal: Float, face: Face, along: Float, rng: np.rand
 
 
 def plane_of(points: Float, normals: Float, up: Float) -> Float:
-    """Return the unit normal (3,) of the plane through 1 to 3 points (n, 3).
+    """Return the unit normal (3,) of the plane through 1 to 3 points (n, 3) with surface ``normals`` (n, 3).
 
-    With one point, it is the surface normal there; ``normals`` (n, 3) holds those of all points.
+    With one point, it is the surface normal there. With two, the plane is as level as possible.
     """
     if len(points) == 1:
         return np.asarray(normals[0])
@@ -78,9 +78,10 @@ def plane_of(points: Float, normals: Float, up: Float) -> Float:
 
 
 def direction_in(points: Float, normal: Float, edges: Float, rng: np.random.Generator) -> Float:
-    """Choose a unit direction (3,) in the plane for the longer side of the face.
+    """Choose a random unit direction (3,) in the plane for the longer side of the face.
 
-    It is along one of the ``edges`` (m, 3) of the scene, or at random.
+    In a share ALIGNED of the cases, it is along or across one of the ``edges`` (m, 3) of the scene or a line between
+    the points.
     """
     t1, t2 = tangents(normal)
     if rng.random() > ALIGNED:

@@ -1,9 +1,9 @@
-"""Find level places for an object by its outline seen from above: in corners and beside what stands there already.
+"""Find level places for an object by its outline seen from above: in corners and beside other bodies.
 
-Every place puts a flat face of the object on level tops of the scene, parallel to them, so that its rectangle touches
-the edges of the tops, or of other bodies' outlines, or lies midway between these. Among all places of a rectangle
-without overlap that can be pushed left and down no further, there is one of these (bottom-left stability, Chazelle
-1983). Whether the object stands there is not asked here.
+In a level place, a flat face of the object lies on level tops of the scene, with its bounding rectangle parallel to
+them. The rectangle touches the edges of the tops or of other bodies' outlines, or lies midway between edges of a top.
+These include a place of the rectangle from which it cannot be pushed left or down without overlap (bottom-left
+stability, Chazelle 1983). Stability is checked elsewhere.
 """
 
 from __future__ import annotations
@@ -25,31 +25,31 @@ from holdfast.geometry.hull import convex_hull, smallest_rectangle
 from holdfast.geometry.solid import hull_solid
 from holdfast.scene.body import Body
 
-LEVEL = 0.9999  # cosine: triangles whose normal is this close to the vertical are level
-STEP = 1e-4  # [m] tops whose heights differ by less are one
-MOST_FACES = 6  # of the object that are tried, the steadiest
-SAME = 1e-9  # share of a length by which outlines that merely touch do not overlap
-HAIR = 1e-6  # [m] width of what is seen edge on
-LEAST_SUPPORT = 0.6  # share of a face that has to lie on the tops for a place to be looked at
-WHOLLY = 0.999  # share of a face that lies on the tops wholly, but for slits between them
-CONVEX = 1e-6  # of its hull's volume: by how much less a body that counts as convex may fill
-MOST_SPOTS = 40_000  # combinations of coordinates that are looked at for one face on one level
+LEVEL = 0.9999  # cosine of the largest angle between the vertical and the normal of a level triangle
+STEP = 1e-4  # [m] tops whose heights differ by less count as one level
+MOST_FACES = 6  # number of faces of the object that are tried, the steadiest first
+SAME = 1e-9  # overlap of outlines that counts as touching
+HAIR = 1e-6  # [m] width that a surface seen edge-on is given
+LEAST_SUPPORT = 0.6  # smallest share of a face that must lie on the tops
+WHOLLY = 0.999  # share of a face above which it counts as lying wholly on the tops
+CONVEX = 1e-6  # a body is convex if its volume is smaller than that of its hull by no more than this share
+MOST_PLACES = 40_000  # largest number of combinations of coordinates for one face on one level
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """Tops of bodies at one ``height`` [m] along up, and their outline ``top`` seen from above."""
+    """The level tops of bodies at one ``height`` [m] along up, and their outline ``top`` seen from above."""
 
     height: float
     top: shapely.Geometry
 
 
 @dataclass(frozen=True, eq=False)
-class Spot:
-    """A place for an object: its ``pose`` (4, 4), the ``height`` [m] on which it stands and its ``corner`` (2,) [m].
+class LevelPlace:
+    """A level place for an object: its ``pose`` (4, 4) and the ``height`` [m] of the tops on which it lies.
 
-    The corner is the lowest of its rectangle, in the axes of the scene's tops. ``support`` is the share of the face
-    that lies on the tops, and ``face`` the number of the face, of which the first is the one to prefer.
+    ``corner`` (2,) [m] is the corner of its rectangle with the smallest coordinates, in the axes of the scene's tops.
+    ``support`` is the share of the face that lies on the tops, and ``face`` the rank of the face, from 0 for the best.
     """
 
     pose: Float
@@ -60,7 +60,7 @@ class Spot:
 
 
 def frame_of(bodies: Sequence[Body], up: Float) -> Float:
-    """Return level axes (2, 3) along the sides of the largest level top of ``bodies``, or any if there is none."""
+    """Return level axes (2, 3) along the sides of the largest level top of ``bodies``, or any axes without a top."""
     axes, best = np.array(tangents(up)), 0.0
     for body in bodies:
         triangles = _level_triangles(body, up)
@@ -79,7 +79,7 @@ def frame_of(bodies: Sequence[Body], up: Float) -> Float:
 
 
 def levels_of(bodies: Sequence[Body], up: Float, axes: Float) -> list[Level]:
-    """Return the level tops of ``bodies``, those at one height joined, the lowest first."""
+    """Return the level tops of ``bodies``, joined at equal heights, the lowest first."""
     triangles = np.vstack([_level_triangles(body, up) for body in bodies])
     every = (triangles.reshape(-1, 3) @ up).reshape(-1, 3).mean(1)
     order = np.argsort(every, kind="stable")
@@ -98,9 +98,9 @@ def _level_triangles(body: Body, up: Float) -> Float:
 
 
 def turns_of(faces: Sequence[Face], options: Options, up: Float, axes: Float) -> list[Float]:
-    """Return rotations (3, 3) with a face down and its longer side along either of ``axes``, the best faces first.
+    """Return rotations (3, 3) with a face down and its longer side along one of ``axes`` (2, 3), the best faces first.
 
-    Faces of round sides are left out. Upright ones come first unless orientations have been asked for.
+    Facets of round sides are skipped. Upright orientations come first unless orientations are given.
     """
     steady = [face for face in faces if face.tilt > 0 and not face.rolls]
     if options.orientations is not None:
@@ -121,7 +121,7 @@ def turns_of(faces: Sequence[Face], options: Options, up: Float, axes: Float) ->
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """A body of the scene that may be in the way, as seen from above in level ``axes`` (2, 3)."""
+    """The outline of a body of the scene that may be in the way, seen from above in level ``axes`` (2, 3)."""
 
     body: Body
     up: Float
@@ -143,9 +143,9 @@ class Outline:
         return shapely.MultiPoint(vertices @ self.axes.T).convex_hull
 
     def between(self, low: float, high: float) -> shapely.Geometry | None:
-        """Return the outline of what lies between two heights [m], or None; it may be too large, never too small.
+        """Return the outline of the part of the body between two heights [m], or None if there is none.
 
-        Walls of a body that is not convex are thin, and what is inside them does not count.
+        It may be too large but not too small. Of a body that is not convex, only the surface counts, not the inside.
         """
         if self.heights.max() <= low + STEP or self.heights.min() >= high - STEP:
             return None
@@ -158,13 +158,13 @@ class Outline:
         return shapely.union_all(shapely.buffer(shapely.make_valid(flat), HAIR, quad_segs=1))
 
 
-def spots_for(
+def level_places_for(
     body: Body, turns: Sequence[Float], levels: Sequence[Level], others: Sequence[Outline], apart: float, inset: float
-) -> list[Spot]:
-    """Return the places of an object in all ``turns`` (3, 3) on all levels, ``apart`` [m] away from all that is beside.
+) -> list[LevelPlace]:
+    """Return the places of an object in all ``turns`` (3, 3) on all levels, at least ``apart`` [m] from other bodies.
 
-    ``others`` are the bodies that may be in the way; there is one at least. The object stands ``inset`` [m] inside the
-    edges of the tops at least, or with 0 on LEAST_SUPPORT of its face at least.
+    ``others`` are the bodies that may be in the way, at least one. The face lies at least ``inset`` [m] inside the
+    edges of the tops; with ``inset`` = 0, only a share LEAST_SUPPORT of it must lie on them.
     """
     up, axes = others[0].up, others[0].axes
     found = []
@@ -190,12 +190,12 @@ def spots_for(
                 pose = np.eye(4)
                 pose[:3, :3] = turn
                 pose[:3, 3] = (corners[k] - low) @ axes + (level.height - height.min()) * up
-                found.append(Spot(pose, level.height, corners[k], min(float(share[k]), 1.0), number // len(axes)))
+                found.append(LevelPlace(pose, level.height, corners[k], min(float(share[k]), 1.0), number // len(axes)))
     return found
 
 
 def _corners(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, apart: float, inset: float) -> Float:
-    """Return the lowest corners (n, 2) [m] of rectangles of a ``size`` (2,) [m] that touch edges or outlines."""
+    """Return the corners (n, 2) [m] with the smallest coordinates of rectangles of ``size`` (2,) [m] to try."""
     inside, beside = _bounds(top), _bounds(blocked)
     coordinates = []
     for axis in (0, 1):
@@ -207,11 +207,11 @@ def _corners(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, apar
         each = each[(each >= bounds[axis] - size[axis]) & (each <= bounds[2 + axis])]
         coordinates.append(each)
     x, y = np.meshgrid(*coordinates, indexing="ij")
-    return np.column_stack([x.ravel(), y.ravel()])[:MOST_SPOTS]
+    return np.column_stack([x.ravel(), y.ravel()])[:MOST_PLACES]
 
 
 def _bounds(shape: shapely.Geometry) -> Float:
-    """Return the bounds (n, 4) of the pieces of a shape and of the holes in it."""
+    """Return the bounds (n, 4) of the pieces of a shape and of their holes."""
     pieces = [piece for piece in shapely.get_parts(shape) if piece.geom_type == "Polygon"]
     rings = [ring for piece in pieces for ring in (piece.exterior, *piece.interiors)]
     return shapely.bounds(rings).reshape(-1, 4)

@@ -1,10 +1,10 @@
-"""Lower an object onto a scene that does not move: straight down first, then as it tips, until friction holds it.
+"""Lower an object onto a scene that does not move: straight down first, then tipping, until friction holds it.
 
 Each step is the allowed motion that lowers the centre of mass the most. A motion is allowed if at every contact the
 relative velocity u satisfies u_n >= mu |u_t|, or if it does not close a contact that is still open. By duality, no such
 motion lowers the centre of mass if contact forces within the friction cones can carry the weight. So the object stops
-where it can rest, not where it is lowest. The motion is slow and without momentum, and the scene beneath is taken as
-fixed; what the object does to the scene is judged afterwards.
+where it can rest, not where it is lowest. The motion is quasi-static and the scene is fixed; whether the scene stands
+with the object is checked afterwards.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from holdfast.geometry.surface import Surface
 from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.scene.body import Body
 
-STEP = 0.08  # of the object's half size: the longest step; in radians: the largest rotation in one step
-REACH = 2.5  # in steps: features that are further apart than this do not matter in one step
-AT_REST = 1e-6  # in steps: a shorter motion counts as none
-TOUCHING = 1e-5  # of the object's size: friction holds where the distance is smaller
+STEP = 0.08  # length of the longest step, as a share of half the object's size; also its largest rotation [rad]
+RANGE = 2.5  # distance, in steps, beyond which features do not matter in a step
+AT_REST = 1e-6  # length, in steps, below which a motion counts as none
+TOUCHING = 1e-5  # distance below which friction holds, as a share of the object's size
 PARALLEL = 3.0  # [deg] edges and faces that are parallel to within this angle touch at both of their ends
-CAUTION = 1e-3  # weight of a step's length against its descent; of equally deep steps, the shortest is taken
-MOST_STEPS = 80  # the most steps before lowering gives up
-NEGLIGIBLE = 1e-6  # of the size: the distance that is kept from sharp edges
+CAUTION = 1e-3  # weight of a step's length in the objective: of equally deep steps, the shortest is taken
+MOST_STEPS = 80  # largest number of steps
+NEGLIGIBLE = 1e-6  # distance from sharp edges within which features count as degenerate, as a share of the size
 
 
 @dataclass(frozen=True, eq=False)
 class Still:
     """A body of the scene that counts as fixed, prepared for the contact search.
 
-    ``mu`` is the friction coefficient between it and the object, or None if it is not known; that is an error as soon
-    as the two come close. ``up`` (3,) is the unit vector opposite to gravity.
+    ``mu`` is its friction coefficient with the object, or None if it is not known, which is an error once the two come
+    close. ``up`` (3,) is the unit vector opposite to gravity.
     """
 
     body: Body
@@ -65,7 +65,7 @@ class Still:
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """The object in its own frame, prepared to be put into any pose."""
+    """The object in its own frame, prepared for the contact search in any pose."""
 
     body: Body
 
@@ -85,7 +85,7 @@ class Moved:
         return self.body.com_body
 
     def surface(self, pose: Float) -> Surface:
-        """Return the surface of the object at ``pose`` (4, 4), with as few triangles as it needs."""
+        """Return the surface of the object at ``pose`` (4, 4), with coplanar triangles merged."""
         local = self.body.shape.surface.reduced
         return Surface(transform(pose, local.vertices), local.faces, local.sagitta, local.oriented)
 
@@ -121,7 +121,7 @@ def lowered(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> Fl
     pose = np.array(pose)
     for _ in range(MOST_STEPS):
         keep_to_time()
-        touches = touching(moved, pose, stills, REACH * step)
+        touches = touching(moved, pose, stills, RANGE * step)
         if not len(touches.gaps) or touches.gaps.min() > TOUCHING * moved.size:
             fall = height_above(moved, pose, stills, up)
             if not np.isfinite(fall):
@@ -139,20 +139,20 @@ def lowered(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> Fl
     return None
 
 
-def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -> Touches:
-    """Find the corners and edges of the object and the scene that come within ``reach`` [m] of each other's surfaces.
+def touching(moved: Moved, pose: Float, stills: Sequence[Still], within: float) -> Touches:
+    """Find the corners and edges of the object and the scene that are ``within`` [m] of each other's surfaces.
 
     Raises SceneError if the friction coefficient there is not known.
     """
     mesh = moved_mesh(moved.mesh, pose)
-    low, high = mesh.box[0] - reach, mesh.box[1] + reach
+    low, high = mesh.box[0] - within, mesh.box[1] + within
     points, normals, gaps, mu = [np.empty((0, 3))], [np.empty((0, 3))], [np.empty(0)], [np.empty(0)]
     for still in stills:
         other = still.mesh
         box_low, box_high = still.body.box
         if (box_low > high).any() or (box_high < low).any():
             continue
-        pairs = near_faces(other, mesh, reach)
+        pairs = near_faces(other, mesh, within)
         if not len(pairs):
             continue
         if still.mu is None:
@@ -160,7 +160,7 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
             raise SceneError(message(where, "is not given", "add the pair or a default"))
         size = min(moved.size, still.body.size)
         found = touching_features(
-            other, mesh, pairs, gap=reach, depth=reach, angles=Angles(PARALLEL, PARALLEL),
+            other, mesh, pairs, gap=within, depth=within, angles=Angles(PARALLEL, PARALLEL),
             size=size, strict=NEGLIGIBLE * size,
         )  # fmt: skip
         for place, normal, gap in starmap(_ends, zip(found, (True, False), strict=True)):
@@ -174,14 +174,14 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], reach: float) -
 
 
 def _ends(features: Features, lines: bool) -> tuple[Float, Float, Float]:
-    """Return the points (n, 3), normals (n, 3) and heights (n,) of features; ``lines`` have two ends each."""
+    """Return the points (n, 3) [m], normals (n, 3) and heights (n,) [m] of features; with ``lines``, two ends each."""
     count = 2 if lines else 1
     points = features.ends[:, :count].reshape(-1, 3)
     return points, np.repeat(features.normals, count, axis=0), features.heights[:, :count].reshape(-1)
 
 
 def _distinct(touches: Touches, size: float) -> Touches:
-    """Remove touches at the same place with the same normal; flat faces with many triangles give many of these."""
+    """Remove duplicates: touches at the same place with the same normal, as flat faces of many triangles have."""
     key = np.round(np.hstack([touches.points / (1e-4 * size), touches.normals / 1e-3])).astype(np.int64)
     _, first = np.unique(key, axis=0, return_index=True)
     return Touches(touches.points[first], touches.normals[first], touches.gaps[first], touches.mu[first])

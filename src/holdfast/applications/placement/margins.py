@@ -1,4 +1,4 @@
-"""How much room there is about a placed object: to the edges of what it stands on, and to what stands beside it."""
+"""Measure the room around a placed object: to the edges of its supports, and to the bodies beside it."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.overlap import distance
 from holdfast.scene.body import Body
 
-ALIKE = 0.9  # cosine; triangles of a support whose normal is this close to that of the contact belong to its top
-ROOM = 1.1  # how many times its own size there must be for an object not to jut out: exact fits are not found by chance
-NOTHING = 1e-3  # of the object's size: what rounding and the corners of round faces may jut out over an edge
-SLIT = 0.02  # of the object's size: narrower slits between the tops of several supports are no edges
+ALIKE = 0.9  # cosine of the largest angle between the normals of a contact and of the triangles of its top
+ROOM = 1.1  # an object may overhang if the tops are smaller than this multiple of it: exact fits are rarely found
+NOTHING = 1e-3  # overhang that is allowed for rounding and round faces, as a share of the object's size
+SLIT = 0.02  # width of gaps between tops that do not count as edges, as a share of the object's size
 
 
 def contacts_of(name: str, interfaces: Sequence[Interface]) -> list[Interface]:
@@ -34,12 +34,12 @@ def _across(name: str, interface: Interface) -> tuple[str, float]:
 
 
 def _carrying(interface: Interface, sense: float, up: Float) -> list[Patch]:
-    """Return the patches whose normals, times ``sense``, face along ``up`` (3,): those that carry weight."""
+    """Return the patches whose normals, times ``sense``, face along ``up`` (3,), so that they can carry weight."""
     return [patch for patch in interface.patches if sense * float(patch.normal @ up) > STEEPEST]
 
 
-def carriers_of(name: str, interfaces: Sequence[Interface], up: Float) -> set[str]:
-    """Return the names of the bodies that carry one from below: whose contacts with it face along ``up`` (3,)."""
+def supporting_bodies(name: str, interfaces: Sequence[Interface], up: Float) -> set[str]:
+    """Return the names of the bodies that support ``name`` from below, by contacts that face along ``up`` (3,)."""
     across = [(*_across(name, interface), interface) for interface in contacts_of(name, interfaces)]
     return {other for other, sense, interface in across if _carrying(interface, sense, up)}
 
@@ -51,11 +51,10 @@ def normals_into(assembly: Assembly, name: str) -> Float:
 
 
 def edge_margin(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interface], up: Float) -> float:
-    """Return how far inside the edges of what it stands on the object touches it [m], seen along ``up`` (3,).
+    """Return the smallest distance [m] between a supporting contact patch and the edges of the tops beneath it.
 
-    This is the smallest distance of a contact patch that carries the object from the edge of the supports' tops, taken
-    together. It is 0 for an object that juts out over an edge, and if no patch carries it from below. ``interfaces``
-    are those of ``placed`` with the bodies ``beside``.
+    It is measured as seen along ``up`` (3,), with the tops of all supports joined. It is 0 for an object that overhangs
+    an edge, and if no patch supports it from below. ``interfaces`` are those of ``placed`` with the bodies ``beside``.
     """
     axes, slit = np.array(tangents(up)), SLIT * placed.size
     under = _underneath(placed, beside, interfaces, up)
@@ -72,18 +71,19 @@ def edge_margin(placed: Body, beside: Sequence[Body], interfaces: Sequence[Inter
 
 
 def way_back(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interface], up: Float) -> Float | None:
-    """Return the level shift (3,) [m] that brings an object back which juts out over an edge; None if it does not.
+    """Return the horizontal shift (3,) [m] that ends the overhang of an object over an edge, or None without one.
 
-    Seen along ``up`` (3,), its own faces where it touches must lie in the tops of its supports, or between them if
-    there are several. What is about as large as these, or larger, may jut out. The shift brings the object into the
-    smallest rectangle about the tops. ``interfaces`` are those of ``placed`` with the bodies ``beside``.
+    Seen along ``up`` (3,), the faces on which the object lies must be within the tops of its supports, or within their
+    convex hull if there are several. An object may overhang if it is larger than the tops, or about as large. The shift
+    moves its faces into the smallest rectangle around the tops. ``interfaces`` are those of ``placed`` with the bodies
+    ``beside``.
     """
     axes, slack = np.array(tangents(up)), NOTHING * placed.size
     under = _underneath(placed, beside, interfaces, up)
     feet = [_top(placed, patch.polygon, -sense * patch.normal, up, SLIT * placed.size) for _, sense, patch, _ in under]
     carriers = {other for other, *_ in under}
     whole, foot = shapely.union_all([top for *_, top in under]), shapely.union_all(feet)
-    if foot.is_empty or not foot.area > 0:  # it lies on a round side, an edge or a corner
+    if foot.is_empty or not foot.area > 0:  # the object lies on a round side, an edge or a corner
         return None
     whole = whole.convex_hull if len(carriers) > 1 else whole
     sides, room = _sides(foot), _sides(whole)
@@ -99,7 +99,7 @@ def way_back(placed: Body, beside: Sequence[Body], interfaces: Sequence[Interfac
 def _underneath(
     placed: Body, beside: Sequence[Body], interfaces: Sequence[Interface], up: Float
 ) -> list[tuple[str, float, Patch, shapely.Geometry]]:
-    """Return each patch that carries an object, with the carrying body's name, the sense of the normal and its top."""
+    """Return each patch that supports an object, with the name of the support, the sense of the normal and the top."""
     bodies, found = {body.name: body for body in beside}, []
     for interface in interfaces:
         other, sense = _across(placed.name, interface)
@@ -110,14 +110,14 @@ def _underneath(
 
 
 def _sides(outline: shapely.Geometry) -> Float:
-    """Return two sides (2, 2) of the smallest rectangle about an outline, as vectors."""
+    """Return two sides (2, 2) of the smallest rectangle around an outline, as vectors."""
     return np.diff(shapely.get_coordinates(shapely.minimum_rotated_rectangle(outline)), axis=0)[:2]
 
 
 def _top(support: Body, corners: Float, normal: Float, up: Float, slack: float) -> shapely.Geometry:
     """Return the outline, seen along ``up``, of the part of a support's surface on which a patch lies.
 
-    It consists of the triangles that face like ``normal`` (3,) and reach the heights of the ``corners`` (k, 3) to
+    It consists of the triangles that face like ``normal`` (3,), at the heights of the patch's ``corners`` (k, 3) [m] to
     within ``slack`` [m].
     """
     surface, axes = support.reduced_world, np.array(tangents(up))
@@ -130,7 +130,7 @@ def _top(support: Body, corners: Float, normal: Float, up: Float, slack: float) 
 
 
 def clearance(placed: Body, others: Sequence[Body], search: float) -> float:
-    """Return the distance of the object from the nearest of ``others`` [m]; ``search`` [m] if none is that near."""
+    """Return the distance [m] of the object from the nearest of ``others``, or ``search`` [m] if that is smaller."""
     least = search
     for gap, body in sorted(((box_distance(placed, body), body) for body in others), key=lambda pair: pair[0]):
         if gap >= least:
@@ -141,10 +141,9 @@ def clearance(placed: Body, others: Sequence[Body], search: float) -> float:
 
 
 def rests_on(assembly: Assembly, name: str) -> tuple[str, ...]:
-    """Return the names of what a body touches and of all that carries those bodies, down to the ground.
+    """Return the names of the bodies that ``name`` touches and of all bodies that support these, down to the ground.
 
-    One body carries another if a contact between them faces upwards. Bodies that merely stand on the same ground are
-    not among them.
+    One body supports another if a contact between them faces upwards. Other bodies on the same ground do not count.
     """
     carriers: dict[str, set[str]] = {body.name: set() for body in assembly.bodies}
     touched = set()

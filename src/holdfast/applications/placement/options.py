@@ -40,9 +40,9 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Options:
-    """The conditions that a placement must meet, checked against its scene; ``conditions`` describes them.
+    """The checked options of a placement; Where, Approach and Search describe them.
 
-    ``cone`` is in radians, and ``box`` is a region (2, 3) that may be infinite.
+    ``cone`` is in radians, and ``box`` (2, 3) [m] may be infinite.
     """
 
     box: Float
@@ -66,7 +66,7 @@ class Options:
 
     @property
     def from_afar(self) -> bool:
-        """Whether the object comes from above the scene, because its way in matters."""
+        """Whether the object must start above the scene, because its way in is checked."""
         return self.approach is not None or self.gripper is not None
 
 

@@ -1,4 +1,4 @@
-"""Place several objects with one call."""
+"""Place several objects with one call: check the arguments and build the answer."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ def place_all(
 ) -> Placements:
     """Find places for ``objects``, to be put down one after the other, so that everything stands after each of them.
 
-    The order is chosen: several are tried, the largest base, the heaviest and the bulkiest object first. Two simple
-    rules say which places are looked at: where most of the object is supported, and what is lowest and farthest in a
-    corner. Each of them is tried on its own first; then every object goes where the object and what it rests on
-    withstand most, of what the rules choose. Everything stands in each of these places. The result is the try that
-    places most objects, of these the one whose weakest state withstands the largest push, and then the one with the
-    most room. The poses that the objects already have are ignored.
+    Several orders are tried: the object with the largest base, the heaviest and the bulkiest first. Two rules propose
+    places: the one where most of the object is supported, and the lowest one that is farthest in a corner. Each rule is
+    first used alone. Then each object takes the better of the proposed places, by the pushes that the object and its
+    supports withstand. The result is the attempt that places most objects; among these, the one whose weakest state
+    withstands the largest push, and then the one with the most room. The poses that the objects already have are
+    ignored.
 
-    - ``where`` and ``approach`` hold for every object: see Where, whose ``stack`` and ``apart`` are about several
-      objects, and Approach.
-    - ``search`` bounds the whole call, see Search; what has found no place in time is told. Its ``seed`` and ``solves``
-      are those of the random search for objects without a level place. All places are compared, without ``weights``.
-    - ``friction`` is that of ``plan_placement``.
+    - ``where`` and ``approach`` hold for every object, see Where and Approach.
+    - ``search`` limits the whole call, see Search; the result names the objects without a place. Its ``seed`` and
+      ``solves`` are those of the random search for objects without a level place. ``candidates`` and ``weights`` must
+      not be given.
+    - ``friction`` has the same meaning as in ``plan_placement``.
 
     Raises SceneError if there are no objects, or if they or an option are invalid.
     """
@@ -76,7 +76,7 @@ def place_all(
         return planner(now, body, there, way, how, engine=engine, friction=table.among(known))
 
     for body in bodies:
-        planner_of(assembly, body)  # which refuses what is invalid before anything is searched
+        planner_of(assembly, body)  # raises an error for invalid arguments before the search begins
     solves = RANDOM if how.solves is None else how.solves
     apart = APART if place.apart is None else place.apart
     placing = Placing(planner_of, grounds, place.stack, apart, how.seed, solves)
@@ -84,7 +84,7 @@ def place_all(
 
 
 def _check_search(search: Search) -> None:
-    """Raise SceneError for what only ``plan_placement`` compares poses by."""
+    """Raise SceneError for options that only ``plan_placement`` takes."""
     usual = Search()
     given = [name for name in ("candidates", "weights") if getattr(search, name) != getattr(usual, name)]
     if given:
@@ -97,12 +97,14 @@ def _answered(
 ) -> Placements:
     method = engine_of(engine)
     names = tuple(body.name for body in bodies)
-    assembly = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))  # engines may be told of the bodies
+    assembly = replace(
+        assembly, absent=tuple(sorted({*assembly.absent, *names}))
+    )  # an engine may have options that name the new bodies
     try:
         with until(clock.by("search")):
             verdict = prepared(method, assembly).verdict()
     except OutOfTimeError:
-        verdict = undecided("the time was spent before it was known")
+        verdict = undecided("the time was used up before it was known")
     if verdict.status is not Status.STABLE:
         words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
         reason = f"the scene {words} before anything is put down: {verdict.reason}"
@@ -115,7 +117,7 @@ def _answered(
     if best.left:
         reason = f"no place found for {listed(best.left)}"
         if clock.seconds is not None and clock.elapsed > 0.9 * clock.seconds:
-            reason += ", the time was spent"
+            reason += ", the time was used up"
     return Placements(
         assembly=best.assembly, status=Status.UNDECIDED if best.left else Status.STABLE, reason=reason,
         steps=best.steps, left=best.left, apart=best.apart, tries=tries, elapsed=clock.elapsed,

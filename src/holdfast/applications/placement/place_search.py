@@ -1,4 +1,4 @@
-"""The state of a search for places."""
+"""The state of a search for a place: its clock, and the attempts so far."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from holdfast.applications.placement.refusals import STAGES
 from holdfast.applications.placement.result import Candidate
 from holdfast.assembly.assembly import Assembly
 
-# shares of the time after which the stages of a plan have to end
+# shares of the time limit after which each stage of a plan must end
 SHARES: Mapping[str, float] = MappingProxyType(
     {"map": 0.2, "coarse map": 0.25, "search": 0.55, "compare": 0.7, "refine": 0.8, "end": 0.92}
 )
@@ -22,7 +22,7 @@ SHARES: Mapping[str, float] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Clock:
-    """The longest time ``seconds``, or None for as long as it takes, from ``start`` [s] of ``time.perf_counter`` on."""
+    """A time limit of ``seconds`` (None: no limit) from ``start`` [s] of ``time.perf_counter`` on."""
 
     start: float
     seconds: float | None
@@ -34,11 +34,11 @@ class Clock:
 
     @property
     def elapsed(self) -> float:
-        """The time since it began [s]."""
+        """The time since the start [s]."""
         return time.perf_counter() - self.start
 
     def by(self, stage: str, share: float = 1.0) -> float:
-        """Return when a stage, or a ``share`` of all that leads up to its end, has to end [s of perf_counter]."""
+        """Return the time [s of perf_counter] by which a stage must end, or a ``share`` of the time up to its end."""
         return np.inf if self.seconds is None else self.start + share * SHARES[stage] * self.seconds
 
 
@@ -46,10 +46,10 @@ class Clock:
 class Trials:
     """The state of a search.
 
-    ``found`` holds the stable poses, each with the assembly after the placement, and ``rolling`` those of them in which
-    the object balances on one facet of a round side. ``tried`` counts the attempts, and ``faults`` counts the failed
-    ones by their fault; ``nearest`` is the failed attempt that passed the most checks. ``first`` [s] is the time until
-    the first stable pose. ``out_of_time`` is True if the time ended the search.
+    ``found`` holds the stable poses on flat faces, and ``rolling`` those in which the object balances on one facet of a
+    round side, each with the assembly after the placement. ``tried`` counts the attempts, and ``faults`` counts the
+    failed ones by their fault; ``nearest`` is the failed attempt that passed the most checks. ``first`` [s] is the time
+    until the first stable pose. ``out_of_time`` is True if the search ended at the time limit.
     """
 
     found: list[tuple[Candidate, Assembly]] = field(default_factory=list)
@@ -68,5 +68,5 @@ class Trials:
 
     @property
     def stable(self) -> list[tuple[Candidate, Assembly]]:
-        """The stable poses; those from which the object would roll only if there are no others."""
+        """The stable poses on flat faces or, if there are none, those from which the object would roll."""
         return self.found or self.rolling

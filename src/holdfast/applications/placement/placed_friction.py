@@ -1,4 +1,4 @@
-"""The friction of objects that come into a scene, whose table may not know them."""
+"""The friction table of a scene with new objects, which the scene's own table may not name."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def friction_with(
 ) -> Friction:
     """Return the friction table of the scene with ``objects``.
 
-    It is the table that is ``given``, or the scene's own, in which a number that is given holds for each object and
-    every body with which the table does not pair it, whatever its default. Raises SceneError if there is no coefficient
-    for an object on one of the ``supports``.
+    If ``given`` is a table, it is returned; otherwise the scene's own table is. If ``given`` is a number, it holds
+    between each object and every body with which the table does not pair it, in place of the table's default. Raises
+    SceneError if there is no coefficient between an object and one of the ``supports``.
     """
     table = given if isinstance(given, Friction) else assembly.scene.friction
     bodies = [*assembly.bodies, *objects]

@@ -1,4 +1,4 @@
-"""Plan a placement: with one call, or with a planner that can be asked with many seeds."""
+"""Plan a placement with one call, or with a planner that can be used with many seeds."""
 
 from __future__ import annotations
 
@@ -44,20 +44,21 @@ def plan_placement(
 ) -> Placement:
     """Find a good pose for ``obj`` in which everything stands; the pose that it already has is ignored.
 
-    Several stable poses are compared: by the least push on the object and on what it rests on, and by the room about it
-    to edges and neighbours (``Placement.rating``). A pose on a flat face comes before one on a facet of a round side,
-    from which a round body would roll.
+    Several stable poses are compared: by the smallest push that moves the object or its supports, and by the room to
+    edges and neighbours (``Placement.rating``). Poses on flat faces rank before poses on a facet of a round side, from
+    which a round body would roll.
 
-    - ``where`` it may be placed, on which ``approach`` it gets there, and how long the ``search`` takes: see Where,
-      Approach and Search. Without them it may be placed anywhere, in any orientation and on any way in, within 60 s.
+    - ``where``, ``approach`` and ``search`` say where the object may be placed, how it gets there, and how long to
+      search: see Where, Approach and Search. By default any place, orientation and way in is allowed, and the search
+      takes at most 60 s.
     - ``friction``: the coefficient of the object with all bodies with which the scene's table does not pair it, or
       the whole table of the scene with the object. By default it is the scene's own table.
-    - ``imperfect`` faces, as in ``robustness``: stable poses are then compared by ``lower``, which covers the samples,
-      and so does ``lower`` of the result; forces stay ideal. With 32 samples each comparison takes about as long as 30
-      maps.
+    - ``imperfect``: imperfect faces, as in ``robustness``. Stable poses are then compared by ``lower``, which holds on
+      the samples, as does ``lower`` of the result; forces remain those of ideal faces. With 32 samples, a comparison
+      takes about as long as 30 maps.
 
     If no place is found, the result says why. Raises SceneError if ``obj`` is fixed, is not a Body or has the name of
-    another body, and HoldfastError if an option is invalid or ``imperfect`` is asked of another engine than
+    another body, and HoldfastError if an option is invalid or ``imperfect`` is given for an engine other than
     ``compliant``.
     """
     place, how = checked_value(where, Where, f"{NAME}: where"), checked_value(search, Search, f"{NAME}: search")
@@ -84,7 +85,7 @@ def planner(
     friction: Friction | float | None = None,
     imperfect: Imperfect | None = None,
 ) -> Planner:
-    """Return a planner that can be asked with many seeds; the arguments are those of ``plan_placement``."""
+    """Return a planner that can be used with many seeds; the arguments are those of ``plan_placement``."""
     assembly = checked_assembly(assembly)
     place = checked_value(where, Where, f"{NAME}: where")
     way = checked_value(approach, Approach, f"{NAME}: approach")
@@ -115,16 +116,18 @@ def planner(
         spacing=how.spacing,
         imperfect=imperfect,
     )
-    covering(imperfect, method, assembly)  # which refuses what no map could be asked
+    covering(imperfect, method, assembly)  # raises an error if the engine does not take imperfect faces
     if options.least_supports > len(options.supports):
         problem = f"least_supports is {options.least_supports}, supports are {listed(options.supports)}"
         raise SceneError(message("Where", problem, "ask for no more than there are"))
     names = {obj.name} if obj.material is None else {obj.name, obj.material}
-    assembly = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))  # engines may be told of the body
+    assembly = replace(
+        assembly, absent=tuple(sorted({*assembly.absent, *names}))
+    )  # an engine may have options that name the new body
     return Planner(assembly, obj, method, None if second == method else second, options)
 
 
-def _check_object(assembly: Assembly, obj: Any) -> None:  # noqa: ANN401 - whatever the caller gave
+def _check_object(assembly: Assembly, obj: Any) -> None:  # noqa: ANN401 - any argument of a caller
     """Raise SceneError unless ``obj`` can be placed in the scene."""
     where = NAME
     if not isinstance(obj, Body):

@@ -1,13 +1,13 @@
-"""Plan placements after Sec. VII-A: what a scene withstands says where to put the next object.
+"""Plan placements by the robustness of the scene, after Nadeau & Kelly, Sec. VII-A.
 
-1. One to three points of the scene are chosen by what they withstand. 2. A face of the object is laid on them with
-opposed normals, and the centre of mass between the points. 3. The object is lowered until it rests (``lowering``). 4.
-Overlap, supports, region, orientation and the way in are checked, and then whether everything stands (``checks``). 5.
-Several such poses are compared by what the object and what it rests on withstand and by the room about it
-(``rating``), and the best few are moved to where there is more room (``refine``).
+1. One to three points of the scene are chosen at random, weighted by the pushes that they withstand. 2. A face of the
+object is laid on them with opposed normals, with the centre of mass between the points. 3. The object is lowered until
+it rests (``lowering``). 4. Overlap, supports, region, orientation and the way in are checked, and then whether
+everything stands (``checks``). 5. Several such poses are compared by the pushes that the object and its supports
+withstand and by the room around it (``rating``), and the best few are shifted to where there is more room (``refine``).
 
-The planner of the paper's reference [16] was not available. The steps are those that Sec. VII-A reports of it; the
-details are ours.
+The planner of the paper's reference [16] was not available. The steps are those that Sec. VII-A describes; the details
+are our own.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from holdfast.applications.placement.margins import normals_into
 from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.place_search import Clock, Trials
 from holdfast.applications.placement.proposals import Proposals
-from holdfast.applications.placement.rating import UNASKED, full_map, least_push, unasked_map
+from holdfast.applications.placement.rating import UNASKED, least_push, unasked_map
 from holdfast.applications.placement.refusals import FALLS, OVERLAPS
 from holdfast.applications.placement.result import Candidate, Placement
 from holdfast.applications.placement.standing_faces import Face, faces_of, rolls_on
@@ -40,19 +40,19 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Status, Verdict
-from holdfast.queries.map import RobustnessMap
+from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.scene.body import Body
 
-COARSER = 3.0  # of the spacing: that of the map of the scene, where there was no time for a finer one
-SPENT = "the time was spent"
+COARSER = 3.0  # spacing of the scene's coarse map, as a multiple of that of the fine one
+SPENT = "the time was used up"
 
 
 @dataclass(frozen=True, eq=False)
 class Planner:
-    """A planner for one object, one scene and one engine, which is prepared once and asked with many seeds.
+    """A planner for one object, one scene and one engine, which can be used with many seeds.
 
-    The maps of the scene and the faces of the object are computed when they are first needed. ``confirm`` is a second
-    engine that must also find every returned pose stable, or None.
+    The maps of the scene and the faces of the object are computed once, when they are first needed. ``confirm`` is a
+    second engine that must also find every returned pose stable, or None.
     """
 
     assembly: Assembly
@@ -71,8 +71,8 @@ class Planner:
     ) -> Placement:
         """Return the best of up to ``candidates`` stable poses.
 
-        The search ends after ``attempts`` attempts. Everything together takes ``seconds`` at most, which is checked
-        wherever progress is reported: between two reports lies half a second at most.
+        The search ends after ``attempts`` attempts. Everything together takes at most about ``seconds``: the limit is
+        checked wherever progress is reported, at least every half second.
         """
         clock = Clock.started(seconds)
         try:
@@ -89,12 +89,12 @@ class Planner:
                 Trials(), f"no exposed point of {listed(self.options.supports)} faces up{region}", clock
             )
         if not support.chance.any():
-            return self._nothing(Trials(), f"no point to build on is sure to withstand a push{self._unknown()}", clock)
+            return self._nothing(Trials(), f"no support point certainly withstands a push{self._unknown()}", clock)
         search = self._searched(
             self._proposals(support), [clock.by("search"), clock.by("end")], seed, candidates, attempts
         )
         if not search.stable:
-            spent = SPENT if search.out_of_time else "all attempts were spent"
+            spent = SPENT if search.out_of_time else "all attempts were used up"
             return self._nothing(search, f"no stable pose found, {spent}", clock)
         return self._best(search, support, clock)
 
@@ -107,9 +107,9 @@ class Planner:
         attempts: int = ATTEMPTS,
         mapped: bool = True,
     ) -> Trials:
-        """Search for stable poses as ``plan`` does, but do not rate them.
+        """Search for stable poses as ``plan`` does, without rating them.
 
-        The scene must stand, and there must be points to build on. Without ``mapped`` nothing is asked about what these
+        The scene must stand. Without ``mapped``, support points are chosen without computing which pushes they
         withstand.
         """
         if mapped:
@@ -132,7 +132,7 @@ class Planner:
 
     @cached_property
     def support(self) -> SupportPoints:
-        """The points of the scene on which poses can be built."""
+        """The support points: points of the scene on which poses can be built."""
         return self._support_of(self.maps)
 
     @cached_property
@@ -147,7 +147,7 @@ class Planner:
 
     @cached_property
     def proposals(self) -> Proposals:
-        """The poses that are proposed."""
+        """The generator of poses."""
         return self._proposals(self.support)
 
     @cached_property
@@ -172,7 +172,7 @@ class Planner:
         return support_points(maps, self.weight, self.assembly.scene.up, options.weights, options.box)
 
     def _support_in(self, clock: Clock) -> SupportPoints:
-        """Return the points to build on, from maps that are as fine as there is time for, and from none at last."""
+        """Return the support points, from the finest maps that there is time for, or without maps."""
         try:
             with until(clock.by("map")):
                 return self.support
@@ -188,7 +188,7 @@ class Planner:
     def _searched(
         self, proposals: Proposals, deadlines: Sequence[float], seed: int, candidates: int, attempts: int
     ) -> Trials:
-        """Search until the first of ``deadlines`` before which a stable pose on a flat face is found."""
+        """Search until the first of ``deadlines``; if no stable pose on a flat face was found, until the next one."""
         rng = np.random.default_rng(seed)
         search, clock = Trials(), Clock.started(None)
         flat = any(face.tilt > 0 and not face.rolls for face in self.faces)
@@ -260,18 +260,21 @@ class Planner:
         )
 
     def _full_map(self, chosen: Compared, clock: Clock) -> tuple[RobustnessMap, str]:
-        """Return a map of everything, or what there was time for, with a remark on what is missing."""
+        """Return a map of all movable bodies, or the part that there was time for, with a remark on what is missing."""
         options = self.options
         try:
             with until(clock.by("end")):
-                return full_map(chosen.after, options.spacing, self.engine, options.imperfect), ""
+                found = robustness_map(
+                    chosen.after, spacing=options.spacing, engine=self.engine, imperfect=options.imperfect
+                )
+                return found, ""
         except OutOfTimeError:
             if chosen.own is not None:
-                return chosen.own, f"; {SPENT}: only {self.body.name} was pushed, at few points"
+                return chosen.own, f"; {SPENT}: the map covers {self.body.name} only, at few points"
             return unasked_map(chosen.after, self.body.name, options.spacing, self.engine), f"; {UNASKED}"
 
     def _unknown(self) -> str:
-        """Say how many answers of the scene's maps are not known, or nothing if all are known."""
+        """Say how many answers of the scene's maps are undecided; "" if none is."""
         return "".join(f"; {found.undecided.text}" for found in vars(self).get("maps", []) if found.undecided.count)
 
     def _refused(self, clock: Clock) -> Placement:
@@ -282,8 +285,8 @@ class Planner:
         return self._without(verdict.status, reason, Trials(), clock, verdict)
 
     def _nothing(self, search: Trials, why: str, clock: Clock) -> Placement:
-        told = ", ".join(f"{count} x {fault}" for fault, count in search.faults.most_common())
-        reason = f"{why} ({search.tried} attempts: {told})" if told else why
+        counts = ", ".join(f"{count} x {fault}" for fault, count in search.faults.most_common())
+        reason = f"{why} ({search.tried} attempts: {counts})" if counts else why
         return self._without(Status.UNDECIDED, reason, search, clock, self.verdict)
 
     def _without(self, status: Status, reason: str, search: Trials, clock: Clock, verdict: Verdict) -> Placement:

@@ -1,4 +1,4 @@
-"""Propose poses: a face of the object on points of the scene that withstand much, let down until it rests."""
+"""Propose poses: lay a face of the object on points of the scene that withstand large pushes, and lower it."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from holdfast.base.errors import SceneError
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-CLEARANCE = 0.02  # of the object's size: the height above its place from which the object is lowered
+CLEARANCE = 0.02  # height above its place from which the object is lowered, as a share of its size
 SEVERAL = (0.5, 0.35, 0.15)  # probabilities of building a pose on one, two and three points
-UPRIGHT_SHARE = 0.5  # of the proposals put the object upright, where it can stand like that
-ROUND_SHARE = 0.25  # of the proposals put it on a facet of a round side, where it has a flat face as well
+UPRIGHT_SHARE = 0.5  # smallest share of proposals with the object upright, if it can stand upright
+ROUND_SHARE = 0.25  # largest share of proposals on facets of round sides, if the object also has flat faces
 
 
 @dataclass(frozen=True, eq=False)
 class Proposals:
-    """Poses of one object in one scene, at random.
+    """A generator of random poses of one object in one scene.
 
-    ``support`` holds the points to build on, ``faces`` those of the object, ``still`` the bodies of the scene, all
-    fixed, and ``free`` tells whether the object shares no volume with the scene in a pose (4, 4).
+    ``support`` holds the support points, ``faces`` the faces of the object, and ``still`` the bodies of the scene, all
+    fixed. ``free`` returns whether the object overlaps no closed body of the scene in a pose (4, 4).
     """
 
     assembly: Assembly
@@ -48,15 +48,16 @@ class Proposals:
 
     @cached_property
     def moved(self) -> Moved:
-        """The object, prepared to be put into any pose."""
+        """The object, prepared for the contact search in any pose."""
         return Moved(self.body)
 
     @cached_property
     def chances(self) -> Float:
         """The probability (n,) of choosing each face.
 
-        It grows with the tilt at which the object still stands on the face. Where orientations have not been asked for,
-        faces on which it stands upright have UPRIGHT_SHARE of it, and round sides ROUND_SHARE at most.
+        It increases with the tilt at which the object still stands on the face. Facets of round sides have at most
+        ROUND_SHARE together; unless orientations are given, faces on which the object is upright have at least
+        UPRIGHT_SHARE.
         """
         tilt = np.array([face.tilt for face in self.faces])
         chance = np.where(tilt > 0, np.maximum(tilt, 0.0) ** self.options.weights.steadiness, 0.0)
@@ -95,7 +96,7 @@ class Proposals:
         return max(float((body.surface_world.vertices @ self.up).max()) for body in self.assembly.bodies)
 
     def points(self, rng: np.random.Generator) -> Int:
-        """Choose points of ``support`` to build a pose on, and return their numbers."""
+        """Choose the support points of a pose, and return their numbers."""
         least = min(self.options.least_supports, 3)
         chance = np.array(SEVERAL[least - 1 :])
         count = least + int(rng.choice(len(chance), p=chance / chance.sum()))
@@ -118,9 +119,9 @@ class Proposals:
         return pose_on(places, normal, face, along, rng)
 
     def let_down(self, pose: Float) -> Float | None:
-        """Return the pose at rest, or None.
+        """Lower the object from just above ``pose`` (4, 4), or from above the scene if there is no room.
 
-        The object is released just above its place if there is room, and otherwise from above the scene.
+        Returns the pose (4, 4) at rest, or None.
         """
         lifted = pose.copy()
         lifted[:3, 3] += CLEARANCE * self.moved.size * self.up
@@ -131,7 +132,7 @@ class Proposals:
 
 
 def _at_most(chance: Float, which: Bool, share: float) -> Float:
-    """Return the chances (n,) scaled so that those of ``which`` (n,) make up ``share`` of them at most."""
+    """Return the probabilities ``chance`` (n,), scaled so that those of ``which`` (n,) are at most ``share`` of all."""
     some, rest = float(chance[which].sum()), float(chance[~which].sum())
     if some <= share * (some + rest):
         return chance

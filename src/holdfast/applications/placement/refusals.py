@@ -1,4 +1,4 @@
-"""Why a pose is refused, in words, in the order in which it is checked."""
+"""The faults of poses, in words, in the order in which they are checked."""
 
 OVERLAPS, FALLS, OUTSIDE = "overlaps the scene", "slides or falls off", "outside the region"
 TURNED, UNSUPPORTED, SHUT_IN = "not in an allowed orientation", "not on enough of the supports", "no way in"
@@ -10,4 +10,4 @@ MARGINAL = "would not stand if it were heavier by the margin"
 STAGES = (
     *(FALLS, OVERLAPS, OUTSIDE, TURNED, KEPT_OUT, AWAY, UNSUPPORTED, HANGS, FORBIDDEN, SHUT_IN, GRIPPED),
     *(UNSURE, FALLEN, BALANCED, REFUSED, MARGINAL),
-)  # in the order of the checks: the later the fault, the nearer the attempt is to a place
+)  # in the order of the checks: an attempt with a later fault passed more of them

@@ -23,7 +23,7 @@ from holdfast.base.values import Table, Value, seal
 from holdfast.contacts.interface import Interface
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
-from holdfast.queries.result import Result, gives_way
+from holdfast.queries.result import Result, gives_way, vector_text
 from holdfast.scene.body import Body
 
 
@@ -34,10 +34,10 @@ class Candidate(Value):
     """A pose (4, 4), body frame to world, that was tried.
 
     ``fault`` says in words why it was rejected; it is empty for a stable pose. ``robustness`` [N] of a stable pose is
-    what the object and what it rests on withstand, by the decided points of coarse maps, or None if no point was
-    decided; ``lower`` [N] is the least lower bound there if it covers imperfect faces, else None. ``rating`` says what
-    makes a stable pose good or bad. ``points`` (k, 3) [m] are the points of the scene on which the pose was built, with
-    outward ``normals`` (k, 3), world frame; afterwards the pose may have been moved to where there is more room.
+    the smallest push on the object and its supports that moves something, from the decided points of coarse maps, or
+    None if no point is decided. ``lower`` [N] is the smallest lower bound there if faces are imperfect, else None.
+    ``rating`` says what makes a stable pose good or bad. ``points`` (k, 3) [m] are the support points on which the pose
+    was built, with outward ``normals`` (k, 3), world frame; the pose may have been shifted afterwards.
     """
 
     pose: Float
@@ -61,17 +61,16 @@ class Placement(Result):
     before anything is put down. UNDECIDED: no place was found, which does not prove that there is none, or the verdict
     on the scene is undecided. ``reason`` explains the status.
 
-    If the status is STABLE, ``pose`` (4, 4), body frame to world, is the best pose found. ``assembly`` is the assembly
-    with the object in place, ``body`` is the object, and ``contacts`` are its interfaces. ``map`` is the robustness map
-    of that assembly, and ``robustness`` [N] is its smallest inward push over all decided points of movable bodies, at
-    ``weakest``. If no point is decided, the status of ``weakest`` is UNDECIDED, and the 0 is no answer. The pose was
-    built on ``points`` (k, 3) [m] with outward ``normals`` (k, 3), chosen from the points in ``support``.
+    If the status is STABLE, ``pose`` (4, 4), body frame to world, is the pose with the best ``rating``: by the pushes
+    that the object and the bodies ``beneath`` it withstand, and by the room around it, whatever the rest of the scene
+    withstands. ``assembly`` is the assembly with the object in place, ``body`` is the object, and ``contacts`` are its
+    interfaces. ``map`` is the robustness map of that assembly, and ``robustness`` [N] is its smallest inward push over
+    all decided points of movable bodies, at ``weakest``. If no point is decided, the status of ``weakest`` is
+    UNDECIDED, and the 0 is no answer. The pose was built on ``points`` (k, 3) [m] with outward ``normals`` (k, 3),
+    chosen from ``support``.
 
-    Otherwise ``pose``, ``map`` and what follows from them are None, ``robustness`` is 0, and ``best`` is the attempt
-    that passed the most checks.
-
-    The pose is the best by its ``rating``: by what the object withstands, what the bodies that it rests on withstand,
-    which ``beneath`` names, and the room about it; a weak point elsewhere in the scene has no part in it.
+    Otherwise ``pose``, ``map`` and the values that follow from them are None, ``robustness`` is 0, and ``best`` is the
+    attempt that passed the most checks.
 
     ``candidates`` are all stable poses found, the returned one first. ``attempts`` counts all attempts, and ``faults``
     counts the failed ones by their fault. ``time_to_stable`` [s] is the time until the first stable pose, and
@@ -107,7 +106,7 @@ class Placement(Result):
 
     @property
     def body(self) -> Body | None:
-        """The object in place, or None without a place."""
+        """The object in place, or None if no place was found."""
         return None if self.assembly is None else self.assembly.scene.body(self.name)
 
     @property
@@ -142,9 +141,9 @@ class Placement(Result):
 
     @property
     def lower(self) -> float:
-        """The least lower bound [N] over the decided points of the map; 0 without a place or without an answer.
+        """The smallest lower bound [N] over the decided points of the map; 0 without a place or without an answer.
 
-        It covers imperfect faces if they were given.
+        It holds on imperfect faces if they were given.
         """
         return 0.0 if self.map is None else least_push(self.map, column="lower") or 0.0
 
@@ -163,20 +162,8 @@ class Placement(Result):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, without the meshes and pushes of the map."""
         names = (
-            *(
-                "name",
-                "status",
-                "reason",
-                "pose",
-                "robustness",
-                "lower",
-                "weakest",
-                "attempts",
-                "faults",
-                "rating",
-                "beneath",
-            ),
-            *("candidates", "best", "points", "normals", "time_to_stable", "elapsed"),
+            *("name", "status", "reason", "pose", "robustness", "lower", "weakest", "attempts", "faults", "rating"),
+            *("beneath", "candidates", "best", "points", "normals", "time_to_stable", "elapsed"),
         )
         return self.about() | {name: to_dict(getattr(self, name)) for name in names}
 
@@ -185,15 +172,19 @@ class Placement(Result):
         facts = [("reason", self.reason), ("attempts", f"{self.attempts} in {self.elapsed:.2g} s"), *self.facts()]
         if self.pose is None:
             return Summary(f"no place found for {self.name}: {self.reason}", facts, notes=self.notes)
-        place = "(" + ", ".join(f"{v + 0.0:.4g}" for v in self.pose[:3, 3]) + ") m"
         if self.weakest is not None:
             weak = self.weakest
             what = f"{number(weak.force, 'N')} on {weak.body}: {gives_way(weak.mode, weak.moving)}"
             facts.insert(0, ("least push afterwards", "undecided" if weak.status is Status.UNDECIDED else what))
         if self.rating is not None:
             facts[:0] = self.rating.facts(self.name, self.beneath)
-        told = "; ".join([f"{self.name} stands at {place}", *filter(None, [self.answers.undecided.text])])
-        return Summary(told, facts, notes=self.notes)
+        headline = "; ".join(
+            [
+                f"{self.name} stands at {vector_text(self.pose[:3, 3], '.4g')} m",
+                *filter(None, [self.answers.undecided.text]),
+            ]
+        )
+        return Summary(headline, facts, notes=self.notes)
 
 
 _NONE = np.empty((0, 3))

@@ -1,10 +1,10 @@
-"""Place several objects one after the other, in an order that is chosen, so that everything stands after each step.
+"""Place several objects one after the other, in the best order found, so that everything stands after each step.
 
-A systematic search lists the level places of an object (``spots``); where there is none in which everything stands, the
-random search of ``plan_placement`` is asked. Which place is taken, and in which order, is a way (``choices``). The two
-simple rules come first, which are quick; then places are compared by what the object and what it rests on withstand, in
-several orders and at several distances, while there is time. The best try is that which places most objects, then the
-one whose weakest state is the strongest, and then the one with the most room.
+A systematic search lists the level places of an object (``places``). If everything stands in none of them, the random
+search of ``plan_placement`` is used. A strategy (``choices``) determines the order and the place of each object.
+The two quick rules are tried first. Then, while there is time, places are compared by the pushes that the object and
+its supports withstand, in several orders and at several distances. The best attempt is the one that places most
+objects; among these, the one with the strongest weakest state, and then the one with the most room.
 """
 
 from __future__ import annotations
@@ -18,9 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.applications.placement.choices import COMPARING, RULED, Rule, Way
+from holdfast.applications.placement.choices import COMPARING, RULED, Rule, Strategy
 from holdfast.applications.placement.comparing import Compared, rated
-from holdfast.applications.placement.level_places import Outline, Spot, frame_of, levels_of, spots_for, turns_of
+from holdfast.applications.placement.level_places import (
+    LevelPlace,
+    Outline,
+    frame_of,
+    level_places_for,
+    levels_of,
+    turns_of,
+)
 from holdfast.applications.placement.place_search import Clock
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.rating import TOPPLED
@@ -32,27 +39,27 @@ from holdfast.base.arrays import Float
 from holdfast.base.progress import OutOfTimeError, report, until
 from holdfast.scene.body import Body
 
-MOST_FACES = 3  # faces of an object on which places are looked at
-MOST_REFUSED = 12  # places that are refused one after the other before a face is given up
+MOST_FACES = 3  # number of faces of an object on which it is placed
+MOST_REFUSED = 12  # number of places that are checked by one rule before it gives up a face
+# distances between objects, as multiples of ``apart``, with the share of the time by which a rule must end
 WIDER: Mapping[float, float] = MappingProxyType({8.0: 0.25, 4.0: 0.45, 2.0: 0.65, 1.0: 1.0})
-# distances that are tried, as multiples of the least one, each with the share of the time by which a rule has to end
-SLACK = 1.5  # of the time of the longest try that has to be left for another one
-POINTS = 40  # about the most points of the maps by which places are compared
-RANDOM = 25  # attempts of the random search by default
+SLACK = 1.5  # another attempt begins if the time left is this multiple of the longest attempt
+POINTS = 40  # approximate largest number of points of the maps by which places are compared
+RANDOM = 25  # default number of attempts of the random search
 _NONE = np.empty((0, 3))
 
 
 def worth(place: Compared) -> tuple[float, ...]:
-    """What decides between two places of one object: what the object and what it rests on withstand, upright doubly."""
+    """Return the sort key of the places of one object: the smallest push, halved if the object is not upright."""
     rating = place.rating
     return float(rating.own is not None), (rating.least or 0.0) * (1.0 if rating.upright else TOPPLED)
 
 
 @dataclass(frozen=True, eq=False)
 class Try:
-    """What one way came to: the ``steps``, the ``assembly`` after them and the names of those ``left`` without a place.
+    """The result of one strategy: its ``steps``, the ``assembly`` after them, and the objects ``left`` without a place.
 
-    A try that could not become the best any more was ended: then some objects are neither placed nor left.
+    An attempt ends early when it can no longer be the best; some objects are then neither placed nor left.
     """
 
     steps: tuple[PlacedObject, ...]
@@ -62,11 +69,11 @@ class Try:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """What decides between two of them; the larger is the better.
+        """The sort key of attempts; the best has the largest.
 
-        The number of objects comes first, then the least push of all steps, then the distance, because room is worth
-        more than what a step withstands that is not the weakest. The other steps are last, the weakest of them first:
-        an object that any push moves, such as a ball, does not make all tries equal.
+        The number of objects comes first, then the smallest push of all steps, then the distance between objects, and
+        last the pushes of the other steps, the smallest first. These decide if an object that any push moves, such as a
+        ball, makes the smallest push 0 in all attempts.
         """
         leasts = sorted(_rounded(step) for step in self.steps)
         return len(leasts), leasts[:1], self.apart, leasts
@@ -80,9 +87,9 @@ def _rounded(step: PlacedObject) -> float:
 class Placing:
     """Places several objects in one scene.
 
-    ``planner_of`` makes a planner for an object in an assembly. ``grounds`` names the bodies to place objects on, which
-    also stand on each other if ``stack`` is True. ``apart`` [m] is the least distance between them. ``solves`` are the
-    attempts of the random search for an object that has no level place, with ``seed``.
+    ``planner_of`` makes a planner for an object in an assembly. ``grounds`` names the bodies on which objects may be
+    placed; with ``stack``, they may also be placed on each other. ``apart`` [m] is the smallest distance between them.
+    ``solves`` limits the random search, with ``seed``, for an object that has no level place.
     """
 
     planner_of: Callable[[Assembly, Body], Planner]
@@ -95,34 +102,34 @@ class Placing:
     _outlines: dict[str, Outline] = field(default_factory=dict)
 
     def best(self, assembly: Assembly, objects: Sequence[Body], clock: Clock) -> tuple[Try, int]:
-        """Return the best of all tries that there is time for, and their number.
+        """Return the best of all attempts that there is time for, and their number.
 
-        The rules at the least distance come first, which are quick: that is the baseline. Then the widest distance is
-        sought at which a rule places everything; a try at a wide distance ends as soon as an object finds no place.
-        There places are compared, and also at narrower distances where an order finds none for some object.
+        The baseline is each rule at the smallest distance. Then the widest distance is sought at which a rule places
+        everything; an attempt at a wider distance ends as soon as an object has no place. There, places are compared,
+        and also at narrower distances until every order places everything.
         """
         tries, spent = list[Try](), list[float]()
 
-        def whole(way: Way, wider: float, deadline: float) -> bool:
-            """Make a try, and tell whether there was time for it and no object was left without a place."""
+        def whole(strategy: Strategy, wider: float, deadline: float) -> bool:
+            """Make an attempt, and return whether there was time for it and every object has a place."""
             begun = clock.elapsed
             if tries and clock.seconds is not None and begun + SLACK * max(spent) > clock.seconds:
                 return False
             beat = max((one.key for one in tries), default=None)
-            one = self._tried(assembly, objects, way, wider * self.apart, deadline, wider == 1, beat)
+            one = self._tried(assembly, objects, strategy, wider * self.apart, deadline, wider == 1, beat)
             spent.append(clock.elapsed - begun)
             tries.extend([] if one is None else [one])
             return one is not None and not one.left
 
         def ruled(wider: float) -> bool:
-            """Try the rules at a distance, and tell whether one of them placed everything."""
+            """Try each rule at a distance, and return whether one of them placed everything."""
             deadline = clock.by("compare", WIDER[wider]) if wider > 1 else clock.by("end")
-            return any([whole(way, wider, deadline) for way in RULED])  # noqa: C419 - both are tried
+            return any([whole(strategy, wider, deadline) for strategy in RULED])  # noqa: C419 - both are tried
 
         ruled(1.0)
         distances = WIDER if self.apart > 0 and not self.stack else (1.0,)
         for wider in dropwhile(lambda wider: wider > 1 and not ruled(wider), distances):
-            if all([whole(way, wider, clock.by("end")) for way in COMPARING]):  # noqa: C419 - every order is tried
+            if all([whole(strategy, wider, clock.by("end")) for strategy in COMPARING]):  # noqa: C419 - every order is tried
                 break
         return max(tries, key=lambda one: one.key), len(spent)
 
@@ -130,26 +137,26 @@ class Placing:
         self,
         assembly: Assembly,
         objects: Sequence[Body],
-        way: Way,
+        strategy: Strategy,
         apart: float,
         deadline: float,
         whole: bool,
         beat: tuple[Any, ...] | None,
     ) -> Try | None:
-        """Place the objects in this way, as far as the key of another try can still be ``beat``.
+        """Place the objects by a strategy, until the key of another attempt, ``beat``, can no longer be exceeded.
 
-        Where one finds no place or the time is over, the result is None, unless ``whole`` asks for what there is.
+        If an object has no place or the time is up, the result is None, or with ``whole`` the attempt without it.
         """
         steps, left, after = list[PlacedObject](), list[str](), assembly
         begun = time.perf_counter()
-        ordered = sorted(objects, key=way.order, reverse=True)
+        ordered = sorted(objects, key=strategy.order, reverse=True)
         for number, body in enumerate(ordered):
             report("objects placed", number, len(ordered))
             now = time.perf_counter()
             hurry = number > 0 and (now - begun) / number * (len(ordered) - number) > deadline - now
             try:
                 with until(deadline):
-                    found = self._placed(assembly, after, body, way.hurried() if hurry else way, apart, whole)
+                    found = self._placed(assembly, after, body, strategy.hurried() if hurry else strategy, apart, whole)
             except OutOfTimeError:
                 if not whole:
                     return None
@@ -170,18 +177,18 @@ class Placing:
         return Try(tuple(steps), after, tuple(left), apart)
 
     def _placed(
-        self, before: Assembly, assembly: Assembly, body: Body, way: Way, apart: float, whole: bool
+        self, before: Assembly, assembly: Assembly, body: Body, strategy: Strategy, apart: float, whole: bool
     ) -> Compared | None:
-        """Return the best of the places that a way looks at and in which everything stands, or None."""
+        """Return the best place of a strategy where everything stands, or None."""
         asked = self.planner_of(assembly, body)
         if body.name not in self._faces:
             self._faces[body.name] = asked.faces
         faces = self._faces[body.name]
         found = list[Compared]()
-        spots = sorted(self.spots(before, assembly, body, faces, apart, asked), key=lambda spot: spot.face)
-        for _, alike in islice(groupby(spots, key=lambda spot: spot.face), MOST_FACES):
-            found += self._standing(list(alike), asked, faces, way.rules)
-            if found and not way.compares:
+        places = sorted(self.places(before, assembly, body, faces, apart, asked), key=lambda place: place.face)
+        for _, alike in islice(groupby(places, key=lambda place: place.face), MOST_FACES):
+            found += self._standing(list(alike), asked, faces, strategy.rules)
+            if found and not strategy.compares:
                 break
         if found:
             return max(found, key=worth)
@@ -193,29 +200,29 @@ class Placing:
         return None
 
     def _standing(
-        self, spots: Sequence[Spot], asked: Planner, faces: Sequence[Face], rules: Sequence[Rule]
+        self, places: Sequence[LevelPlace], asked: Planner, faces: Sequence[Face], rules: Sequence[Rule]
     ) -> list[Compared]:
-        """Return the first place by each rule in which everything stands, rated, each place once."""
+        """Return the first place of each rule where everything stands, rated and without duplicates."""
         known, found = dict[int, Assembly | None](), dict[int, Assembly]()
         for rule in rules:
-            ranked = sorted(range(len(spots)), key=lambda k: rule(spots[k]))
-            asked_for = (k for k in ranked if not asked.checks.misplaced(asked.body.moved(spots[k].pose)))
+            ranked = sorted(range(len(places)), key=lambda k: rule(places[k]))
+            asked_for = (k for k in ranked if not asked.checks.misplaced(asked.body.moved(places[k].pose)))
             for k in islice(asked_for, MOST_REFUSED):
                 if k not in known:
-                    known[k] = asked.checks.fault(spots[k].pose)[1]
+                    known[k] = asked.checks.fault(places[k].pose)[1]
                 after = known[k]
                 if after is not None:
                     found[k] = after
                     break
-        candidates = {k: Candidate(spots[k].pose, _NONE, _NONE, "") for k in found}
+        candidates = {k: Candidate(places[k].pose, _NONE, _NONE, "") for k in found}
         return [
             rated(asked.checks, faces, candidates[k], after, Clock.started(None), POINTS) for k, after in found.items()
         ]
 
-    def spots(
+    def places(
         self, before: Assembly, assembly: Assembly, body: Body, faces: Sequence[Face], apart: float, asked: Planner
-    ) -> list[Spot]:
-        """Return all level places of an object on what it may be placed on, ``apart`` [m] from all else."""
+    ) -> list[LevelPlace]:
+        """Return all level places of an object on its possible supports, ``apart`` [m] from other bodies."""
         up = assembly.scene.up
         first = [b for b in before.bodies if b.name in self.grounds]
         axes = frame_of(first, up)
@@ -223,7 +230,7 @@ class Placing:
         levels = levels_of(first + (placed if self.stack else []), up, axes)
         outlines = [self._outline(b, up, axes) for b in asked.checks.frozen]
         inset = 0.0 if self.stack else apart
-        return spots_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
+        return level_places_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
 
     def _outline(self, body: Body, up: Float, axes: Float) -> Outline:
         known = self._outlines.get(body.name)

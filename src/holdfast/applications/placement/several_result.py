@@ -17,6 +17,7 @@ from holdfast.base.text import listed
 from holdfast.base.values import Value, seal
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
+from holdfast.queries.result import vector_text
 
 
 @archived
@@ -25,9 +26,9 @@ from holdfast.engines.verdict import Status
 class PlacedObject(Value):
     """One step: the ``body`` that is placed and its ``pose`` (4, 4), body frame to world.
 
-    ``own`` [N] is the least push on it that moves something right after this step, and ``beneath`` [N] the least push
-    on the movable bodies among those that it touches or rests on, down to the ground, which ``rests_on`` names; inf if
-    all of these are fixed. Both are those of the decided points of a coarse map, and None if no point was decided.
+    ``own`` [N] is the smallest push on it that moves something right after this step. ``rests_on`` names the bodies
+    that it touches or rests on, down to the ground, and ``beneath`` [N] is the smallest push on the movable ones; inf
+    if all are fixed. Both forces are from the decided points of a coarse map, and None if no point is decided.
     """
 
     body: str
@@ -41,7 +42,7 @@ class PlacedObject(Value):
 
     @property
     def least(self) -> float | None:
-        """The lesser of ``own`` and ``beneath`` [N], or None if nothing is known of either."""
+        """The smaller of ``own`` and ``beneath`` [N], or None if neither is known."""
         return min((force for force in (self.own, self.beneath) if force is not None), default=None)
 
 
@@ -54,9 +55,9 @@ class Placements(PublicValue):
     put down. UNDECIDED: some objects, which ``left`` names, have found no place, which does not prove that there is
     none; or it is not known whether the scene stands. ``reason`` explains the status.
 
-    ``steps`` are those of the best of ``tries`` orders and distances, ``assembly`` is what stands at the end, and
-    ``apart`` [m] is the distance between the objects. ``engine`` and ``claim`` are those of all forces. ``elapsed`` [s]
-    is the total time.
+    ``steps`` are those of the best of ``tries`` attempts, ``assembly`` is the assembly after them, and ``apart`` [m] is
+    the smallest distance between the objects. ``engine`` and ``claim`` hold for all forces. ``elapsed`` [s] is the
+    total time.
     """
 
     assembly: Assembly
@@ -75,7 +76,7 @@ class Placements(PublicValue):
 
     @property
     def stable(self) -> bool:
-        """Whether every object was found a place in which everything certainly stands."""
+        """Whether every object has a place where everything certainly stands."""
         return self.status is Status.STABLE
 
     @property
@@ -90,17 +91,17 @@ class Placements(PublicValue):
 
     @property
     def weakest(self) -> PlacedObject | None:
-        """The step after which the least push moves something, or None if no force is known."""
+        """The step with the smallest ``least``, or None if no force is known."""
         known = [(step.least, k) for k, step in enumerate(self.steps) if step.least is not None]
         return self.steps[min(known)[1]] if known else None
 
     @property
     def least(self) -> float:
-        """The least push [N] of all steps; 0 if none is known."""
+        """The smallest push [N] of all steps; 0 if none is known."""
         return 0.0 if self.weakest is None or self.weakest.least is None else self.weakest.least
 
     def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the states after the steps as a PNG, with what was placed last in colour."""
+        """Draw the states after the steps as a PNG picture, with the object that was placed last in colour."""
         paint(self, path, ".png")
 
     def to_dict(self) -> dict[str, Any]:
@@ -119,7 +120,7 @@ class Placements(PublicValue):
             [
                 str(k + 1),
                 step.body,
-                "(" + ", ".join(f"{v + 0.0:.4g}" for v in step.pose[:3, 3]) + ") m",
+                f"{vector_text(step.pose[:3, 3], '.4g')} m",
                 listed(step.rests_on),
                 "undecided" if step.least is None else number(step.least, "N"),
             ]

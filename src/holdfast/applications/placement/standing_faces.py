@@ -14,11 +14,13 @@ from holdfast.scene.body import Body
 from holdfast.scene.round_shapes import Ellipsoid
 
 COPLANAR = 1e-3  # [rad] hull triangles whose normals differ by less belong to one face
-ROLLED = np.radians(np.arange(5.0, 31.0, 5.0))  # [rad] turns by which a face of a round side is told
-LEVEL = 0.02  # share of its height by which the centre of mass rises or sinks at most on a round side
-ONE_FACE = np.radians(1.0)  # [rad] contact normals that differ by less are those of one face
-UPRIGHT = np.cos(np.radians(15.0))  # an object stands upright if its own third axis is no further from the vertical
-STEADY = np.radians(20.0)  # [rad] a face that stands up to this tilt is no facet of a round side, where it rises more
+ROLLED = np.radians(np.arange(5.0, 31.0, 5.0))  # [rad] rotations at which a facet is tested for a round side
+LEVEL = 0.02  # on a round side, the height of the centre of mass changes by no more than this share
+ONE_FACE = np.radians(1.0)  # [rad] contact normals that differ by less belong to one face
+UPRIGHT = np.cos(
+    np.radians(15.0)
+)  # cosine of the largest angle between the object's third axis and up if it is upright
+STEADY = np.radians(20.0)  # [rad] a face on which the object stands up to this tilt is no facet of a round side
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +30,8 @@ class Face:
     ``normal`` (3,) points outwards. ``foot`` (3,) [m] is the centre of mass projected into the plane of the face, and
     ``corners`` (k, 3) [m] are the corners of the face. ``along`` (3,) is the direction of its longer side. ``tilt``
     [rad] is how far a plane can be tilted, in the worst direction, before the object tips over on this face; it is 0 if
-    the object does not stand on it even on a horizontal plane. ``rolls`` is True for a facet of a round side: a true
-    round side would roll from there, because its centre of mass neither rises nor sinks on the way.
+    the object does not stand on it even on a horizontal plane. ``rolls`` is True for a facet of a round side, on which
+    the real object would roll, because the height of its centre of mass stays the same.
     """
 
     normal: Float
@@ -41,12 +43,12 @@ class Face:
 
     @property
     def upright(self) -> bool:
-        """Whether the object stands upright on it."""
+        """Whether the object is upright on this face."""
         return bool(self.normal[2] <= -UPRIGHT)
 
 
 def faces_of(body: Body) -> tuple[Face, ...]:
-    """Return all faces of the body's convex hull, the steadiest first; of an ellipsoid those on which it stands."""
+    """Return all faces of the body's convex hull, the steadiest first; for an ellipsoid, its two flat ends."""
     flat = _flat_ends(body)
     if flat:
         return flat
@@ -59,7 +61,7 @@ def faces_of(body: Body) -> tuple[Face, ...]:
 
 
 def rolls_on(faces: Sequence[Face], pose: Float, normals: Float) -> bool:
-    """Tell whether an object at ``pose`` (4, 4) touches everything with one facet of a round side.
+    """Return whether an object at ``pose`` (4, 4) has contacts on one facet of a round side only.
 
     ``normals`` (n, 3) are those of its contacts, which point into it, world frame.
     """
@@ -71,11 +73,11 @@ def rolls_on(faces: Sequence[Face], pose: Float, normals: Float) -> bool:
 
 
 def _flat_ends(body: Body) -> tuple[Face, ...]:
-    """Return both ends of the shortest axis of an ellipsoid; none of other bodies, nor where it would roll from there.
+    """Return both ends of the shortest axis of an ellipsoid; none for other shapes, or if it would roll from there.
 
-    An ellipsoid with its centre of mass in the middle stands where that is lowest. Its facets stand for nothing: with
-    one of them on a plane the true surface touches elsewhere. With radii c < b < a it comes to rest on planes of up to
-    atan((b² - c²) / (2 b c)), the largest angle in the ellipse (b, c) between the line from its middle and the normal.
+    An ellipsoid with its centre of mass in the middle stands where the centre is lowest. The facets of its mesh do not
+    count, because the real surface would touch elsewhere. With radii c < b < a, it stands on planes tilted by up to
+    atan((b² - c²) / (2 b c)), the largest angle in the ellipse (b, c) between the normal and the line to the middle.
     """
     if not isinstance(body.shape, Ellipsoid):
         return ()
@@ -118,11 +120,11 @@ def _face(normal: Float, points: Float, com: Float, outer: Float, spun: Float) -
 
 
 def rolls(normal: Float, axes: Float, outer: Float) -> bool:
-    """Tell whether a body on its face with outward ``normal`` (3,) would roll about one of the directions ``axes``.
+    """Return whether a body on its face with outward ``normal`` (3,) would roll about one of the directions ``axes``.
 
-    ``axes`` (m, 3) are projected into the face. As the body turns by an angle a, its centre of mass is at the height
-    H(a) = max over the corners ``outer`` (n, 3) of corner . n(a), where n(a) is the direction that points down, in the
-    body frame. On a round side H stays the same; where a body stands, H first rises, or it sinks as the body topples.
+    ``axes`` (m, 3) are projected into the face. When the body has turned by an angle a, the height of its centre of
+    mass is H(a) = max over the corners ``outer`` (n, 3) of corner . n(a), where n(a) is the direction that points down,
+    in the body frame. On a round side H is constant. On a flat face it rises first, or falls if the body topples.
     """
     flat = axes - (axes @ normal)[:, None] * normal
     flat = unit(flat[np.linalg.norm(flat, axis=1) > 0.5 * np.linalg.norm(axes, axis=1)])

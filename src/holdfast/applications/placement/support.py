@@ -1,4 +1,4 @@
-"""Find where a scene can carry an object: points of its surface, weighted by what they withstand."""
+"""Find support points: points of the scene that can carry an object, weighted by the pushes that they withstand."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.request import EngineChoice
 
-STEEPEST = 0.2  # cosine between normal and vertical; a steeper surface carries no weight
-MOST_FIXED = 3000  # the most points on fixed bodies, which need only places and no answers
+STEEPEST = 0.2  # cosine of the largest angle between up and the normal of a surface that can carry weight
+MOST_FIXED = 3000  # largest number of points on fixed bodies, where no push needs an answer
 
 
 @archived
@@ -28,9 +28,8 @@ class SupportPoints(Value):
     """The n exposed points of the scene that face up and can carry an object.
 
     ``points`` (n, 3) [m] and outward ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds names. ``force``
-    (n,) [N] is the inward push that each point withstands, nan where there was no
-    time to ask, and ``area`` (n,) [m²] the area that it represents.
-    ``chance`` (n,) is the probability of choosing it; the probabilities add up to 1.
+    (n,) [N] is the inward push that each point withstands, nan if it was not computed, and ``area`` (n,) [m²] the area
+    that the point represents. ``chance`` (n,) is the probability of choosing it; the probabilities add up to 1.
     """
 
     points: Float
@@ -47,7 +46,7 @@ class SupportPoints(Value):
 def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: Collection[str]) -> list[RobustnessMap]:
     """Return robustness maps of the movable and of the fixed bodies among ``names``.
 
-    The map of the fixed bodies is coarse, because nothing moves them.
+    The map of the fixed bodies is coarse, because no push moves them.
     """
     maps = []
     movable = [body.name for body in assembly.movable if body.name in names]
@@ -81,9 +80,9 @@ def support_points(
 
 
 def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
-    """Return the points of the supports without asking what they withstand: all count as if they withstood anything.
+    """Return the points of the supports without computing the pushes that they withstand; ``force`` is nan.
 
-    Their ``force`` is nan.
+    Their probabilities are those of points that withstand any push.
     """
     names = [body.name for body in assembly.bodies if body.name in options.supports]
     area = sum(assembly.scene.body(name).surface_world.area for name in names)

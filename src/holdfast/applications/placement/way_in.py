@@ -1,4 +1,4 @@
-"""Check that an object and the gripper that holds it can get to a place along a straight way, and the gripper back."""
+"""Check that an object and its gripper can get to a place along a straight line, and the gripper back."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from holdfast.geometry.sweep import Swept, first_hit, hit_distance
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box
 
-AROUND = 8  # ways in the approach cone on each of two rings, besides its axis
-TURNS = 4  # headings of a gripper that are tried, a quarter turn apart
+AROUND = 8  # number of directions on each of two rings of the approach cone, besides its axis
+TURNS = 4  # number of headings of a gripper that are tried, a quarter turn apart
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class WayIn:
     """The way in of an object among ``bodies``.
 
-    ``approach`` (3,) is the direction in which it is brought, or None if the way does not matter; another one within
-    ``cone`` [rad] of it will do. ``gripper`` (2, 3) [m] holds the low and the high corner of the box that the gripper
-    fills, from the middle of the top of the object: its third coordinate is along ``up`` (3,), and the first along the
-    object's own first axis that is level.
+    ``approach`` (3,) is the direction of motion, or None if the way in is not checked; directions within ``cone`` [rad]
+    of it are also allowed. ``gripper`` (2, 3) [m] holds the low and the high corner of the gripper's box, relative to
+    the middle of the object's top: the third coordinate is along ``up`` (3,), and the first along the first of the
+    object's axes that is roughly level.
     """
 
     bodies: tuple[Body, ...]
@@ -38,7 +38,7 @@ class Reach:
 
     @cached_property
     def ways(self) -> tuple[Float, ...]:
-        """The unit directions (3,) that may be tried, that of the approach first."""
+        """The unit directions (3,) that are tried, the axis of the cone first."""
         axis = -self.up if self.approach is None else self.approach
         if self.cone == 0:
             return (axis,)
@@ -49,18 +49,18 @@ class Reach:
         return (axis, *unit(np.vstack(rings)))
 
     def object_fits(self, placed: Body) -> bool:
-        """Tell whether there is a straight way in for the object."""
+        """Return whether there is a free straight way in for the object."""
         return self.approach is None or any(self._open(placed, way) for way in self.ways)
 
     def gripper_fits(self, placed: Body) -> bool:
-        """Tell whether there is a straight way, free for the object too, on which the gripper's box meets nothing."""
+        """Return whether there is a straight way in that is free for both the object and the gripper's box."""
         if self.gripper is None:
             return True
         ways = [way for way in self.ways if self.approach is None or self._open(placed, way)]
         return any(self._room(box, way) for way in ways for box in self._held(placed))
 
     def _open(self, placed: Body, way: Float) -> bool:
-        """Tell whether the object meets nothing on its straight way out, which is the reverse of the way in."""
+        """Return whether the object hits nothing on its straight way out, the reverse of the way in."""
         going = Swept(placed.reduced_world, -way)
         return not any(
             np.isfinite(
@@ -70,7 +70,7 @@ class Reach:
         )
 
     def _held(self, placed: Body) -> list[Surface]:
-        """Return the boxes that the gripper may fill at the end of the way, one for each heading."""
+        """Return the gripper's box at the end of the way in, once for each heading."""
         assert self.gripper is not None
         vertices = placed.surface_world.vertices
         level = placed.pose[:3, :3].T - np.outer(placed.pose[:3, :3].T @ self.up, self.up)
@@ -86,7 +86,7 @@ class Reach:
         return [Surface(middle + local @ turn @ axes, box.faces) for turn in turns]
 
     def _room(self, box: Surface, way: Float) -> bool:
-        """Tell whether a box that comes along ``way`` from beyond the scene meets no body before it is in place."""
+        """Return whether a box that moves along ``way`` (3,) from outside the scene hits no body on the way."""
         ahead = box.vertices @ way
         for body in self.bodies:
             theirs = body.reduced_world.vertices @ way

@@ -1,4 +1,4 @@
-"""The answer where a body can be pushed, and what each push does."""
+"""The result of ``safe_pushes``: where a body can be pushed, and what each push does."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from holdfast.base.errors import HoldfastError, message, no_truth
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.engines.answers import Claim
-from holdfast.queries.result import places_of
+from holdfast.queries.result import places_of, vector_text
 
-SHOWN = 6  # rows of each effect in a summary
+SHOWN = 6  # largest number of rows of each effect in a summary
 
 
 @archived
 class Effect(StrEnum):
-    """What a push of the given force certainly does: nothing moves, the body alone, or others too; or not known."""
+    """What a push certainly moves: NOTHING, the pushed body ALONE, or OTHERS too; UNKNOWN if that is not certain."""
 
     NOTHING = auto()
     ALONE = auto()
@@ -35,17 +35,17 @@ class Effect(StrEnum):
 @shaped(points="n 3", directions="n 3", effect="n", reason="n", lower="n", upper="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SafePushes(PublicValue):
-    """What pushes of up to ``force`` [N] on ``body`` do, at n points that the tool reaches.
+    """What pushes of up to ``force`` [N] on ``body`` do, at n points that the tool can reach.
 
     ``points`` (n, 3) [m] and the unit ``directions`` (n, 3) are in the world frame. ``effect`` (n,) holds an Effect for
     each push, with the ``reason`` (n,) in words: NOTHING moves at any force up to this one; the body moves ALONE, by
-    ``travel`` [m], when it is pushed slowly by a tool that gives way at this force; OTHERS move, too; or it is UNKNOWN.
-    NOTHING and ALONE are said only if they are the same whether the friction of the body, and that of all other
-    contacts, is as given or off by the share ``doubt``.
+    ``travel`` [m], when it is pushed slowly by a tool that yields at this force; OTHERS move too; or it is UNKNOWN.
+    NOTHING and ALONE hold for the given friction and for friction that differs by the share ``doubt``, at the contacts
+    of the body and at all others.
 
-    ``lower`` (n,) [N] is a force at which nothing moves, whatever the friction among these, and ``upper`` (n,) one at
-    which something certainly does; their bounds are those of the engine and of limit analysis. ``unreached`` is the
-    number of pushes left out because the tool, of radius ``tool_radius`` [m], would touch another body.
+    For all these cases of friction, nothing moves at ``lower`` (n,) [N], by the engine's bound, and something certainly
+    moves at ``upper`` (n,) [N], by limit analysis. ``unreached`` is the number of pushes that were skipped because the
+    tool, of radius ``tool_radius`` [m], would touch another body.
     """
 
     body: str
@@ -75,7 +75,7 @@ class SafePushes(PublicValue):
         return self.are(Effect.ALONE)
 
     def are(self, effect: Effect) -> Bool:
-        """Tell which pushes (n,) have this effect."""
+        """Return which pushes (n,) have this effect."""
         found: Bool = self.effect == effect
         found.setflags(write=False)
         return found
@@ -85,7 +85,7 @@ class SafePushes(PublicValue):
         check_kinds(self.effect, Effect, "pushes: effect")
         check_kinds(self.reason, str, "pushes: reason")
         if (self.lower[self.nothing] < self.force).any() or (self.upper[self.alone] > self.force).any():
-            problem = "a push that moves nothing, or the body, has bounds that do not say so"
+            problem = "the bounds of a push contradict its effect"
             raise HoldfastError(message("pushes: effect", problem, "needs what was saved"))
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,21 +95,17 @@ class SafePushes(PublicValue):
         return {name: to_dict(getattr(self, name)) for name in (*names, *more)}
 
     def summary(self) -> Summary:
-        """Summarise the answer by how many pushes have which effect, with some of each."""
+        """Summarise the answer by the number of pushes with each effect, and some examples."""
         count = Counter(self.effect.tolist())
-        told = f"{count[Effect.ALONE]} move it alone, {count[Effect.NOTHING]} nothing"
-        headline = f"{len(self.effect)} pushes of {number(self.force, 'N')} on {self.body}: {told}"
+        counts = f"{count[Effect.ALONE]} move it alone, {count[Effect.NOTHING]} nothing"
+        headline = f"{len(self.effect)} pushes of {number(self.force, 'N')} on {self.body}: {counts}"
         facts = [("engine", f"{self.engine} ({self.claim.words})")]
         facts += [(f"{effect}", f"{count[effect]}") for effect in Effect]
         facts += [("not reached by the tool", f"{self.unreached}")]
         places = places_of(self.points)
         rows = [
-            [str(effect), places[k], _along(self.directions[k]), self.reason[k]]
+            [str(effect), places[k], vector_text(self.directions[k], ".2f"), self.reason[k]]
             for effect in Effect
             for k in self.are(effect).nonzero()[0][:SHOWN].tolist()
         ]
         return Summary(headline, facts, ("moves", "at", "along", "why"), rows, self.notes)
-
-
-def _along(direction: Float) -> str:
-    return "(" + ", ".join(f"{v + 0.0:.2f}" for v in direction) + ")"

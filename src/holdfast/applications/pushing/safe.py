@@ -1,10 +1,9 @@
 """Find pushes on a body that move nothing, and pushes that move the body but none of its neighbours.
 
-Doubt excludes a push. What it does must be the same for three frictions: as given, and with all other contacts weaker
-by a share, that of the body's own contacts either stronger, so that it drags most, or weaker, so that it yields first.
-That the body moves at all must be proved by limit analysis for each of them; that others do not is what engine
-``compliant`` says of the end of the load path. The state in which the body has been moved must stand, too, and may have
-no new neighbour.
+The effect of a push must be the same for three cases of friction: as given, and with all other contacts weaker by a
+share, while the body's own contacts are either stronger (so that it drags its neighbours most) or weaker (so that it
+yields first). Limit analysis must prove for each case that the body moves; that nothing else moves follows from the
+mechanism at the end of the load path. The assembly with the moved body must also stand, without new contacts.
 """
 
 from __future__ import annotations
@@ -41,11 +40,11 @@ from holdfast.queries.request import (
 )
 from holdfast.scene.scene import Scene
 
-POINTS = 100  # about as many points of the surface are pushed by default
-OBLIQUE = 30.0  # [deg] a tool pushes at most so far off the normal, or it might slip
+POINTS = 100  # approximate default number of surface points
+OBLIQUE = 30.0  # [deg] largest angle between a push and the inward normal: at a larger one, the tool might slip
 DOUBT = 0.2
-PARTS = (0.5, 1.0)  # of the travel after which the state must stand
-SAME = 6  # decimals of poses [m] that count as the same
+PARTS = (0.5, 1.0)  # shares of the travel at which the assembly is checked
+SAME = 6  # decimals [m] to which equal poses agree
 
 
 def safe_pushes(
@@ -61,13 +60,13 @@ def safe_pushes(
 ) -> SafePushes:
     """Find where ``body`` can be pushed with up to ``force`` [N] so that nothing moves, or so that it moves alone.
 
-    The exposed surface is pushed at points about ``spacing`` [m] apart, a hundred of them by default: inwards along the
-    normal, or along those of ``directions`` (k, 3) that are within 30 degrees of it. ``tool`` is what
-    pushes, and how far, see Tool. ``doubt`` is the share by which friction may differ from what is given. Pushes are
-    slow, and the tool follows the body: no force of inertia counts.
+    The exposed surface is pushed at points about ``spacing`` [m] apart (by default about 100 points): inwards along the
+    normal, or along those of ``directions`` (k, 3) that are within 30 degrees of it. ``tool`` describes what pushes and
+    how far, see Tool. ``doubt`` is the share by which friction may differ from the given coefficients. Pushes are
+    quasi-static, and the tool follows the body.
 
-    Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the engine does not promise that what it
-    calls safe holds.
+    Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the engine does not claim that contacts
+    hold (Claim.HOLDS).
     """
     assembly = checked_assembly(assembly)
     where = f"safe pushes on {quoted(body)}"
@@ -163,10 +162,9 @@ class _Trials:
         return effect, reason, lower, upper, joined_notes(answers.notes for answers in found)
 
     def _still(self, frictions: Sequence[Assembly], columns: Float) -> Bool:
-        """Tell which pushes (n,) certainly move nothing up to the force, whatever the friction among these.
+        """Return which pushes (n,) certainly move nothing up to the force, for all these cases of friction.
 
-        That takes paths up to the force and no farther. A push that is held with one friction only has to be asked in
-        full all the same, for what it does otherwise.
+        This takes load paths up to the force only, which is cheaper than full answers.
         """
         still = np.ones(columns.shape[1], dtype=bool)
         for each in reported("pushes that move nothing", frictions[::-1]):  # the weakest friction first
@@ -176,7 +174,7 @@ class _Trials:
         return still
 
     def _frictions(self) -> list[Assembly]:
-        """Return the assembly with friction as given, and with that of all contacts off by the doubt."""
+        """Return the assembly with the given friction, and with friction that differs by ``doubt``."""
         mine = np.array([self.body in interface.bodies for interface in self.assembly.interfaces], dtype=bool)
         mu = np.array(self.assembly.mu)
         cases = [(1.0, 1.0), (1 + self.doubt, 1 - self.doubt), (1 - self.doubt, 1 - self.doubt)]
@@ -184,7 +182,7 @@ class _Trials:
         return kinds if self.doubt > 0 else kinds[:1]
 
     def _effect(self, found: list[Answers], k: int, lower: float, upper: float) -> tuple[Effect, str]:
-        """Judge one push by its bounds and by what gives way first, for all frictions alike."""
+        """Judge one push by its bounds and by what gives way first, over all cases of friction."""
         for answers in found:
             if answers.verdict.status is not Status.STABLE:
                 return Effect.UNKNOWN, f"whether it stands without a push: {answers.verdict.reason}"
@@ -193,7 +191,7 @@ class _Trials:
         if lower >= self.force:
             return Effect.NOTHING, _still(lower)
         if upper > self.force:
-            return Effect.UNKNOWN, f"something may move from {lower:.3g} N on, and must only from {upper:.3g} N on"
+            return Effect.UNKNOWN, f"something may move above {lower:.3g} N, and certainly moves above {upper:.3g} N"
         others = [tuple(name for name in answers.moving[k] if name != self.body) for answers in found]
         if all(others):
             return Effect.OTHERS, f"it moves {listed(others[0])} as well"
@@ -206,7 +204,7 @@ class _Trials:
         return Effect.ALONE, f"it moves alone, from {lower:.3g} to {upper:.3g} N on"
 
     def _moved(self, found: list[Answers], k: int, states: dict[bytes, str]) -> str:
-        """Say what is wrong with the states in which the body has been moved; empty if they all stand."""
+        """Say what is wrong with the assembly after the body has moved; empty if it stands in all cases."""
         for answers in found:
             twist = answers.mechanism[k].twists[self.assembly.index[self.body]]
             for part in PARTS:
@@ -230,9 +228,9 @@ class _Trials:
         return np.asarray(turn @ (np.eye(4) if body.pose is None else body.pose))
 
     def _trouble(self, pose: Float) -> str:
-        """Say why the assembly with the body at another pose is not certain to stand as before; empty if it is."""
+        """Say why the assembly with the body at another pose may not stand; empty if it certainly stands."""
         if not self.assembly.detected:
-            return "it may touch others: contacts were given, and where it touches then cannot be told"
+            return "it may touch others: the contacts were given, so new ones cannot be detected"
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", HoldfastWarning)

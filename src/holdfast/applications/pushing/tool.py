@@ -1,4 +1,4 @@
-"""A straight tool, and which points of a body it reaches without touching another body."""
+"""A straight tool, and the points of a body that it can reach without touching another body."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from holdfast.base.ranges import LENGTH
 from holdfast.base.values import Value
 from holdfast.geometry.clearance import rod_clearance
 
-LONG = 2.0  # sizes of the assembly: length of the tool
-ROUNDING = 1e-9  # of the size of the assembly
+LONG = 2.0  # length of the tool, in sizes of the assembly
+ROUNDING = 1e-9  # allowance for rounding of distances, in sizes of the assembly
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tool(Value):
-    """What pushes a body: a straight rod with a round tip.
+    """The tool that pushes a body: a straight rod with a round tip.
 
-    - ``radius`` [m]: that of the rod, which must reach a point without touching another body.
-    - ``travel`` [m]: how far it pushes the body. Nothing else may move, or be in the way, until then.
+    - ``radius`` [m]: the radius of the rod, which must reach a point without touching another body.
+    - ``travel`` [m]: how far it pushes the body. Nothing else may move or be in the way until then.
 
     Raises SceneError for a number out of range.
     """
@@ -36,11 +36,11 @@ class Tool(Value):
 
 
 def reached(assembly: Assembly, body: str, points: Float, normals: Float, directions: Float, radius: float) -> Bool:
-    """Tell which of n pushes a tool can make: a rod with a round tip, both of ``radius`` [m], that pushes lengthwise.
+    """Return which of n pushes a rod with a round tip, both of ``radius`` [m], can make along its axis.
 
-    Its tip touches the ``body`` at ``points`` (n, 3) [m] from outside, along the outward unit ``normals`` (n, 3), and
-    it reaches back from there along minus ``directions`` (n, 3). From every other body it stays away by the contact
-    tolerance of the two, and nowhere does it enter the pushed body.
+    Its tip touches the ``body`` at ``points`` (n, 3) [m] from outside, on the side of the outward unit ``normals``
+    (n, 3), and the rod extends from there along minus ``directions`` (n, 3). It must not enter the pushed body, and
+    must be further from every other body than the contact tolerance of the two.
     """
     pushed = assembly.scene.body(body)
     apart = assembly.tolerances.of(pushed) + pushed.shape.surface.sagitta

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.placement.level_places import Outline, Spot, frame_of, levels_of, spots_for, turns_of
+from holdfast.applications.placement.level_places import (
+    LevelPlace,
+    Outline,
+    frame_of,
+    level_places_for,
+    levels_of,
+    turns_of,
+)
 from holdfast.applications.placement.options import Options, Weights
 from holdfast.applications.placement.standing_faces import faces_of
 from holdfast.base.arrays import Float
@@ -31,40 +38,40 @@ def tray(pose: Float = TURNED) -> hf.Body:
     return hf.Body("tray", hf.Box((0.4, 0.3, 0.02)), pose=pose, fixed=True)
 
 
-def found(thing: hf.Body, *others: hf.Body, apart: float = 0.01, inset: float = 0.01) -> list[Spot]:
+def found(thing: hf.Body, *others: hf.Body, apart: float = 0.01, inset: float = 0.01) -> list[LevelPlace]:
     ground = tray()
     axes = frame_of([ground], UP)
     outlines = [Outline(body, UP, axes) for body in (ground, *others)]
     upright = options(np.eye(3)[None])
-    return spots_for(
+    return level_places_for(
         thing, turns_of(faces_of(thing), upright, UP, axes), levels_of([ground], UP, axes), outlines, apart, inset
     )
 
 
-def corners(spot: Spot, thing: hf.Body) -> Float:
+def corners(place: LevelPlace, thing: hf.Body) -> Float:
     """The corners of the object in the axes of the tray."""
-    world = thing.moved(spot.pose).surface_world.vertices
+    world = thing.moved(place.pose).surface_world.vertices
     return np.asarray((np.linalg.inv(TURNED) @ np.column_stack([world, np.ones(len(world))]).T)[:3].T)
 
 
 def test_an_empty_tray_has_a_place_in_every_corner_and_in_the_middle() -> None:
     thing = box("thing", (0.1, 0.06, 0.05), 1, (0, 0, 0))
-    spots = found(thing)
-    assert len(spots) == 2 * 9
-    for spot in spots:
-        at_ = corners(spot, thing)
+    places = found(thing)
+    assert len(places) == 2 * 9
+    for place in places:
+        at_ = corners(place, thing)
         assert at_[:, 2].min() == pytest.approx(0.01, abs=1e-9), "it stands on the top"
         assert (np.abs(at_[:, 0]) <= 0.2 - 0.01 + 1e-9).all()
         assert (np.abs(at_[:, 1]) <= 0.15 - 0.01 + 1e-9).all()
-        assert spot.support == 1
+        assert place.support == 1
 
 
 def test_no_place_is_closer_to_a_neighbour_than_asked_and_one_is_just_so_close() -> None:
     other = box("other", (0.1, 0.1, 0.1), 1, (0, 0, 0)).moved(TURNED @ at(0, 0, 0.06))
     thing = box("thing", (0.06, 0.06, 0.05), 1, (0, 0, 0))
     gaps = []
-    for spot in found(thing, other, apart=0.02):
-        middle = (np.linalg.inv(TURNED) @ spot.pose)[:2, 3]
+    for place in found(thing, other, apart=0.02):
+        middle = (np.linalg.inv(TURNED) @ place.pose)[:2, 3]
         gaps.append(np.max(np.abs(middle) - 0.05 - 0.03))
     assert min(gaps) == pytest.approx(0.02, abs=1e-6)
     full = box("full", (0.4, 0.3, 0.1), 1, (0, 0, 0)).moved(TURNED @ at(0, 0, 0.06))
@@ -99,10 +106,10 @@ def test_the_rim_of_a_tray_keeps_its_distance() -> None:
     axes = frame_of([rimmed], UP)
     levels = [level for level in levels_of([rimmed], UP, axes) if level.height < 0.02]
     turns = turns_of(faces_of(thing), options(np.eye(3)[None]), UP, axes)
-    spots = spots_for(thing, turns, levels, [Outline(rimmed, UP, axes)], 0.005, 0.005)
-    assert spots
-    for spot in spots:
-        world = thing.moved(spot.pose).surface_world.vertices
+    places = level_places_for(thing, turns, levels, [Outline(rimmed, UP, axes)], 0.005, 0.005)
+    assert places
+    for place in places:
+        world = thing.moved(place.pose).surface_world.vertices
         assert (np.abs(world[:, 0]) <= 0.19 - 0.005 + 1e-6).all()
         assert (np.abs(world[:, 1]) <= 0.14 - 0.005 + 1e-6).all()
 

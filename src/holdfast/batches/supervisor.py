@@ -1,4 +1,4 @@
-"""Keep a worker process: give it items, wait no longer than the limit, start another one where it dies."""
+"""Supervise a worker process: give it items, enforce the time limit, and start another one if it dies."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from types import TracebackType
 from typing import Any
 
 from holdfast.base.errors import HoldfastError, message
-from holdfast.batches.words import CRASH, DONE, MEMORY, PART, READY, TIME
+from holdfast.batches.outcomes import CRASH, DONE, MEMORY, PART, READY, TIME
 
-STARTING = 600.0  # [s] a worker may take to start: it imports, and may compile
-RENEWED = 2000  # items after which a worker is replaced, so that what it keeps does not add up
-TRIES = 3  # times that an item is given whose worker is killed from outside
-OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)  # ends that somebody else brought about
-NO_MEMORY = ("bad_alloc", "memory allocation of", "MemoryError", "Cannot allocate memory")  # last words of libraries
-THREADS = ("OPENBLAS", "OMP", "MKL", "NUMBA")  # whose native threads are one in a worker
-LAST = 1500  # characters of what a worker wrote to stderr that are told
+STARTING = 600.0  # [s] time limit for the start of a worker, which imports and may compile
+RENEWED = 2000  # number of items after which a worker is replaced, in case its memory grows
+TRIES = 3  # number of times that an item is tried if its worker is killed from outside
+OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)  # exit codes of a worker that was killed from outside
+NO_MEMORY = ("bad_alloc", "memory allocation of", "MemoryError", "Cannot allocate memory")  # messages of libraries
+THREADS = ("OPENBLAS", "OMP", "MKL", "NUMBA")  # libraries that are limited to one native thread in a worker
+LAST = 1500  # number of characters at the end of a worker's stderr that are reported
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What an item may take: ``seconds``, and ``megabytes`` more memory than its worker has when it is ready."""
+    """The limits of an item: ``seconds``, and ``megabytes`` of memory above that of the ready worker."""
 
     seconds: float = 60.0
     megabytes: float = 4000.0
@@ -36,15 +36,16 @@ class Limits:
 
 @dataclass(frozen=True)
 class Reply:
-    """How an item ended: DONE with its ``value``, or TIME, MEMORY or CRASH with what is ``told`` of it.
+    """The result of an item: DONE with its ``value``, or TIME, MEMORY or CRASH with the ``problem``.
 
-    ``parts`` are what was told before the end. ``seconds`` and ``peak`` [MB] are those of the item. ``code`` is
-    the exit code of a worker that died of it, minus the number of the signal that ended it; None where it lives.
+    ``parts`` are the partial results that the worker sent. ``seconds`` is the time and ``peak`` [MB] the largest memory
+    of the item. ``code`` is the exit code of a worker that died, minus the number of the signal if one killed it; None
+    if it lives.
     """
 
     outcome: str
     value: Any = None
-    told: str = ""
+    problem: str = ""
     parts: tuple[Any, ...] = ()
     seconds: float = 0.0
     peak: float = 0.0
@@ -52,11 +53,11 @@ class Reply:
 
 
 @dataclass(eq=False)
-class Keeper:
-    """A worker that calls ``function`` (module:name) for every item, and its limits; see worker.py.
+class Supervisor:
+    """Supervises a worker that calls ``function`` (module:name) for every item; see worker.py.
 
-    ``setup`` is what the worker is warmed up with. ``folders`` are searched for modules before all others. The current
-    folder is not searched: the files in it may be anybody's.
+    ``setup`` is the argument of the worker's warm-up. ``folders`` are searched for modules before all others; the
+    current folder is not searched, because its files may be from anyone. A worker is replaced after ``renewed`` items.
     """
 
     function: str
@@ -64,7 +65,7 @@ class Keeper:
     limits: Limits = Limits()
     folders: Sequence[str] = ()
     renewed: int = RENEWED
-    started: int = 0  # workers so far
+    started: int = 0  # number of workers so far
     process: subprocess.Popen[bytes] | None = None
     item: Any = None
     _given: int = 0
@@ -75,9 +76,9 @@ class Keeper:
     _parts: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the keeper
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the supervisor
 
-    def __enter__(self) -> Keeper:
+    def __enter__(self) -> Supervisor:
         return self
 
     def __exit__(
@@ -86,22 +87,22 @@ class Keeper:
         self.close()
 
     def close(self) -> None:
-        """End the worker, whatever it does."""
+        """Kill the worker."""
         self._end()
         self._log.close()
 
     @property
     def answers(self) -> Connection:
-        """Where the worker's answers come from: to wait for."""
+        """The connection on which the worker's answers arrive."""
         return self._answers
 
     @property
     def left(self) -> float:
-        """The time [s] until the worker is too late."""
+        """The time [s] that the worker has left."""
         return max(self._until - time.monotonic(), 0.0)
 
-    def ask(self, item: Any) -> Reply:  # noqa: ANN401 - whatever the function takes
-        """Give an item, and wait for its end."""
+    def ask(self, item: Any) -> Reply:  # noqa: ANN401 - the argument of the function
+        """Give the worker an item, and wait for the reply."""
         self.give(item)
         while True:
             wait([self.answers], self.left)
@@ -110,12 +111,12 @@ class Keeper:
                 return reply
 
     def give(self, item: Any) -> None:  # noqa: ANN401
-        """Give the worker an item; ``take`` tells when it has ended."""
+        """Give the worker an item; ``take`` returns the reply."""
         self.item, self._tries = item, 0
         self._give()
 
     def take(self) -> Reply | None:
-        """Return how the item ended, None while it has not."""
+        """Return the reply to the item, or None if there is none yet."""
         try:
             while self._answers.poll():
                 reply = self._heard(*self._answers.recv())
@@ -139,10 +140,10 @@ class Keeper:
         try:
             self._items.send(self.item)
         except OSError:
-            return  # it died while it was idle, which is seen when its answer is taken
+            return  # it died while idle; ``take`` will notice
 
     def _heard(self, kind: str, content: Any) -> Reply | None:  # noqa: ANN401
-        """Take one message of the worker."""
+        """Handle one message of the worker, and return the reply if it is the last."""
         if kind == READY:
             self._ready, self._began = True, time.monotonic()
             self._until = self._began + self.limits.seconds
@@ -150,12 +151,12 @@ class Keeper:
             self._parts.append(content)
         else:
             value, seconds, peak = content
-            told = "" if kind == DONE else str(value)
-            return Reply(kind, None if told else value, told, tuple(self._parts), seconds, peak)
+            problem = "" if kind == DONE else str(value)
+            return Reply(kind, None if problem else value, problem, tuple(self._parts), seconds, peak)
         return None
 
     def _died(self) -> Reply | None:
-        """Tell of a worker that ended; what was killed from outside is given to another one first."""
+        """Return the reply for a worker that died, or None if the item was given to another worker."""
         assert self.process is not None
         code = self.process.wait()
         said, ready = self._said(), self._ready
@@ -164,33 +165,33 @@ class Keeper:
             self._give()
             return None
         if not ready:
-            raise HoldfastError(message("batch", f"a worker does not start: {said[-400:]}", "mend what it says"))
+            raise HoldfastError(message("batch", f"a worker does not start: {said[-400:]}", "correct this error"))
         seconds = time.monotonic() - self._began
         if code in OUTSIDE:
-            told = f"its process was killed {TRIES} times (signal {-code}): the system may have run out of memory"
-            return Reply(CRASH, None, told, tuple(self._parts), seconds, code=code)
+            problem = f"its process was killed {TRIES} times (signal {-code}): the system may have run out of memory"
+            return Reply(CRASH, None, problem, tuple(self._parts), seconds, code=code)
         outcome = MEMORY if any(words in said for words in NO_MEMORY) else CRASH
         ended = f"signal {-code} ({signal.strsignal(-code)})" if code < 0 else f"exit code {code}"
-        told = f"its process ended with {ended}" + (f": {said}" if said else "")
-        return Reply(outcome, None, told, tuple(self._parts), seconds, code=code)
+        problem = f"its process ended with {ended}" + (f": {said}" if said else "")
+        return Reply(outcome, None, problem, tuple(self._parts), seconds, code=code)
 
     def _late(self) -> Reply:
-        """Tell of a worker that did not answer in time, and end it."""
+        """Kill a worker that did not answer in time, and return the reply."""
         ready, parts = self._ready, tuple(self._parts)
         self._end()
         if not ready:
             raise HoldfastError(message("batch", f"a worker is not ready after {STARTING:g} s", "ask again"))
         said = self._said()
         where = innermost(said)
-        told = f"no answer within {self.limits.seconds:g} s" + (f"; it was in {where}" if where else "")
-        return Reply(TIME, said, told, parts, self.limits.seconds)
+        problem = f"no answer within {self.limits.seconds:g} s" + (f"; it was in {where}" if where else "")
+        return Reply(TIME, said, problem, parts, self.limits.seconds)
 
     def _start(self) -> None:
         self._end()
         self._log.seek(0)
         self._log.truncate()
         limits = (str(self.limits.megabytes), str(self.limits.seconds))
-        named = os.environ.get("PYTHONPATH", "").split(os.pathsep)  # where nothing between two colons is this folder
+        named = os.environ.get("PYTHONPATH", "").split(os.pathsep)  # an empty entry would mean the current folder
         path = os.pathsep.join([*self.folders, *filter(None, named)])
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-m", "holdfast.batches.worker", self.function, *limits],
@@ -210,7 +211,7 @@ class Keeper:
         try:
             self._items.send(self.setup)
         except OSError:
-            return  # it is seen to have died when its answer is taken
+            return  # it died; ``take`` will notice
 
     def _said(self) -> str:
         """Return the end of what the worker wrote to stderr."""
@@ -227,9 +228,9 @@ class Keeper:
 
 
 def innermost(text: str) -> str:
-    """Return the innermost function of holdfast in a traceback, as module:function, empty if there is none.
+    """Return the innermost function of holdfast in a traceback as module:function; "" if there is none.
 
-    The worker's own functions, through which every item comes, do not count.
+    The functions of worker.py, which every traceback contains, do not count.
     """
     for line in text.splitlines():
         if "/holdfast/" in line and " in " in line and "/batches/worker.py" not in line:

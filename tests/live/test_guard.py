@@ -14,7 +14,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.batches.worker import taken
-from holdfast.live.door import MOST_BYTES, MOST_SAID
+from holdfast.live.guard import MOST_BYTES, MOST_SAID
 from holdfast.scene.shipped.blocks import box, floor
 
 pytest.importorskip("viser", reason="needs viser: pip install 'holdfast-robotics[live]'")

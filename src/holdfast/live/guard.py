@@ -1,8 +1,8 @@
-"""The door of the page: who may come in, and what may be said there.
+"""Guard the server of the live view: which requests it accepts, and which messages.
 
-viser's server answers whoever reaches its port: pages of other hosts in the same browser, whose requests the browser
-sends along, other users of this machine, and whatever they say. Here only who knows the address with its token comes
-in, a page of another host never does, and what viser could not read is dropped.
+viser's server answers anyone who reaches its port, for example pages of other hosts in the same browser and other users
+of this machine. The guard requires the token of the address, refuses pages of other hosts, and drops messages that
+viser could not read.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from urllib.parse import urlsplit
 
 from holdfast.base.errors import HoldfastError, message
 
-TOKEN: Final = 24  # bytes of the token: nobody guesses them
-HOSTS: Final = ("127.0.0.1", "localhost")  # by which this machine is asked: of another name, its owner says where it is
-MOST_BYTES: Final = 32_000_000  # of a message: a picture of a large page
-MOST_SAID: Final = 64_000  # bytes of any other: values of controls, places, directions
-WAITING: Final = 4  # messages that wait to be read
+TOKEN: Final = 24  # number of random bytes of the token
+HOSTS: Final = ("127.0.0.1", "localhost")  # accepted host names; another name could be an attack by DNS rebinding
+MOST_BYTES: Final = 32_000_000  # largest size of a message, which may hold a picture of a large page
+MOST_SAID: Final = 64_000  # largest size of any other message
+WAITING: Final = 4  # largest number of messages in the queue
 PICTURE: Final = "GetRenderResponseMessage"
-TURN: Final = "wxyz"  # quaternions, which no turn is without a length
-SAID: Final[Mapping[str, Mapping[str, int | type]]] = {  # what a page says: kinds, and how many numbers; 0: one alone
+TURN: Final = "wxyz"  # the field of a quaternion, which must not be zero
+# accepted messages: the type of each field, or the number of numbers in it, where 0 means a single number
+SAID: Final[Mapping[str, Mapping[str, int | type]]] = {
     "GuiUpdateMessage": {"uuid": str, "updates": dict},
     "ScenePointerMessage": {"event_type": str, "ray_origin": 3, "ray_direction": 3, "screen_pos": list},
     "TransformControlsUpdateMessage": {"name": str, TURN: 4, "position": 3},
@@ -44,28 +45,29 @@ SAID: Final[Mapping[str, Mapping[str, int | type]]] = {  # what a page says: kin
 _opening = threading.Lock()
 
 
-class Door:
-    """Keeps the door of one server. ``control(uuid)`` returns the control of that name, None if there is none."""
+class Guard:
+    """The guard of one server. ``control(uuid)`` returns the control with that name, or None."""
 
     def __init__(self, control: Callable[[str], Any]) -> None:
         self.token = secrets.token_urlsafe(TOKEN)
         self._control = control
-        self._kept = False
+        self._active = False
 
     @contextmanager
-    def kept(self) -> Iterator[None]:
-        """Have the server that viser starts in this block serve behind this door; raise HoldfastError if it does not.
+    def active(self) -> Iterator[None]:
+        """Guard the server that viser starts in this block; raise HoldfastError if that fails.
 
-        viser names neither its checks nor its limits as arguments, so what it calls to serve is replaced meanwhile.
+        viser has no arguments for checks and limits, so the function by which it starts a server is replaced in this
+        block.
         """
         from websockets.asyncio import server
 
         serve = server.serve
 
         def behind(handler: Callable[..., Any], *where: Any, **options: Any) -> Any:  # noqa: ANN401
-            if not handler.__module__.startswith("viser."):  # of another thread of the program
+            if not handler.__module__.startswith("viser."):  # a server of another thread of the program
                 return serve(handler, *where, **options)
-            self._kept = True
+            self._active = True
             return serve(handler, *where, **options | self._options(options["process_request"]))
 
         with _opening:
@@ -74,25 +76,25 @@ class Door:
                 yield
             finally:
                 server.serve = serve  # type: ignore[misc]
-        if not self._kept:
+        if not self._active:
             remedy = "install viser 1.1, or tell the authors of holdfast"
             raise HoldfastError(message("the live view", "this version of viser cannot be guarded", remedy))
 
-    def refused(self, path: str, headers: Any) -> str:  # noqa: ANN401 - of websockets
-        """Return why a request is refused, "" if it is not."""
+    def refused(self, path: str, headers: Any) -> str:  # noqa: ANN401 - websockets' own type
+        """Return the reason why a request is refused, or "" if it is accepted."""
         host = headers.get("Host", "")
         if urlsplit(f"//{host}").hostname not in HOSTS:
-            return "this is not the host that was asked for"
+            return "this server has another host name"
         origin = headers.get("Origin")
         if origin is not None and origin != f"http://{host}":
-            return "pages of other hosts may not ask here"
+            return "pages of other hosts have no access"
         token = path.partition("?")[0].strip("/").partition("/")[0]
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return "open the whole address that holdfast gave, with its token"
         return ""
 
-    def understood(self, raw: Any) -> bool:  # noqa: ANN401 - whatever comes
-        """Say whether a message is one that a page sends."""
+    def understood(self, raw: Any) -> bool:  # noqa: ANN401 - any message
+        """Return whether a message is one that a page of viser may send."""
         import msgspec
         from viser.infra import Message
 
@@ -104,14 +106,14 @@ class Door:
             if not all(_fits(found.get(name), kind) for name, kind in fields.items()):
                 return False
             Message.deserialize(raw)
-        except Exception:  # of bytes from anybody; what viser cannot read it would tell by a traceback
+        except Exception:  # the bytes are from anyone; viser would print a traceback
             return False
         if TURN in fields and not 0.25 < sum(number * number for number in found[TURN]) < 4.0:
             return False
         return found["type"] != "GuiUpdateMessage" or self._settable(found["uuid"], found["updates"])
 
     def _settable(self, name: str, updates: Mapping[str, Any]) -> bool:
-        """Say whether a control can take a new value."""
+        """Return whether a control accepts a new value."""
         control, value = self._control(name), updates.get("value")
         if control is None or updates.keys() != {"value"}:
             return False
@@ -126,19 +128,19 @@ class Door:
         return _fits(value, 0) and (low is None or high is None or low <= value <= high)
 
     def _options(self, answer: Callable[..., Any]) -> dict[str, Any]:
-        """Return what websockets is asked for instead of what viser asks."""
+        """Return the options of the websockets server that replace those of viser."""
         from viser import __version__
         from websockets.asyncio.server import ServerConnection
 
-        door = self
+        guard = self
 
         class Connection(ServerConnection):
-            """Drops what is not understood."""
+            """A connection that drops messages that are not understood."""
 
             async def recv(self, decode: bool | None = None) -> Any:  # noqa: ANN401
                 while True:
                     raw = await super().recv(decode)
-                    if door.understood(raw):
+                    if guard.understood(raw):
                         return raw
 
         def asked(connection: Any, request: Any) -> Any:  # noqa: ANN401
@@ -165,7 +167,7 @@ class Door:
 
 
 def _fits(value: object, kind: int | type) -> bool:
-    """Say whether a value is of a kind: of a type, one finite number (0), or a list of so many."""
+    """Return whether a value is of a type, or has the right number of finite numbers (0: a single number)."""
     if isinstance(kind, type):
         return isinstance(value, kind)
     numbers = [value] if kind == 0 else value

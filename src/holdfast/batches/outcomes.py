@@ -1,4 +1,4 @@
-"""The words of a worker and its keeper: how a scene may end, and what they send each other."""
+"""The outcomes of a scene, and the kinds of messages between a worker and its supervisor."""
 
 from __future__ import annotations
 
