@@ -104,7 +104,7 @@ def test_a_damaged_shard_is_named_and_asked_anew(
         rows(here)
     said = str(told[0].message if gone else told.value)
     assert str(path) in said
-    assert "ask the same batch again" in said
+    assert "run the same batch again" in said
     monkeypatch.setenv(batch_drill.TRACE, str(here / "trace"))
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")

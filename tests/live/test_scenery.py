@@ -96,7 +96,7 @@ def test_what_is_said_of_a_push(standing: Model) -> None:
     model = Model(standing.assembly, engine="limit")
     assert "Click a body" in scenery.push_html(model)
     assert model.choose(np.array([0.0, 0.0, 5.0]), DOWN)
-    assert "asking" in scenery.push_html(model)
+    assert "computing" in scenery.push_html(model)
     model.ask_push()
     assert "no push moves anything" in scenery.push_html(model)
     assert model.choose(np.array([-1.0, 0.0, 0.05]), np.array([1.0, 0.0, 0.0]))
