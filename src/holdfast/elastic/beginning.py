@@ -15,11 +15,11 @@ from holdfast.elastic.stepper import STATIONS, TOLERANCE, Stepper
 from holdfast.elastic.vectors import divide, dot, go, put
 
 BEYOND = 1.01  # times the peak: the load under which motion begins
-LONG_AFTER = 1e-4  # drag in a step that leads so far that contacts have changed as they do
-FALLS, MOST_MOVES = 0.05, 16  # factor by which that drag falls at first, and steps that are tried
-DRAG = 1e-9  # in the longest step: contacts that press resist far more
-FREE = 0.5  # least share of the load's power that contacts leave to a motion that they allow
-MOST_STEPS = 20  # of Newton's method for one step
+LONG_AFTER = 1e-4  # at this drag a step leads so far that contacts have changed as they do in the motion
+FALLS, MOST_MOVES = 0.05, 16  # factor by which the drag decreases at first, and largest number of steps
+DRAG = 1e-9  # drag in the longest step: contacts that press resist far more
+FREE = 0.5  # smallest share of the power of the load that contacts leave to a motion which they allow
+MOST_STEPS = 20  # largest number of Newton steps for one step in time
 
 
 @compilable

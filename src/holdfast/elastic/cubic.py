@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.base.compiled import compilable, lean
 
-ONCE = 0.1  # share of the step within which a bend is close to one of its ends
+ONCE = 0.1  # share of the step within which a bend counts as lying at one of its ends
 NOWHERE = -1.0  # the place of an extremum that the cubic does not have between its ends
 
 

@@ -6,7 +6,7 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, fused, lean
 
 SMALL_PIVOT = 0.02  # share of a column's largest entry below which no entry is used as pivot
-BLOCK = 6  # pivots that are applied together
+BLOCK = 6  # number of pivots that are applied together
 
 
 @compiled

@@ -17,7 +17,7 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, lean
 
-RUN = 7  # nodes: a row of the usual grid, and a whole share of one of finer grids
+RUN = 7  # nodes that are examined together: a row of the usual grid, and a whole fraction of a row of finer grids
 
 
 class Runs(NamedTuple):

@@ -16,8 +16,8 @@ from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.twists import add_wrench, sheet_twist
 from holdfast.elastic.vectors import dot, go, put
 
-HALVINGS = 8  # of a Newton step, in search of a smaller unbalance
-SHORTEST = 0.1  # share of a Newton step below which a point is given up where it is dear: on a path
+HALVINGS = 8  # largest number of times that a Newton step is halved in search of a smaller unbalance
+SHORTEST = 0.1  # share of a Newton step below which a point of a path is given up, where each point is expensive
 ROUNDING = 5e-17  # rounding error of a sum over its largest term, measured on bodies that have drifted far
 
 

@@ -9,12 +9,13 @@ import numpy as np
 
 from holdfast.base.arrays import Int
 
-MOST_OWNED = 6  # bodies that one front eliminates
-WASTE = 0.3  # share of a front's blocks that may be zero for two fronts to become one
-SMALL = 5  # bodies of a front that may be made of two in any case
-MANY = 100  # bodies from which an order is worth some tries
-TRIES, SEED = 8, 0  # of ties broken at random
-MOST_TRIED = 2500  # bodies that all tries put into order together: the time of one grows faster than their number
+MOST_OWNED = 6  # largest number of bodies that one front eliminates
+WASTE = 0.3  # share of its blocks that may be zero in a front made of two
+SMALL = 5  # two fronts that together have no more bodies are always joined
+MANY = 100  # number of bodies from which several orders are tried
+TRIES, SEED = 8, 0  # number of orders tried, with ties broken at random, and the seed
+# Largest number of bodies that all tries together order: the time for one try grows faster than its bodies
+MOST_TRIED = 2500
 
 
 class Fronts(NamedTuple):

@@ -12,7 +12,7 @@ from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.elimination import apply_pivots
 from holdfast.elastic.ordering import Fronts
 
-ROWS = 32  # that take all pivots, and are moved on, before the next ones are looked at
+ROWS = 32  # rows that take over all pivots of a block before the next rows are read
 
 
 @compiled

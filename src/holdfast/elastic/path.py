@@ -39,10 +39,11 @@ from holdfast.elastic.stepper import (
 from holdfast.elastic.vectors import divide, dot, go, mix, put
 
 REFINED = 5e-5  # relative accuracy of the peak
-REFINEMENTS = 20  # points that are tried to reach it
-MOST_FAILURES = 5  # of them in a row that are not found
-MOST_SOUGHT = 20  # steps of Newton's method on another grid
-TINY = 0.02  # share of one of them below which a load is given up there; states in balance are given up at SHORTEST
+REFINEMENTS = 20  # largest number of points that are tried to reach that accuracy
+MOST_FAILURES = 5  # largest number of these points in a row that may fail
+MOST_SOUGHT = 20  # largest number of Newton steps in search of a point on another grid
+# Share of a Newton step below which the search for a load is given up there; states in balance use SHORTEST
+TINY = 0.02
 
 
 class PathResult(NamedTuple):

@@ -26,16 +26,17 @@ from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.vectors import farthest, go, largest, put, scale
 
 EXACT = 1e-11  # unbalance of a state of rest, each body's in units of its own weight
-ON_THE_WAY = 1e-9  # unbalance of states with drag
-ROUNDING = 1e-6  # growth of ON_THE_WAY with the displacement, in sizes of the bonded one: rounding errors far out
+ON_THE_WAY = 1e-9  # unbalance of intermediate states, with drag
+# Growth of ON_THE_WAY for each size of the bonded displacement that bodies have moved, since rounding errors grow
+ROUNDING = 1e-6
 STEADY = 0.01  # relative change of its rate below which a drift is steady
 DECADES = 1e4  # factor by which ε must have fallen while a drift was steady
 LONG = 1e3  # factor by which time must have grown while a drift was steady, where the motion itself is followed
-CLEAR = 100.0  # times the rounding error of a balance: the least force that counts as driving a drift
+CLEAR = 100.0  # a force drives a drift if it is at least this many times the rounding error of the balance
 LEAST_DRAG = 1e-13  # ε below which no rest is sought in single steps
 SLOWEST = 0.97  # factor by which ε falls at least from one single step to the next
 STIFFEST = 1e3  # ε above which the motion is not followed in still shorter steps
-MOST_STEPS = 6000  # of Newton's method along the motion; half as many with ever less drag
+MOST_STEPS = 6000  # largest number of Newton steps along the motion; half as many while the drag decreases
 
 
 class Rest(NamedTuple):
@@ -54,8 +55,9 @@ def lessen_drag(
 
     A state is at rest if its unbalance is at most ``exact``, each body's in units of its own weight.
 
-    In single steps from the undeformed assembly; q is at first as with all contacts bonded. Where bodies drift,
-    ``drift`` (6J,) becomes their velocity. It gives up after ``most`` steps of Newton's method.
+    Each state is sought in a single step from the undeformed assembly, and q is at first the displacement with all
+    contacts bonded. Where bodies drift, ``drift`` (6J,) becomes their velocity. The search ends after ``most`` steps of
+    Newton's method.
     """
     n = len(q)
     origin, old = np.zeros(n), np.zeros(n)

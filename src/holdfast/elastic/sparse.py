@@ -17,10 +17,10 @@ from holdfast.elastic.model import Elastic
 from holdfast.elastic.twists import add_stiffness, set_units
 
 NO_RESISTANCE = 1e-9  # largest resistance that counts as none, where that of bonded contacts is of order one
-FAINT_HOLD = 1e-9  # stiffness of the regularisation spring of a body, in units of its contacts and size
-FAINTEST = 1e-11  # the same where bodies move far, so that the hold carries next to nothing there, too
+REGULARISATION = 1e-9  # stiffness of the regularisation spring of a body, in units of its contacts and size
+WEAKEST_SPRING = 1e-11  # the same where bodies move far, so that the springs carry next to nothing there, too
 DENSE = 90  # displacements up to which dense elimination is faster than that of a sparse matrix
-KEPT = 100  # random starts at most
+KEPT = 100  # largest number of random starts
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 
@@ -95,13 +95,13 @@ def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Call
     return B, splu(B + NEAR_SINGULAR * sparse.eye(n, format="csc")).solve
 
 
-def held(m: Elastic, bodies: Bool | None = None, faint: float = FAINT_HOLD) -> Elastic:
-    """The model with a ``faint`` hold of ``bodies`` (J,), so that motions that no contact resists have a stiffness.
+def held(m: Elastic, bodies: Bool | None = None, stiffness: float = REGULARISATION) -> Elastic:
+    """The model with regularisation springs on ``bodies`` (J,): motions that no contact resists get a stiffness.
 
-    All bodies are held if None. The hold is too faint to carry anything: what it would carry counts as not balanced,
-    and a path ends where it begins to matter (stepper.py). Its unit lies midway between the firmest and the softest
-    contact of a body: of a body that rests on a point and leans with a face, a hold measured by the face would carry
-    part of the weight, and one measured by the point would be lost in rounding.
+    None stands for all bodies. The springs are too soft to carry anything: what they would carry counts as not
+    balanced, and a path ends where it begins to matter (stepper.py). Its unit lies midway between the firmest and the
+    softest contact of a body: of a body that rests on a point and leans with a face, a hold measured by the face would
+    carry part of the weight, and one measured by the point would be lost in rounding.
     """
     soft, firm = np.full(len(m.scale) // 6, np.inf), np.zeros(len(m.scale) // 6)
     stiff = m.bonded[:, range(3), range(3)].max(1, initial=0.0)
@@ -110,7 +110,7 @@ def held(m: Elastic, bodies: Bool | None = None, faint: float = FAINT_HOLD) -> E
         np.minimum.at(soft, ends[free], stiff[free])
         np.maximum.at(firm, ends[free], stiff[free])
     size = m.scale[::6] / m.scale[3::6]
-    each = faint * np.sqrt(np.where(np.isfinite(soft), soft, 0.0) * firm)
+    each = stiffness * np.sqrt(np.where(np.isfinite(soft), soft, 0.0) * firm)
     if bodies is not None:
         each[~bodies] = 0.0
     hold = (each[:, None] * np.stack([np.ones_like(size), size**2], 1)).repeat(3, axis=1).ravel()

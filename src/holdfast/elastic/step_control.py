@@ -10,23 +10,26 @@ from holdfast.base.compiled import compilable, lean
 from holdfast.elastic.cubic import cubic, maximum_at, minimum_at
 from holdfast.elastic.outcome import Event
 
-DIP = 2e-3  # relative fall below the peak so far from which that was a maximum, even if the path rises above it later
+# Relative fall from which the highest point so far counts as a maximum, even if the path rises above it later
+DIP = 2e-3
 FALLEN = 0.99  # share of the peak below which the path has clearly fallen
-DEEPER = 3.0  # how much more than its estimate may be what a fall is deeper between points
-LEVEL, HIDDEN = 0.05, 0.05  # of the slope before a step, where a maximum may hide in it, and of the load: how high
-FLAT = 1e-4  # relative rise still to come, if the slope fell as 1/ℓ², below which the path counts as flat
-ENOUGH = 1.01  # times a step that leads to where a path has been flat or lower for long enough: it may bend
+DEEPER = 3.0  # how many times its estimate the depth of a fall between two points may be
+# Share of the slope before a step below which it may hide a maximum, and how high, as a share of the load
+LEVEL, HIDDEN = 0.05, 0.05
+FLAT = 1e-4  # a path is flat if it would rise by less than this in all, were its slope to fall as 1/ℓ²
+ENOUGH = 1.01  # extra length of the step that is to show that a path has been flat or lower for long enough
 NEW_PEAK = 1e-4  # relative rise above the peak so far that counts as a new peak
-FARTHEST = 1e8  # length, in sizes of the displacement at rest, at which rounding would show
+FARTHEST = 1e8  # largest length of a path, in displacements at rest: beyond it rounding would show
 SPRING_SHARE = 1e-5  # share of a body's weight or of the load that the regularisation spring carries where a path ends
 # Compressions that the contacts of a jam have slid, beyond which a load counts as held only after sliding. In this law
 # friction opposes all of the displacement, in reality the last of it: both agree until nodes have slid a few times as
 # far as they spring back. The plank of finding T2 has 0.93 of its peak at 5 compressions, 0.96 at 10, 0.98 at 28, and
 # MuJoCo lets it go at 0.9; the book has 0.84 at 7, 0.92 at 13, and goes at 0.8. At 3 they have 0.84 and 0.61.
 SLID = 3.0
-LEAST_SLID = 0.1  # share of that: below it, how far they have slid says nothing about how the load rises
+LEAST_SLID = 0.1  # share of that sliding below which it says nothing about how the load rises
 RECOVERY = 1.4  # factor by which the largest growth recovers from one point to the next
-SOON, LONG = 10.0, 100.0  # times the length at the peak up to which another is waited for: where the load fell, or not
+# How far behind a peak another one is awaited, in lengths at the peak: if the load fell, and if not
+SOON, LONG = 10.0, 100.0
 
 
 class StepControl(NamedTuple):
@@ -44,8 +47,8 @@ class StepControl(NamedTuple):
 
 
 QUICK = StepControl(2.5, 0.2, 80, 600)
-BRIEF = QUICK._replace(patience=40)  # where systems are dear
-CLOSE = StepControl(1.5, 0.05, 1000, 20_000)  # slow, and misses less: what the quick pace is compared with
+BRIEF = QUICK._replace(patience=40)  # where linear systems are expensive
+CLOSE = StepControl(1.5, 0.05, 1000, 20_000)  # slow and misses less: the reference for the quick step control
 
 
 class Progress:

@@ -39,23 +39,26 @@ from holdfast.elastic.step_control import (
 from holdfast.elastic.vectors import divide, dot, farthest, go, put
 
 TOLERANCE = 1e-7  # unbalance of points on the path, each body's in units of its own weight
-STATIONS = 4  # points before the peak that are kept
+STATIONS = 4  # number of points before the peak that are stored
 OFF, OFF_RISING = 0.1, 0.4  # unbalance midway from which a step may hide a maximum, as a share of the load
-LEFT = 0.35  # share of the slope before a step that is left throughout, above which it hides none
-APART = 3e-3  # relative rise of the load from one of them to the next
-FAINT, MOST_ALONE = 1e-8, 30  # drag while forces that balance the load alone are sought, and steps for it
+LEFT = 0.35  # if the slope stays above this share of what it was before the step, the step hides no maximum
+APART = 3e-3  # relative rise of the load from one of the stored points to the next
+# Drag, and largest number of Newton steps, in the search for forces that balance the load alone
+FAINT, MOST_ALONE = 1e-8, 30
 CAREFUL = 1.0  # largest growth after a step that failed
-MOST_NEWTON, EASY = 16, 8  # steps of Newton's method for one point, and those after which it counts as found easily
-FIRST_NEWTON, FIRST_SHARE = 60, 0.01  # for the first point, and the least share of one: which idle faces part is open
+# Largest number of Newton steps for one point, and the number up to which a point counts as found easily
+MOST_NEWTON, EASY = 16, 8
+# The same limit for the first point, and the least share of one step; which idle faces part is still open
+FIRST_NEWTON, FIRST_SHARE = 60, 0.01
 AWAY = 0.7  # distance from where the directions at both ends lead, as a share of the motion, that hints at a branch
 HARDLY_AWAY = 0.4  # the same for points that are not found easily
-DOUBTS = 2  # of one step: that it lies on the same branch, or that it hides no maximum
-CREEPING = 0.01  # step, in lengths of the path so far, below which a change of sign straight ahead is gone through
+DOUBTS = 2  # how often one step is tried again because it may have left its branch or hidden a maximum
+CREEPING = 0.01  # a step shorter than this share of the path so far passes through a change of sign straight ahead
 SHORTER = 0.3  # factor by which a step is shortened
-NEAR = 0.03  # share of a step that failed from which a corner in it is gone to
-BEFORE = 0.999  # share of the way to a corner that is gone before it is crossed
-SHORTENINGS = 4  # of one step, after which the path is continued behind the next change of a node
-MOST_CHANGES = 200  # of nodes that a path may be continued behind
+NEAR = 0.03  # share of a failed step from which a corner inside it is approached
+BEFORE = 0.999  # share of the way to a corner that is covered before the corner is crossed
+SHORTENINGS = 4  # times that one step is shortened, after which the path continues behind the next change of a node
+MOST_CHANGES = 200  # largest number of changes of nodes behind which a path may continue
 
 
 class Stepper(NamedTuple):

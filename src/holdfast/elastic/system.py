@@ -27,10 +27,10 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 MOST_DENSE = 90  # displacements up to which dense elimination in compiled code is faster than fronts
-LEAST_COLUMNS = 3  # for which another thread pays, where they do not take long
-SHARES = 3  # blocks of columns a thread: some take longer than others
-MOST_COLUMNS = 64  # of a block, after which it can be stopped
-LONG = 60  # displacements from which rest or a path may take longer than a user who stops it waits
+LEAST_COLUMNS = 3  # smallest number of columns for which a further thread pays off, unless they take long
+SHARES = 3  # blocks of columns for each thread, since some blocks take longer than others
+MOST_COLUMNS = 64  # largest number of columns in a block, between which the work can be stopped
+LONG = 60  # displacements from which a search for rest, or a path, may keep a user who stops it waiting
 STAGE = "load paths"
 
 

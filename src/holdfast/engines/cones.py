@@ -14,10 +14,10 @@ from holdfast.base.arrays import Float, checked_whole, checked_word
 from holdfast.base.entries import Entries, together
 from holdfast.conic.program import ConeKind
 
-ROUNDING = 2e-15  # of the terms of a room in the cone
+ROUNDING = 2e-15  # of the terms in the distance of a force from the border of its cone
 ConeChoice = Literal["exact", "inscribed", "circumscribed"]
 
-MOST_SIDES = 1_000  # of a polygon in place of the cone
+MOST_SIDES = 1_000  # largest number of sides of a polygon that stands for the cone
 
 
 @dataclass(frozen=True)

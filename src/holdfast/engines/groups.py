@@ -35,7 +35,7 @@ from holdfast.engines.rest import doubt_of, hanging, undecided
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 
 WORST_FIRST = (Status.UNSTABLE, Status.UNDECIDED, Status.STABLE)
-MOST_NAMED = 3  # the most overlaps that one reason names
+MOST_NAMED = 3  # largest number of overlaps that one reason names
 
 
 def prepared(

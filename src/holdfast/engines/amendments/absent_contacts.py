@@ -14,11 +14,11 @@ from holdfast.engines.contract import Engine, State
 from holdfast.engines.forces import solve_forces
 from holdfast.engines.verdict import Status, Verdict
 
-SETS = 8  # the most sets of absent contacts that are sought
+SETS = 8  # largest number of sets of absent contacts that are sought
 SIDE = 0.5  # cosine of the angle between a normal and the vertical below which a contact is on a side
-CHEAP = 1e-7  # tolerance of the force programs that sort out what cannot stand
+CHEAP = 1e-7  # tolerance of the force programs that rule out what cannot stand
 MANY = 24  # uncertain interfaces above which only those on sides are taken away, all together
-TRIES = 300  # verdicts of limit analysis after which no further set is begun
+TRIES = 300  # number of verdicts of limit analysis after which no further set is begun
 
 Absent = frozenset[int]  # numbers of interfaces that are taken away
 

@@ -23,8 +23,8 @@ from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
 LEANS = 1e-3  # relative drop of ``lower`` above which an answer leans on the contacts that were taken away
-CARRIES = 1e-6  # speed at a contact, relative to the fastest body, above which a motion passes through the contact
-NAMED = 8  # the most pairs that one note names
+CARRIES = 1e-6  # speed into a contact, relative to the fastest body, above which the contact resists a motion
+NAMED = 8  # largest number of pairs that one note names
 LEVEL = "poses are uncertain in position alone: give pose_sigma=(metres, degrees), or lower does not allow for leaning"
 
 

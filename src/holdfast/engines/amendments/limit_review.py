@@ -19,12 +19,13 @@ from holdfast.engines.contract import EXACT, Within
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
 
-SLIGHT = 1e-4  # push, relative to the pushed body's weight, below which a body that is only balanced gives way to any
+SLIGHT = 1e-4  # a body that is only balanced gives way to any push if it gives way to this share of its weight
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
-ENDLESS = 1e3  # lower bound, relative to the group's weight, above which limit analysis decides whether there is an end
-BEYOND = 30.0  # times a peak: bodies that rest under such a load do not move at the peak
-TOO_SOON = 0.01  # end of a path, relative to the pushed body's weight, that its beginning at a kink may be why
-PATIENCE = 200  # steps of Newton's method after which rest under such a load is not sought any longer
+ENDLESS = 1e3  # a lower bound above this many weights of the group leaves it to limit analysis whether there is an end
+BEYOND = 30.0  # bodies that rest under this many times the load of a peak do not move at that peak
+# A path that ends below this share of the pushed body's weight may have ended only because it began at a kink
+TOO_SOON = 0.01
+PATIENCE = 200  # largest number of Newton steps in the search for rest under such a load
 
 
 class _Row(NamedTuple):

@@ -29,12 +29,15 @@ from holdfast.engines.peeling import clampable
 from holdfast.engines.self_stress import self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
-GATHERED = (2, 3)  # nodes a side of which all, and all but one, are on edges: pressure is concentrated there
+CONCENTRATED = (
+    2,
+    3,
+)  # nodes along a side, nearly all of which lie on edges: grids for pressure that is concentrated there
 COARSER = 5  # nodes a side of the coarsest grid that a careful user would take
-MARGIN = 0.01  # of the least answer over these: grids and springs between and beyond them are a little different
-BEYOND = 0.05  # of the range of the answers over these, or of the least, by which others may lie beyond it
-JAMMED = 3.0  # times the weight beside a load, from which what it finds depends on what it presses itself
-CORNERS = 4  # nodes of a patch, at least
+MARGIN = 0.01  # share of the least of these answers, since stiffness and nodes in between and beyond differ a little
+BEYOND = 0.05  # share of the range of these answers, or of the least, by which other answers may lie outside
+JAMMED = 3.0  # a load above this many times the weight beside it decides itself what presses the contacts that hold it
+CORNERS = 4  # smallest number of nodes of a patch
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +119,13 @@ class SelfStressed:
         words = f"{many}: bodies are self-stressed, and lower covers contacts"
         if self.possible:
             words += f" between {RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts,"
-        return replace(found, lower=lower, notes=(*found.notes, f"{words} with {GATHERED[0]} or more nodes a side"))
+        return replace(found, lower=lower, notes=(*found.notes, f"{words} with {CONCENTRATED[0]} or more nodes a side"))
 
     @cached_property
     def _edges(self) -> tuple[Grid, ...]:
         """Grids with pressure on edges: they tell most where the load itself presses what holds it."""
         springs = self.grid.springs
-        return tuple(self._on(replace(springs, nodes=nodes)) for nodes in GATHERED if nodes < springs.nodes)
+        return tuple(self._on(replace(springs, nodes=nodes)) for nodes in CONCENTRATED if nodes < springs.nodes)
 
     @cached_property
     def _others(self) -> tuple[Grid, ...]:

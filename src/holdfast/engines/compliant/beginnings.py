@@ -16,10 +16,10 @@ from holdfast.elastic.stepper import by_springs
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.grid import Grid
 
-TENTH = 0.1  # of the load at which a path ended, where the hold tells whether contacts resist at all
-CLEARLY = 0.5  # of its share of what ends a path, above which the hold carries the load as it did from the beginning
-SMALL = 1e-3  # a load, relative to the loaded body's weight, that leaves the kink and changes nothing else
-PATIENCE = 200  # steps of Newton's method after which rest under such a load is not sought any longer
+TENTH = 0.1  # share of the load at which a path ended, where the springs show whether contacts resist at all
+CLEARLY = 0.5  # share of what ends a path, above which springs have carried the load from the beginning
+SMALL = 1e-3  # a load, relative to the weight of the loaded body, that leaves the kink and changes nothing else
+PATIENCE = 200  # largest number of Newton steps in the search for rest under such a load
 
 
 def gives_way(grid: Grid, load: Float, force: float) -> bool:

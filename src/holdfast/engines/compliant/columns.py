@@ -14,7 +14,8 @@ from holdfast.engines.compliant.interpolated import Solved, Survey, survey
 from holdfast.engines.compliant.refinement import Around, Bounded, Refined
 from holdfast.engines.mechanism import Mechanism
 
-ALIKE = 0.01  # largest difference of lower bounds, as shares of their peaks, at corners whose least one holds between
+# If lower bounds at three corners, as shares of their peaks, differ by no more, the least of them holds in between
+ALIKE = 0.01
 
 
 @dataclass(frozen=True, eq=False)

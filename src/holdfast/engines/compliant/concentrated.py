@@ -14,10 +14,10 @@ from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic
 from holdfast.engines.compliant.places import Places
 
-FEW = 12.0  # nodes that share the force of a contact, (sum f)² / sum f², below which it is concentrated
-EDGE = 5.5  # the same on a rectangle: about six nodes share it along an edge, and tell where a body tips over that
-SPREAD = 0.5  # of the contact's nodes, which must be more: a ball has one node anyway
-COUNTS = 1e-3  # of the largest force on either body, which a contact must carry to count
+FEW = 12.0  # a contact's force is concentrated if fewer nodes share it, counted by (sum f)² / sum f²
+EDGE = 5.5  # the same on a rectangle, where the six or so nodes along an edge still show where a body tips over it
+SPREAD = 0.5  # share of the contact's nodes that must be more than these: a ball has one node anyway
+COUNTS = 1e-3  # smallest share of the largest force on either body that a contact must carry to count
 
 
 def concentrated(places: Places, m: Elastic, q: Float) -> Bool:

@@ -14,7 +14,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
-from holdfast.elastic.sparse import FAINTEST, held
+from holdfast.elastic.sparse import WEAKEST_SPRING, held
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.concentrated import concentrated
 from holdfast.engines.compliant.elastic_model import Springs, force_unit, own_rows, world_rows
@@ -227,7 +227,7 @@ class Grid:
         faces = self.springs.faces
         if faces is None or faces.imperfect.flatness == 0:
             return self.system
-        return replace(self.system, model=held(self.system.model, faint=FAINTEST))
+        return replace(self.system, model=held(self.system.model, stiffness=WEAKEST_SPRING))
 
     def loads_nearby(self, W: Float, s: Float, q: Float, plane: Float) -> Float:
         """Return the factors (k,) of columns W (6J, k) near points of their paths that were found on a coarser grid.

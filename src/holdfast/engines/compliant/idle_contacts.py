@@ -17,8 +17,8 @@ from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic
 from holdfast.engines.compliant.places import Places
 
-HARDLY = 1e-9  # of the total weight, which a contact may carry at rest: nothing but rounding
-LEANS = 0.01  # of a load, which contacts that carry nothing at rest carry where an answer leans on them
+HARDLY = 1e-9  # a contact that carries no more than this share of the total weight at rest carries nothing but rounding
+LEANS = 0.01  # an answer leans on contacts that are idle at rest if they carry more than this share of the load
 
 
 def is_open(assembly: Assembly, interface: Interface) -> bool:

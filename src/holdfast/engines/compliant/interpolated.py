@@ -32,8 +32,9 @@ WIDER = 1.5  # initial ratio of the stated error to the spread of the estimates
 KINK = 0.4  # weight in the spread of the relative distance between interpolated values and planes; large at kinks of γ
 MIXED = 0.6  # the same weight where the three corners do not all have the same mechanism
 FLOOR = 1e-2  # minimum stated relative error, for the errors of grids and path steps
-UNLIKE = 0.5  # of what lower bounds differ by, as shares of 1/γ: there answers may come from other grids in between
-MANY = 0.3  # of the points of a face: once so many are solved, all that are doubtful are followed in one round
+# Share of the difference of the lower bounds around that is added: answers in between may come from other grids
+UNLIKE = 0.5
+MANY = 0.3  # once this share of the points of a face is solved, all doubtful ones are followed in one round
 UNTESTED = 16  # number of interpolated points in a triangle above which the path of one is followed to test the others
 
 

@@ -21,15 +21,15 @@ from holdfast.conic.solve import Outcome, solve
 from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.sparse import FAINTEST, held
+from holdfast.elastic.sparse import WEAKEST_SPRING, held
 from holdfast.elastic.system import System
 
-HUGE = 10.0  # load, relative to a weight, beside which this is not expected to count any more
-PATIENCE = 1000  # steps of Newton's method after which rest is not sought any longer
-ALONE = 1e-6  # what the regularisation spring may carry of a load that contacts are to balance alone
-BALANCED = 1e-7  # what may be left of such a load
-AGAINST = 1e-6  # cosine between load and contact normal, above which the load is passed on there
-ROOM = 0.5  # of the clearance that all contacts are to have, which the program must leave
+HUGE = 10.0  # a weight is expected not to count any more beside a load of this many times its size
+PATIENCE = 1000  # largest number of Newton steps in the search for rest
+ALONE = 1e-6  # share of a load that springs may carry where contacts are to balance it alone
+BALANCED = 1e-7  # share of such a load that may remain unbalanced
+AGAINST = 1e-6  # a load is passed on at a contact if the cosine between it and the normal is above this
+ROOM = 0.5  # share of the clearance, wanted at all contacts, that the program must leave
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class LoadBearing:
         carry = self._between(load)
         if not carry.any() or carry.all():
             return False
-        few = held(_restricted(self.model, carry, load / np.abs(load).max()), faint=FAINTEST)
+        few = held(_restricted(self.model, carry, load / np.abs(load).max()), stiffness=WEAKEST_SPRING)
         if not len(few.a):  # there is nothing against it
             return False
         return rests_alone(System.of(few), PATIENCE) and self._others_leave(carry)

@@ -18,20 +18,23 @@ from holdfast.engines.compliant.grid import FINER, Grid
 
 T = TypeVar("T")
 
-SAFETY = 2.0  # discretisation error over the change to the next grid: errors fall at least in proportion to the step
+# Discretisation error divided by the change to the next grid: errors fall at least in proportion to the step
+SAFETY = 2.0
 LEAST_ERROR = 2e-3  # minimum relative discretisation error
 LARGE = 0.05  # relative change of the load at a peak above which the whole path is followed on the finer grid
 COARSE = 0.02  # relative change of the peak of the whole path above which the answer is taken from the finer grid
 REFINEMENTS = 3  # largest number of re-solves on ever finer grids
-LESS = (2.5e-3, 1e-2)  # relative loads below a peak that a finer grid is asked to hold where it tells nothing else
-AMPLE = 1.02  # times a load, to which its path is followed to tell that it is held: what errors may take is left
-RESOLVED = 28  # nodes a side, in paths, of contacts whose forces are concentrated on few nodes
-DEAR = 120  # systems of a path after which another one on more nodes is dear
-DEAR_TERMS = 7000  # the same times the displacements of all bodies: of few bodies no path is dear
-WEDGED = 1.2  # times a peak, above which a path on more nodes tells that bodies are self-stressed, not what they hold
-SHARP = 0.7  # correction of a point, as a share of its step, after which a path without an end is doubtful
-MOST_CHUNK = 256  # columns that a thread takes at a time, after which it can be stopped
-ENOUGH = 2  # columns for each thread, from which on they are shared among threads
+# How far below a peak, relative to it, the loads lie that a finer grid is asked to hold if it says nothing else
+LESS = (2.5e-3, 1e-2)
+AMPLE = 1.02  # to show that a load is held, its path is followed to this multiple, which leaves room for errors
+RESOLVED = 28  # nodes along a side, in paths, of contacts whose forces are concentrated on few nodes
+DEAR = 120  # linear systems of a path, above which a further path on more nodes is too expensive
+DEAR_TERMS = 7000  # least product of these systems and all displacements: with few bodies no path is expensive
+# A path on more nodes above this multiple of a peak shows that bodies are self-stressed, not what they hold
+SELF_STRESSED = 1.2
+SHARP = 0.7  # if a point needs a larger correction than this share of its step, a path without an end is doubtful
+MOST_CHUNK = 256  # largest number of columns that a thread takes at a time, between which it can be stopped
+ENOUGH = 2  # columns per thread from which they are shared among threads
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
@@ -343,13 +346,12 @@ class Refined:
 
         Twice as many nodes err there as these do. The estimated error is the change of the load at the displacement of
         the peak with twice RESOLVED nodes a side at these contacts and FINER times as many at all others, or of what
-        ``_led_up`` makes of it where it is within COARSE. If there is
-        none, or one that changes by more than COARSE, the answer is the path with RESOLVED nodes at these contacts
-        alone, and if it is so at the peak of that, too, the path with most nodes, whose error is what the peak has
-        changed by, and at least COARSE. A path that leads beyond WEDGED times the peak, or has none, is no answer but a
-        change. After a path of more than DEAR systems another one of many bodies is too dear: where most nodes have no
-        load at its peak, ``_on`` tells what RESOLVED nodes at these contacts make of the peak, and the error is at
-        least COARSE.
+        ``_led_up`` makes of it where it is within COARSE. If there is none, or one that changes by more than COARSE,
+        the answer is the path with RESOLVED nodes at these contacts alone, and if it is so at the peak of that, too,
+        the path with most nodes, whose error is what the peak has changed by, and at least COARSE. A path that leads
+        beyond SELF_STRESSED times the peak, or has none, is no answer but a change. After a path of more than DEAR
+        systems another one of many bodies is too dear: where most nodes have no load at its peak, ``_on`` tells what
+        RESOLVED nodes at these contacts make of the peak, and the error is at least COARSE.
         """
         most = self._most(contacts)
         load = most.loads_nearby(W, peaks.peak, peaks.q, peaks.plane)
@@ -368,7 +370,7 @@ class Refined:
             paths = grid.paths(W[:, rows], gradients=gradients)
             before = found.paths.peak[rows]
             found.below[rows], found.own[rows] = _below(before, paths.peak), False
-            there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= WEDGED * before))
+            there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= SELF_STRESSED * before))
             rows, paths = rows[there], paths.chosen(there)
             load = np.full(len(rows), -1.0)
             if not finest:

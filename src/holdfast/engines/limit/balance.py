@@ -23,10 +23,10 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, gamma
 from holdfast.engines.limit.scales import Scales
 
-STEPS = 3  # of refinement at most: the second takes away what rounding left of the first
+STEPS = 3  # largest number of refinement steps: the second takes away what rounding left after the first
 ENOUGH = 8  # an imbalance that is this many times as large as what rounding leaves is taken away once more
 GUESSES = 4  # steps of inverse iteration for the smallest eigenvalue, which is found from above
-SHARES = (0.5, 0.02)  # of that guess that are tried to be proved
+SHARES = (0.5, 0.02)  # shares of that guess for which a proof is tried
 FREE = 1e-14  # square of a resistance that counts as none, where those of contacts are of order one
 BALANCED = 1e-9  # imbalance, in usual forces, of a body along what no contact of it resists
 TANGENTIAL = float(np.sqrt(2)) * UP  # f_n and f_t / μ change together by no more than this times |T⁻¹ δ| of a node

@@ -83,7 +83,7 @@ def _high(limit: LoadLimit) -> float:
 
 
 def _spare(limit: LoadLimit, first: int) -> Float:
-    """The slope (6,) of what an endless load takes besides on the rows from ``first``; infinite where it takes none."""
+    """The slope (6,) of a wrench on the rows from ``first`` that is carried beside an endless load; inf for none."""
     return np.full(6, np.inf) if limit.slope is None else limit.slope[first : first + 6]
 
 

@@ -16,7 +16,7 @@ from holdfast.engines.limit.rounding import DOWN, gamma
 from holdfast.engines.verdict import Status
 
 SMALLEST = 1e-6  # share of the box: a set that reaches less far along an axis counts as flat
-ENOUGH = 0.999  # of a corner that is proved to be carried
+ENOUGH = 0.999  # share of a corner, up to which it has to be proved to be carried
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,11 @@ from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import Equilibrium
 
 TOLERANCE = 1e-4  # what is found is brought into balance and proved afterwards
-ROUNDS = 10  # of bringing forces into balance and into their cones, each of which costs far less than a program
-AIM, ENOUGH = 0.5, 0.1  # of a node's usual force: the room that it is given in a round, and that it has in the end
-BEYOND = 1.6  # times what a node lacks, which takes fewer rounds than just that
+# Largest number of rounds that bring forces into balance and into their cones; each costs far less than a program
+ROUNDS = 10
+# Room inside its cone, as a share of its usual force, that a node is given in a round, and that suffices
+AIM, ENOUGH = 0.5, 0.1
+BEYOND = 1.6  # a node is given this multiple of what it lacks, which takes fewer rounds
 DEAD = 1e-3  # share of its usual force below which a node counts as one that cannot press
 
 

@@ -28,9 +28,9 @@ from holdfast.geometry.hull_gauge import hull_gauge
 DRAWN = 100  # loads of each kind whose gaps are looked at in a round
 BATCH = 20  # facets that are pushed out before gaps are looked at again
 MOST, WIDER = 0.9, 3.0  # share of the loads whose gaps are to be at most so many times the wanted one
-LARGEST = 2.0  # boxes: a known point goes no farther
+LARGEST = 2.0  # a known point goes no farther than this many boxes
 TILT = 0.01  # of a facet, so that the farthest load is a corner and not the middle of a face that is parallel to it
-ALIKE = 6  # digits to which facets are the same
+ALIKE = 6  # number of digits to which two facets must agree to be the same
 FINER = 0.25  # a ray whose gap is this share of the wanted one is left as it is
 
 

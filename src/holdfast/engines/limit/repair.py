@@ -32,12 +32,12 @@ from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner
 from holdfast.engines.mechanism import moving_bodies
 
-TIGHT = 5e-7  # share of a bound: one that mending raised by less needs no better one
+TIGHT = 5e-7  # a bound that mending raises by a smaller share needs no better motion
 FAINT = 1e-100  # of the largest component of a motion: smaller ones are zero, so that products do not underflow
 LARGEST = 100  # components of a motion above which sticking takes more time than a solve
 STICKING = (1e-8, 1e-5)  # speeds, relative to the speeds that they are differences of, up to which a node sticks
 ROUNDS = 150  # of motions and velocities that open the nodes, each of which costs far less than a program
-BEYOND = 1.9  # times what a node lacks, which takes fewer rounds than just that
+BEYOND = 1.9  # a node is opened by this multiple of what it lacks, which takes fewer rounds
 WELL_OPEN = 0.5  # of 1 / tau, by which every node opens then
 SPARES = (0.02, 0.5, 5.0)  # of the rounding of an excess, opened in addition to it, until nothing is left
 
