@@ -317,7 +317,7 @@ class Answers(Value):
 
 def only_balanced(names: Sequence[str]) -> str:
     """Return the note on bodies that are only balanced, as a ball is."""
-    return f"{ONLY_BALANCED}, so that some smallest push moves it: {listed(names, NAMED)}"
+    return f"{ONLY_BALANCED} (the slightest push moves it): {listed(names, NAMED)}"
 
 
 def balanced_in_verdict(names: Sequence[str]) -> str:
@@ -325,7 +325,7 @@ def balanced_in_verdict(names: Sequence[str]) -> str:
     if not names:
         return ""
     only = f"{ONLY_BALANCED}, as on an edge, a corner or a round side: {listed(names, NAMED)}"
-    return f"; {only} (some smallest push moves it)"
+    return f"; {only} (the slightest push moves it)"
 
 
 def joined(parts: Sequence[Answers]) -> Answers:

@@ -80,7 +80,7 @@ class Verdict(Value):
       total weight.
     - ``mechanism``: how bodies move if the assembly does not stand. ``certificate`` proves that no contact can
       prevent it.
-    - ``balanced``: the names of bodies that are only balanced if it stands: some smallest push moves them.
+    - ``balanced``: the names of bodies that are only balanced if it stands: the slightest push moves them.
     """
 
     status: Status
