@@ -86,7 +86,8 @@ class Tolerances(Value):
     @property
     def text(self) -> str:
         """The gap in words, for headings."""
-        return f"gap {'about ' if self.by_pair else ''}{self.gap * 1e3:.3g} mm{', each pair its own' if self.by_pair else ''}"
+        about, each = ("about ", ", each pair its own") if self.by_pair else ("", "")
+        return f"gap {about}{self.gap * 1e3:.3g} mm{each}"
 
     def on(self, scene: Scene) -> Tolerances:
         """Return the same tolerances for another scene."""
