@@ -89,7 +89,7 @@ def moments(part: Float, count: int) -> Float:
 
 @compiled
 def corner_pressure(u: float, v: float) -> Float:
-    """Z (3,): pressure max(0, z0 + z1 u + z2 v) on [0, 2]² with resultant 1 at (u, v), 0 < u, v <= 1; NaN if not found.
+    """``z`` (3,) of the pressure max(0, z0 + z1 u + z2 v) on [0, 2]² with resultant 1 at (u, v), 0 < u, v <= 1; NaN if not found.
 
     z is the minimum of the convex ψ(z) = ½ ∫ max(0, z·φ)² - z·(1, u, v): its gradient is the imbalance. Newton's method
     with the Hessian of the part in touch, shortened until ψ falls.
@@ -185,7 +185,7 @@ def friction_about(z: Float, part: Float, count: int, cx: float, cy: float) -> F
 
 @compiled
 def friction(z: Float, part: Float, count: int, reach: float, v: Float) -> Float:
-    """F (3,) = (f_x, f_y, m): what friction of coefficient 1 sustains against the motion v = (v_x, v_y, spin).
+    """``f`` (3,) = (f_x, f_y, m): what friction of coefficient 1 sustains against the motion v = (v_x, v_y, spin).
 
     F = ∫ p (u_x, u_y, x u_y - y u_x) with u the direction of sliding. Dissipation is F·v, and F its gradient by v.
     ``reach`` [m]: distance of the furthest corner from the origin.

@@ -90,7 +90,7 @@ def nearest(runs: Runs, run: int, v: Float, weight: float) -> float:
 @lean
 @fused
 def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, F: Float) -> int:
-    """R (6J,) = weight · wrench + G f(Gᵀ q) - hold q, and K (P, 6, 6): minus the derivative of every sheet's wrench.
+    """r (6J,) = weight · wrench + G f(Gᵀ q) - hold q, and K (P, 6, 6): minus the derivative of each sheet's wrench.
 
     Clearances are multiplied by ``weight``, too: loads beside which no weight counts make all clearances small.
     ``v``, ``F`` (6,) are scratch. Returns a number that tells which nodes are open, stuck or sliding.
@@ -187,7 +187,7 @@ def evaluate(m: Elastic, weight: float, q: Float, r: Float, K: Float, v: Float, 
 
 @compiled
 def node_forces(m: Elastic, q: Float, f: Float) -> None:
-    """F (I, 3) = (f_n, f_t1, f_t2) on body b at every node, in total weights."""
+    """``f`` (I, 3) = (f_n, f_t1, f_t2) on body b at every node, in total weights."""
     v = np.empty(6)
     for p in range(len(m.a)):
         sheet_twist(m, p, q, v)
