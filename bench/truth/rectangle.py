@@ -89,10 +89,10 @@ def moments(part: Float, count: int) -> Float:
 
 @compiled
 def corner_pressure(u: float, v: float) -> Float:
-    """``z`` (3,) of the pressure max(0, z0 + z1 u + z2 v) on [0, 2]² with resultant 1 at (u, v), 0 < u, v <= 1; NaN if not found.
+    """z (3,) of a pressure max(0, z0 + z1 u + z2 v) on [0, 2]² with resultant 1 at (u, v), 0 < u, v <= 1.
 
     z is the minimum of the convex ψ(z) = ½ ∫ max(0, z·φ)² - z·(1, u, v): its gradient is the imbalance. Newton's method
-    with the Hessian of the part in touch, shortened until ψ falls.
+    with the Hessian of the part in touch, shortened until ψ falls; NaN if it fails.
     """
     wanted = np.array([1.0, u, v])
     z = np.array([0.25, 0.0, 0.0])
