@@ -76,13 +76,21 @@ class Undecided(Value):
     @property
     def brief(self) -> str:
         """The count and the share in words, or nothing if every answer is known."""
-        return f"{self.count:,} of {self.rows:,} undecided ({100 * self.share:.3g} %)" if self.count else ""
+        return self._counted("")
 
     @property
     def text(self) -> str:
         """The count, the share and the reasons in words, or nothing if every answer is known."""
+        return self.text_on("")
+
+    def text_on(self, rows: str) -> str:
+        """Return ``text`` as a sentence on the ``rows``, in the plural: "points of the map"."""
         more = [f"and {len(self.reasons) - MOST_REASONS} more reasons"] if len(self.reasons) > MOST_REASONS else []
-        return f"{self.brief}: {'; '.join([*self.reasons[:MOST_REASONS], *more])}" if self.count else ""
+        return f"{self._counted(rows)}: {'; '.join([*self.reasons[:MOST_REASONS], *more])}" if self.count else ""
+
+    def _counted(self, rows: str) -> str:
+        of = f"{rows} {'is' if self.count == 1 else 'are'} " if rows else ""
+        return f"{self.count:,} of {self.rows:,} {of}undecided ({100 * self.share:.3g} %)" if self.count else ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the count, the share and the reasons as plain data for JSON."""
