@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from holdfast.base.text import listed, one_line, quoted
 
 MOST_NAMES = 20  # largest number of known names that a remedy lists
-UNTRUE = "an answer may also be undecided, so it is neither true nor false"
 LONGEST_PLACE = 200  # largest number of characters of the place in a message: the path of a file, the name of a body
 
 
@@ -59,7 +58,8 @@ def message(where: str, problem: str, remedy: str) -> str:
 
 def no_truth(value: object, remedy: str) -> HoldfastError:
     """Return the error for ``bool()`` of an answer that may also be undecided, so that no ``if`` misreads it."""
-    return HoldfastError(message(f"bool() of {type(value).__name__}", UNTRUE, remedy))
+    problem = "it may also be undecided, so it is neither true nor false"
+    return HoldfastError(message(f"bool() of {type(value).__name__}", problem, remedy))
 
 
 def nearest_of(name: object, known: Iterable[str]) -> str:
