@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import difflib
+import os
+import sys
+import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
 
 from holdfast.base.text import listed, one_line, quoted
 
 MOST_NAMES = 20  # largest number of known names that a remedy lists
+PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"  # where all of holdfast's modules lie
 LONGEST_PLACE = 200  # largest number of characters of the place in a message: the path of a file, the name of a body
 
 
@@ -54,6 +60,18 @@ def message(where: str, problem: str, remedy: str) -> str:
     Line breaks in them are escaped, and each is shortened to a readable length.
     """
     return f"{one_line(where, LONGEST_PLACE)}: {one_line(problem)}; {one_line(remedy)}"
+
+
+def warn(text: str) -> None:
+    """Issue a HoldfastWarning that points at the line outside of holdfast from which all this was called."""
+    frame: FrameType | None = sys._getframe()
+    level = outside = 1
+    while frame is not None:  # to the end: cached properties and thread pools come between functions of holdfast
+        level += 1
+        if frame.f_code.co_filename.startswith(PACKAGE):
+            outside = level
+        frame = frame.f_back
+    warnings.warn(text, HoldfastWarning, stacklevel=outside)
 
 
 def no_truth(value: object, remedy: str) -> HoldfastError:
