@@ -268,14 +268,15 @@ class Answers(Value):
     def undecided(self) -> Undecided:
         """How many rows are undecided, and why.
 
-        The reasons are that of the verdict, if it is undecided, and all notes that say "undecided". If there is none,
-        the engine did not find what the loads move.
+        The reasons are that of the verdict, if it is undecided, and all notes that say "undecided"; what a note repeats
+        with the name of a body stands there alone. If there is none, the engine did not find what the loads move.
         """
         count = int((~self.decided).sum())
         known = [self.verdict.reason] if self.verdict.status is Status.UNDECIDED else []
         known += [note for note in self.notes if "undecided" in note]
         unknown = f"engine {self.engine} found neither that the load is held nor what it moves"
-        reasons = tuple(dict.fromkeys(known or [unknown])) if count else ()
+        named = [text for text in known if not any(text in other and text != other for other in known)]
+        reasons = tuple(dict.fromkeys(named or [unknown])) if count else ()
         return Undecided(count=count, rows=len(self), reasons=reasons)
 
     def rows(self, which: Int | Bool | slice) -> Answers:
