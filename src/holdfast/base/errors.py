@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import difflib
 import os
-import sys
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 
 from holdfast.base.text import listed, one_line, quoted
 
@@ -64,7 +62,9 @@ def message(where: str, problem: str, remedy: str) -> str:
 
 def warn(text: str) -> None:
     """Issue a HoldfastWarning that points at the line outside of holdfast from which all this was called."""
-    frame: FrameType | None = sys._getframe()
+    import inspect  # `import holdfast` costs next to nothing without it
+
+    frame = inspect.currentframe()
     level = outside = 1
     while frame is not None:  # to the end: cached properties and thread pools come between functions of holdfast
         level += 1

@@ -13,6 +13,7 @@ from typing import Any
 
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.field_hints import hinting
 from holdfast.base.files import checked_path
 from holdfast.base.parallel import cores
 from holdfast.base.progress import lines, report
@@ -35,6 +36,7 @@ MOST_WORKERS, MOST_PARTS = 4096, 1_000_000
 STAGE = "scenes"
 
 
+@hinting(resources=Resources)
 def batch(
     scenes: Scenes,
     ask: str | Iterable[str] = ("stability",),
@@ -230,7 +232,8 @@ def _unread(job: Job) -> Record:
 
 def _say(line: str) -> None:
     if sys.stderr is not None:
-        print(line, file=sys.stderr, flush=True)
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()
 
 
 def _part(shard: str | None) -> Part:
