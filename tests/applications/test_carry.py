@@ -225,6 +225,11 @@ def test_other_files_are_told(tmp_path: Path, text: str, told: str) -> None:
         hf.Profile.from_file(path)
 
 
+def test_a_missing_file_is_told() -> None:
+    with pytest.raises(hf.HoldfastError, match=r"profile 'nix.csv': there is no such file.*known: .*road"):
+        hf.carry(carried(), "nix.csv")
+
+
 def test_named_motions_name_their_sources() -> None:
     for name, told in hf.Profile.standards().items():
         motion = hf.Profile.named(name)

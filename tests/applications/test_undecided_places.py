@@ -81,9 +81,10 @@ def test_the_score_is_that_of_the_decided_points(place: Any) -> None:
     assert plain.reason == "everything stands with it"
     assert p.robustness == pytest.approx(np.sort(plain.map.force)[1])
     assert p.weakest.status is hf.Status.FINITE
-    assert f"points 1 of {n} undecided ({100 / n:.3g} %): {REASON}; the other points hold at least" in p.reason
+    told = f"1 of {n:,} points of the map is undecided ({100 / n:.3g} %): {REASON}"
+    assert f"{told}; the other points hold at least" in p.reason
     assert p.to_dict()["undecided"]["count"] == 1
-    assert f"1 of {n} undecided" in repr(p)
+    assert told in repr(p)
 
 
 def test_a_place_of_which_nothing_is_known_says_so(place: Any, tmp_path: Any) -> None:

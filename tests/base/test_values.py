@@ -94,6 +94,11 @@ def test_text_stays_short() -> None:
     assert len(repr(Table({str(k): float(k) for k in range(10_000)}))) < 1000
 
 
+def test_tables_read_like_dicts_and_no_zero_is_negative() -> None:
+    assert repr(Table({"overlaps": 3, "share": -0.0})) == "{'overlaps': 3, 'share': 0.0}"
+    assert repr(Piece(sealed(np.array([-0.0, 1.0])))) == "Piece(weights=[0., 1.])"
+
+
 def test_plain_data_is_json() -> None:
     data = to_dict(whole())
     assert json.loads(json.dumps(data, allow_nan=False)) == data

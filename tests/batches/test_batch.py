@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import resource
 import signal
 import subprocess
@@ -19,6 +20,7 @@ import pytest
 from reproduced import reproducible
 
 import holdfast as hf
+from holdfast.base import progress
 from holdfast.batches import local_workers, tables
 from holdfast.batches.folder import Folder
 from holdfast.batches.schema import TABLES
@@ -84,6 +86,14 @@ def test_all_scenes_have_rows_in_the_order_of_the_inputs(folder: Path) -> None:
         "000002",
     ]
     assert list((folder.parent / "out" / "journal").glob("*.jsonl")) == []
+
+
+def test_it_says_how_far_it_is(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
+    monkeypatch.setattr(progress, "EVERY", 0.01)
+    batch(folder, workers=1)
+    told = capsys.readouterr().err.splitlines()
+    assert told, "a worker takes longer to start"
+    assert all(re.fullmatch(r"scenes: [0-8] of 8, (after \d+ s|\S+ a second, \d+ s left)", line) for line in told)
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz"])

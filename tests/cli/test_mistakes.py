@@ -120,6 +120,28 @@ def test_numbers_with_commas_are_those_with_spaces(
     assert next(iter(answers))[0] == 0
 
 
+def test_several_values_after_an_option_for_one(said: Callable[..., str]) -> None:
+    assert "say --bodies before each: --bodies A --bodies B" in said("map", "table", "--bodies", "slab", "leg_0")
+
+
+def test_what_is_only_balanced_hides_no_other_answer(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    ball = "- {name: an orange, shape: {type: sphere, radius: 0.04}, mass: 0.2, position: [0.4, 0, 0.04]}\n"
+    path = Path(scene(tmp_path, "position: [0, 0, 0.1]"))
+    path.write_text(path.read_text() + ball)
+    code, out, _ = called(monkeypatch, capsys, "transport", path)
+    words = "the least is 0 because an orange is only balanced: --without 'an orange' asks about the rest"
+    assert (code, words in " ".join(out.split())) == (0, True)
+
+
+def test_an_overlap_is_told_once_to_each_stream(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    _, out, err = called(monkeypatch, capsys, "map", scene(tmp_path, "position: [0, 0, 0.09]"), "--spacing", "0.1")
+    assert (" ".join(out.split()).count("overlap by 10 mm"), " ".join(err.split()).count("by 10 mm")) == (1, 1)
+
+
 def test_a_body_is_left_out(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = called(monkeypatch, capsys, "assess", "stack", "--without", "cube3", "--engine", "limit", "--json")
     answer = json.loads(out)

@@ -92,7 +92,7 @@ def test_the_table_of_limits_has_no_zero_where_nothing_is_known(holdfast: Any) -
     assert [row[2] for row in rows].count("?") == 1
     assert not any(row[2] == "0" for row in rows)
     whole = " ".join(out.split())
-    assert f"3 of 8 undecided (37.5 %): {REASON}" in whole
+    assert f"3 of 8 undecided (37.5 %) note: {REASON}" in whole
 
 
 def test_help_lists_the_exit_codes(holdfast: Any) -> None:

@@ -73,6 +73,21 @@ def assembly() -> hf.answers.Assembly:
     return hf.assemble(table())
 
 
+HINTS = {
+    "plan_placement": ("supports", "where=Where"),
+    "place_all": ("seconds", "search=Search"),
+    "robustness_under": ("samples", "uncertain=Uncertain"),
+    "batch": ("megabytes", "resources=Resources"),
+}
+
+
+@pytest.mark.parametrize("name", HINTS)
+def test_an_option_that_is_a_field_of_a_value_is_told_with_the_value(name: str) -> None:
+    option, value = HINTS[name]
+    with pytest.raises(TypeError, match=rf"{name}\(\) got an unexpected .* {value}\({option}=\.\.\.\)"):
+        getattr(hf, name)(None, **{option: 1})
+
+
 @pytest.mark.parametrize("name", SIGNATURES)
 def test_arguments_have_their_names(name: str) -> None:
     parameters = inspect.signature(public(name)).parameters

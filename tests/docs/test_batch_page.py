@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from holdfast.batches.schema import TABLES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "batch.md").read_text(encoding="utf-8")
@@ -23,15 +25,16 @@ def test_the_columns_are_those_of_the_schema() -> None:
     assert columns() in PAGE, f"put this under '## Columns':\n\n{columns()}"
 
 
-def test_the_snippet_runs(tmp_path: Path, monkeypatch) -> None:
+def test_the_snippets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     import holdfast as hf
 
     (tmp_path / "scenes").mkdir()
     for name in ("cube", "stack"):
         hf.save_scene(hf.shipped_scene(name), tmp_path / "scenes" / f"{name}.yaml")
-    snippet = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert snippet is not None
     names: dict[str, object] = {}
-    exec(snippet[1], names)  # a snippet of this repository
+    for text in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
+        exec(text, names)  # a snippet of this repository
+        printed = capsys.readouterr().out
+        assert all(said in printed for said in re.findall(r"print\(.*\)\s+# (.*)", text))
     assert names["weak"] == ["scenes/cube.yaml", "scenes/stack.yaml"]

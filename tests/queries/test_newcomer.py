@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 
 import pytest
 
@@ -33,6 +34,14 @@ def test_a_collapse_names_only_the_bodies_that_fall(engine: str) -> None:
 def test_a_gap_in_millimetres_is_noticed() -> None:
     with pytest.warns(hf.errors.HoldfastWarning, match=r"gap: is 1e\+03 mm, but body .* is only 100 mm thick.*metres"):
         hf.assemble(shipped_scene("stack"), gap=1.0)
+
+
+@pytest.mark.parametrize("ask", [hf.assemble, hf.stability, lambda scene: hf.robustness_map(scene, spacing=0.1)])
+def test_a_warning_points_at_the_line_of_the_user(ask: Callable[[hf.Scene], object]) -> None:
+    scene = hf.Scene([floor(), box("sunk", (0.1, 0.1, 0.1), 1, (0, 0, 0.04))], 0.5)
+    with pytest.warns(hf.errors.HoldfastWarning, match="overlap") as caught:
+        ask(scene)
+    assert {warning.filename for warning in caught} == {__file__}
 
 
 def test_a_mesh_in_millimetres_is_noticed_and_does_not_raise_the_gap() -> None:

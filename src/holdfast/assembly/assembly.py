@@ -323,9 +323,9 @@ class Assembly(Value):
         reused as by ``moved``. Raises HoldfastError if the interfaces were given.
         """
         scene = self.scene.with_body(body)
-        warn_of_huge([body], stacklevel=3)
+        warn_of_huge([body])
         if not self.tolerances.by_pair:
-            warn_of_gap([body], self.tolerances.gap, stacklevel=3)
+            warn_of_gap([body], self.tolerances.gap)
         return self._sought(scene, "with_body")
 
     def _sought(self, scene: Scene, what: str) -> Assembly:
@@ -334,7 +334,7 @@ class Assembly(Value):
             remedy = "assemble the changed scene with interfaces= of its own"
             raise HoldfastError(message(f"Assembly.{what}", problem, remedy))
         tolerances = self.tolerances.on(scene)
-        edited = _search(scene, tolerances, self.overlaps, stacklevel=4, before=self.found, absent=self.absent)
+        edited = _search(scene, tolerances, self.overlaps, before=self.found, absent=self.absent)
         return self.heir(edited)
 
     def heir(self, edited: Assembly) -> Assembly:
@@ -357,7 +357,7 @@ class Assembly(Value):
         tolerances = self.tolerances.on(scene)
         resized = any(scene.body(body.name) is not body for body in self.bodies if body.name not in gone)
         if self.detected and (resized or self._uncovers(gone)):
-            return self.heir(_search(scene, tolerances, self.overlaps, 3, before=self.found, absent=absent))
+            return self.heir(_search(scene, tolerances, self.overlaps, before=self.found, absent=absent))
         overlaps = tuple(o for o in self.overlaps if gone.isdisjoint(o.bodies))
         kept = tuple(i for i in self.interfaces if gone.isdisjoint(i.bodies))
         occluded = tuple(pair for pair in self.occluded if gone.isdisjoint(pair))
@@ -451,21 +451,20 @@ def assemble(
     tolerances = tolerances_of(scene, gap, angle_degrees, sigma)
     if not checked_truth(allow_large, "assemble: allow_large"):
         check_units(scene.movable)
-        warn_of_huge(scene.movable, stacklevel=3)
-    warn_of_centres(scene.movable, stacklevel=3)
+        warn_of_huge(scene.movable)
+    warn_of_centres(scene.movable)
     scene = with_notes(scene, doubts(scene.movable))
     if not tolerances.by_pair:
-        warn_of_gap(scene.movable, tolerances.gap, stacklevel=3)
+        warn_of_gap(scene.movable, tolerances.gap)
     if interfaces is not None:
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
-    return _search(scene, tolerances, (), stacklevel=3)
+    return _search(scene, tolerances, ())
 
 
 def _search(
     scene: Scene,
     tolerances: Tolerances,
     known: Collection[Overlap],
-    stacklevel: int,
     *,
     before: Found | None = None,
     absent: tuple[str, ...] = (),
@@ -474,7 +473,7 @@ def _search(
     found = search(scene, tolerances, before)
     new = [overlap for overlap in found.overlaps if overlap not in known]
     if new:
-        warn_of_overlaps(new, stacklevel=stacklevel + 1)
+        warn_of_overlaps(new)
     assembly = Assembly(scene, found.interfaces, tolerances, found.overlaps, found.occluded, absent=absent)
     assembly.__dict__["found"] = found
     return assembly

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.base.errors import HoldfastError, SceneError, message, warn
 from holdfast.base.text import listed, quoted
 from holdfast.contacts.overlap import MISPLACED, Overlap
 from holdfast.scene.body import Body
@@ -89,17 +88,17 @@ def _dense(body: Body) -> str:
     return f"{amount}, is {what}: are these kilograms and metres?"
 
 
-def warn_of_huge(bodies: Iterable[Body], *, stacklevel: int) -> None:
+def warn_of_huge(bodies: Iterable[Body]) -> None:
     """Warn if the largest movable body suggests that its mesh is given in millimetres instead of metres."""
     across = {body.name: _across(body) for body in bodies if not body.fixed}
     widest = max(across, key=lambda name: across[name], default=None)
     if widest is not None and across[widest] > HUGE:
         problem = f"is {across[widest]:.3g} m across"
         text = message(f"body {quoted(widest)}", problem, "if its mesh is in millimetres, use scale 0.001")
-        warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)
+        warn(text)
 
 
-def warn_of_centres(bodies: Iterable[Body], *, stacklevel: int) -> None:
+def warn_of_centres(bodies: Iterable[Body]) -> None:
     """Warn if a centre of mass lies outside its body by more than ASIDE sizes; name the worst of the movable bodies.
 
     A centre of mass must be inside the convex hull of all mass, but a shape may be only a part of what has mass, such
@@ -110,7 +109,7 @@ def warn_of_centres(bodies: Iterable[Body], *, stacklevel: int) -> None:
     if far is not None and aside[far] > ASIDE:
         problem = f"its centre of mass lies outside of it, {aside[far]:.3g} times its size away"
         text = message(f"body {quoted(far)}", problem, "is com= in metres, in the frame of the body?")
-        warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)
+        warn(text)
 
 
 def _aside(body: Body) -> float:
@@ -121,17 +120,17 @@ def _aside(body: Body) -> float:
     return float(np.linalg.norm(outside)) / surface.diagonal
 
 
-def warn_of_gap(bodies: Iterable[Body], gap: float, *, stacklevel: int) -> None:
+def warn_of_gap(bodies: Iterable[Body], gap: float) -> None:
     """Warn if the gap is so large, perhaps given in millimetres, that contacts are found through a body."""
     sizes = {body.name: body.shape.surface.thickness for body in bodies if not body.fixed}
     thin = min(sizes, key=lambda name: sizes[name], default=None)
     if thin is not None and gap > 0.5 * sizes[thin]:
         problem = f"is {gap * 1e3:.3g} mm, but body {quoted(thin)} is only {sizes[thin] * 1e3:.3g} mm thick"
         text = message("gap", problem, "bodies may touch through it: gap is in metres, use a smaller one")
-        warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)
+        warn(text)
 
 
-def warn_of_overlaps(overlaps: Sequence[Overlap], *, stacklevel: int) -> None:
+def warn_of_overlaps(overlaps: Sequence[Overlap]) -> None:
     """Issue one warning for all overlapping pairs: each one if they are few, else their number and the deepest."""
     worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:WORST]
     named = [
@@ -145,4 +144,4 @@ def warn_of_overlaps(overlaps: Sequence[Overlap], *, stacklevel: int) -> None:
     problem = f"{pairs}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
     remedy = MISPLACED if worst[0].misplaced else "correct the poses, or raise gap; contacts there may be missing"
     text = message("bodies overlap", problem, remedy)
-    warnings.warn(text, HoldfastWarning, stacklevel=stacklevel)
+    warn(text)

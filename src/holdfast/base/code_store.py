@@ -19,7 +19,6 @@ import pickle
 import re
 import shutil
 import sys
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -32,7 +31,7 @@ import numba
 import numpy as np
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
 
-from holdfast.base.errors import HoldfastWarning, message
+from holdfast.base.errors import message, warn
 from holdfast.base.linking import Types, callees, linkable, ready, size_of
 from holdfast.base.owners import OTHERS_WRITE, read_ours, why_not_our_folders
 from holdfast.base.progress import report
@@ -262,7 +261,7 @@ class CodeStore:
         name = f"{self._function.__module__}.{self._function.__qualname__}"
         problem = f"cannot be used ({type(cause).__name__}: {cause})"
         text = message(f"machine code of {name}", problem, "it is dropped and compiled again")
-        warnings.warn(text, HoldfastWarning, stacklevel=4)
+        warn(text)
 
 
 @contextmanager
@@ -287,7 +286,7 @@ def _is_ours(folder: Path) -> bool:
 def _warn_not_ours(reason: str) -> None:
     problem = f"{reason}, so it could hold anybody's: it is not used, and every process compiles for itself"
     remedy = f"chmod go-w it if it is yours, or name a folder of your own by the environment variable {FOLDER_VARIABLE}"
-    warnings.warn(message("machine code", problem, remedy), HoldfastWarning, stacklevel=7)
+    warn(message("machine code", problem, remedy))
 
 
 @cache
@@ -295,7 +294,7 @@ def _warn_unsaved(folder: str, reason: str) -> None:
     """Warn, once for each folder and reason, that machine code cannot be cached."""
     problem = f"cannot be written ({reason}), so every process compiles for itself"
     remedy = f"name a writable folder by the environment variable {FOLDER_VARIABLE}"
-    warnings.warn(message(f"machine code folder {folder}", problem, remedy), HoldfastWarning, stacklevel=7)
+    warn(message(f"machine code folder {folder}", problem, remedy))
 
 
 def _drop_oldest(root: Path) -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import difflib
+import os
+import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from holdfast.base.text import listed, one_line, quoted
 
 MOST_NAMES = 20  # largest number of known names that a remedy lists
+PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"  # where all of holdfast's modules lie
 LONGEST_PLACE = 200  # largest number of characters of the place in a message: the path of a file, the name of a body
 
 
@@ -56,9 +60,24 @@ def message(where: str, problem: str, remedy: str) -> str:
     return f"{one_line(where, LONGEST_PLACE)}: {one_line(problem)}; {one_line(remedy)}"
 
 
+def warn(text: str) -> None:
+    """Issue a HoldfastWarning that points at the line outside of holdfast from which all this was called."""
+    import inspect  # `import holdfast` costs next to nothing without it
+
+    frame = inspect.currentframe()
+    level = outside = 1
+    while frame is not None:  # to the end: cached properties and thread pools come between functions of holdfast
+        level += 1
+        if frame.f_code.co_filename.startswith(PACKAGE):
+            outside = level
+        frame = frame.f_back
+    warnings.warn(text, HoldfastWarning, stacklevel=outside)
+
+
 def no_truth(value: object, remedy: str) -> HoldfastError:
     """Return the error for ``bool()`` of an answer that may also be undecided, so that no ``if`` misreads it."""
-    return HoldfastError(message(f"bool() of {type(value).__name__}", "it is neither true nor false", remedy))
+    problem = "it may also be undecided, so it is neither true nor false"
+    return HoldfastError(message(f"bool() of {type(value).__name__}", problem, remedy))
 
 
 def nearest_of(name: object, known: Iterable[str]) -> str:

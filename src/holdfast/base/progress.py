@@ -1,4 +1,4 @@
-"""Progress reports of long computations. Everything that may take seconds reports; the command line shows the reports.
+"""Progress reports of long computations. Everything that may take seconds reports; bars or lines of text show it.
 
 A listener cancels a computation by raising an exception, which leaves nothing half done behind. A deadline stops it the
 same way.
@@ -6,14 +6,18 @@ same way.
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import TypeVar
 
 T = TypeVar("T")
 Listener = Callable[[str, int, int], None]
+
+EVERY = 10.0  # [s] between two lines
 
 _listener: ContextVar[Listener | None] = ContextVar("holdfast_progress", default=None)
 _deadline: ContextVar[float] = ContextVar("holdfast_deadline", default=float("inf"))
@@ -66,6 +70,57 @@ def listening(listener: Listener) -> Iterator[None]:
         yield
     finally:
         _listener.reset(token)
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """The stage that was reported last: when it began and with how many steps, and how many are done."""
+
+    name: str
+    began: float
+    first: int
+    done: int
+    total: int
+
+    def line(self) -> str:
+        """How far the stage is, with the rate and the time that is left."""
+        seconds, steps = time.monotonic() - self.began, self.done - self.first
+        pace = f"after {seconds:.0f} s"
+        if steps and seconds:
+            rate = steps / seconds
+            left = (self.total - self.done) / rate
+            pace = f"{rate:.3g} a second, {f'{left / 60:.0f} min' if left > 90 else f'{left:.0f} s'} left"
+        return f"{self.name}: {self.done:,} of {self.total:,}, {pace}"
+
+
+@contextmanager
+def lines(say: Callable[[str], None]) -> Iterator[None]:
+    """Call ``say(line)`` about every ten seconds within this block, with how far it is; not if somebody listens."""
+    if _listener.get() is not None:
+        yield
+        return
+    stage: _Stage | None = None
+    ended = threading.Event()
+
+    def listener(name: str, done: int, total: int) -> None:
+        nonlocal stage
+        same = stage is not None and stage.name == name and stage.done <= done
+        began, first = (stage.began, stage.first) if stage is not None and same else (time.monotonic(), done)
+        stage = _Stage(name, began, first, done, total)
+
+    def tell() -> None:
+        while not ended.wait(EVERY):
+            if stage is not None:
+                say(stage.line())
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        with listening(listener):
+            yield
+    finally:
+        ended.set()
+        teller.join()
 
 
 @contextmanager

@@ -72,7 +72,7 @@ class Table(Mapping[K, V]):
         return type(self), (self._items,)
 
     def __repr__(self) -> str:
-        return f"Table({shown(self._items)})"
+        return shown(self._items)
 
 
 def items_of(value: object) -> Iterator[tuple[str, Any]]:
@@ -156,7 +156,8 @@ def shown(item: Any) -> str:  # noqa: ANN401
     if isinstance(item, np.ndarray):
         if item.size > SHOWN or item.dtype == object:
             return f"<array {item.shape}>"
-        return np.array2string(item, precision=6, separator=", ").replace("\n", "")
+        positive = item + 0.0 if item.dtype.kind == "f" else item  # nobody wants to read -0.0
+        return np.array2string(positive, precision=6, separator=", ").replace("\n", "")
     if isinstance(item, Value):
         name = getattr(item, "name", None)
         return f"<{type(item).__name__}{f' {shortened(repr(name), 60)}' if isinstance(name, str) else ''}>"
@@ -168,7 +169,7 @@ def shown(item: Any) -> str:  # noqa: ANN401
         pairs = [f"{shortened(repr(key), 60)}: {shown(part)}" for key, part in list(item.items())[:SHOWN]]
         pairs += [f"... {len(item) - SHOWN} more"] if len(item) > SHOWN else []
         return "{" + ", ".join(pairs) + "}"
-    return shortened(repr(item), 200)
+    return shortened(repr(item + 0.0 if isinstance(item, float) else item), 200)
 
 
 def shortened(text: str, most: int) -> str:

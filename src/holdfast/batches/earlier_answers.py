@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterator
 from typing import TypeVar
 
-from holdfast.base.errors import HoldfastWarning
+from holdfast.base.errors import warn
 from holdfast.batches.folder import Folder
 from holdfast.batches.job import Job
 from holdfast.batches.journal import Journal, Record, name_of
@@ -92,7 +91,7 @@ class EarlierAnswers:
         except DamagedError as cause:
             self.damaged.add(shard)
             if self.folder.part.has(shard):
-                warnings.warn(f"{cause}", HoldfastWarning, stacklevel=4)
+                warn(str(cause))
             return nothing
 
 

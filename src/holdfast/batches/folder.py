@@ -5,7 +5,6 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from holdfast import __version__
-from holdfast.base.errors import HoldfastError, HoldfastWarning, message
+from holdfast.base.errors import HoldfastError, message, warn
 from holdfast.base.files import checked_path, read_ordinary, write_atomically
 from holdfast.base.text import quoted
 from holdfast.batches import tables
@@ -161,7 +160,7 @@ def reading(folder: object) -> Folder:
     if lost:
         what = f"{lost[0]}{f' and {len(lost) - 1:,} more' if len(lost) > 1 else ''}"
         text = message(what, "is missing: the batch was not finished, or the file was lost", tables.AGAIN)
-        warnings.warn(text, HoldfastWarning, stacklevel=4)
+        warn(text)
     return found
 
 
@@ -247,7 +246,7 @@ def _held(stream: IO[str], kind: int) -> bool:
         return False
     except OSError as cause:
         text = f"{os.path.dirname(stream.name)} cannot be locked ({cause.strerror}): let no other batch write there"
-        warnings.warn(text, HoldfastWarning, stacklevel=6)
+        warn(text)
     return True
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
@@ -12,9 +13,10 @@ from typing import Any
 
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.field_hints import hinting
 from holdfast.base.files import checked_path
 from holdfast.base.parallel import cores
-from holdfast.base.progress import report
+from holdfast.base.progress import lines, report
 from holdfast.base.text import quoted
 from holdfast.batches.earlier_answers import EarlierAnswers
 from holdfast.batches.folder import Folder, Part, opened
@@ -34,6 +36,7 @@ MOST_WORKERS, MOST_PARTS = 4096, 1_000_000
 STAGE = "scenes"
 
 
+@hinting(resources=Resources)
 def batch(
     scenes: Scenes,
     ask: str | Iterable[str] = ("stability",),
@@ -65,6 +68,8 @@ def batch(
     than ``seconds`` [s], needs too much memory or crashes its process, its row says so. ``resources`` sets the memory
     limit, the machines and the division into shards, see Resources.
 
+    How many scenes are done, and how long the others will take, is said on stderr about every ten seconds.
+
     Raises HoldfastError for bad arguments, for a folder that holds answers to another question or that another batch
     writes to, and if the folder cannot be written. Errors in single scenes are reported in their rows.
     """
@@ -77,7 +82,7 @@ def batch(
     again = _outcomes(retry)
     given, part, path = inputs_of(scenes), _part(means.shard), checked_path(out, "folder of a batch")
     start = time.monotonic()
-    with ExitStack() as stack:
+    with ExitStack() as stack, lines(_say):
         folder = opened(path, asked, means.shard_size, part, stack)
         driver = stack.enter_context(Driver(folder, asked, given, EarlierAnswers(folder, again)))
         jobs = driver.jobs()
@@ -223,6 +228,12 @@ def _unread(job: Job) -> Record:
         files = [os.path.basename(job.place)]
         row |= {"key": key_of_files(job, files, Digests()), "files": files}
     return {table: [row] if table == "scenes" else [] for table in TABLES}
+
+
+def _say(line: str) -> None:
+    if sys.stderr is not None:
+        sys.stderr.write(f"{line}\n")
+        sys.stderr.flush()
 
 
 def _part(shard: str | None) -> Part:

@@ -20,7 +20,7 @@ from holdfast.batches.result import BatchReport
 from holdfast.batches.run import batch as asked
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
-from holdfast.cli.terminal import lines, progress
+from holdfast.cli.terminal import progress
 from holdfast.report.batch_report import write_report
 
 MOST_BYTES = 1_000_000  # of a file of options
@@ -61,7 +61,7 @@ class Running:
     ) -> BatchReport:
         """Run a batch over the scenes that the arguments name."""
         scenes = [(item.name, item.path) for text in globs for item in inputs_of(text).items]
-        with progress(), lines(), self._client() as where:
+        with progress(), self._client() as where:
             return asked(
                 scenes,
                 ask,

@@ -64,7 +64,10 @@ class Command(TyperCommand):
     """One command. The numbers of a vector option may be separated by spaces or by commas."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer's own types
-        """Treat ``--at 0.1,0,0.2`` and ``--at=0.1,0,0.2`` like ``--at 0.1 0 0.2``."""
+        """Treat ``--at 0.1,0,0.2`` and ``--at=0.1,0,0.2`` like ``--at 0.1 0 0.2``.
+
+        If words are left over after an option that may be repeated, the error says to repeat it before each of them.
+        """
         several = {flag: each.nargs for each in self.params for flag in each.opts if each.nargs > 1}
         spread: list[str] = []
         for arg in args:
@@ -76,7 +79,14 @@ class Command(TyperCommand):
             count = several.get(spread[-1], 0) if spread else 0
             parts = value.split(",")
             spread += parts if len(parts) == count else [value]
-        return super().parse_args(ctx, spread)
+        repeated = {flag for each in self.params if getattr(each, "multiple", False) for flag in each.opts}
+        given = next((flag for flag in spread if flag in repeated), None)
+        try:
+            return super().parse_args(ctx, spread)
+        except Exception as error:  # typer's own
+            if given is not None and "unexpected extra argument" in getattr(error, "message", ""):
+                error.message += f"; say {given} before each: {given} A {given} B"  # type: ignore[attr-defined]
+            raise
 
 
 class Commands(TyperGroup):

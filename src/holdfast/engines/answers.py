@@ -76,13 +76,21 @@ class Undecided(Value):
     @property
     def brief(self) -> str:
         """The count and the share in words, or nothing if every answer is known."""
-        return f"{self.count:,} of {self.rows:,} undecided ({100 * self.share:.3g} %)" if self.count else ""
+        return self._counted("")
 
     @property
     def text(self) -> str:
         """The count, the share and the reasons in words, or nothing if every answer is known."""
+        return self.text_on("")
+
+    def text_on(self, rows: str) -> str:
+        """Return ``text`` as a sentence on the ``rows``, in the plural: "points of the map"."""
         more = [f"and {len(self.reasons) - MOST_REASONS} more reasons"] if len(self.reasons) > MOST_REASONS else []
-        return f"{self.brief}: {'; '.join([*self.reasons[:MOST_REASONS], *more])}" if self.count else ""
+        return f"{self._counted(rows)}: {'; '.join([*self.reasons[:MOST_REASONS], *more])}" if self.count else ""
+
+    def _counted(self, rows: str) -> str:
+        of = f"{rows} {'is' if self.count == 1 else 'are'} " if rows else ""
+        return f"{self.count:,} of {self.rows:,} {of}undecided ({100 * self.share:.3g} %)" if self.count else ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the count, the share and the reasons as plain data for JSON."""
@@ -260,14 +268,15 @@ class Answers(Value):
     def undecided(self) -> Undecided:
         """How many rows are undecided, and why.
 
-        The reasons are that of the verdict, if it is undecided, and all notes that say "undecided". If there is none,
-        the engine did not find what the loads move.
+        The reasons are that of the verdict, if it is undecided, and all notes that say "undecided"; what a note repeats
+        with the name of a body stands there alone. If there is none, the engine did not find what the loads move.
         """
         count = int((~self.decided).sum())
         known = [self.verdict.reason] if self.verdict.status is Status.UNDECIDED else []
         known += [note for note in self.notes if "undecided" in note]
         unknown = f"engine {self.engine} found neither that the load is held nor what it moves"
-        reasons = tuple(dict.fromkeys(known or [unknown])) if count else ()
+        named = [text for text in known if not any(text in other and text != other for other in known)]
+        reasons = tuple(dict.fromkeys(named or [unknown])) if count else ()
         return Undecided(count=count, rows=len(self), reasons=reasons)
 
     def rows(self, which: Int | Bool | slice) -> Answers:

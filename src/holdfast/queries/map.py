@@ -190,7 +190,7 @@ class RobustnessMap(Forces):
 def map_point(answers: Answers, row: int, body: str, point: Float, normal: Float) -> MapPoint:
     """Return one ``row`` of answers as an inward push at a ``point`` (3,) [m] of a body with the outward ``normal``."""
     px, py, pz = (float(v) for v in point)
-    dx, dy, dz = (float(-v) for v in normal)
+    dx, dy, dz = (0.0 - float(v) for v in normal)
     motion = answers.mechanism[row]
     return MapPoint(
         body=body,

@@ -15,6 +15,7 @@ from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Int, Objects, checked, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
+from holdfast.base.field_hints import hinting
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.progress import report
 from holdfast.base.public import Summary, number
@@ -248,6 +249,7 @@ class _Spread:
         return sample.without_interfaces(gone) if gone else sample
 
 
+@hinting(uncertain=Uncertain)
 def robustness_under(
     assembly: Assembly | Scene,
     body: str,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
@@ -106,11 +108,31 @@ def _held_everywhere(result: RobustnessMap) -> list[str]:
 
 
 def _remarks(result: RobustnessMap | TransportLimits) -> list[Text]:
-    """Return the reason of a verdict that is not STABLE, the number of undecided answers, and the notes."""
-    remarks = [] if result.verdict.status is Status.STABLE else [sentence(result.verdict.reason, "dim")]
+    """Return the reason of a verdict that is not STABLE, the number of undecided answers, and the notes, none twice."""
+    stands = result.verdict.status is Status.STABLE
+    remarks = [] if stands else [sentence(result.verdict.reason, "dim")]
+    notes = [note for note in result.notes if stands or result.verdict.reason not in note]
     if result.undecided.count:
-        remarks.append(sentence(result.undecided.text, "bold yellow"))
-    return remarks + [sentence(f"note: {note}", "yellow") for note in result.notes]
+        known = {result.verdict.reason, *result.notes}.issuperset(result.undecided.reasons)
+        remarks.append(sentence(result.undecided.brief if known else result.undecided.text, "bold yellow"))
+    return remarks + [sentence(f"note: {note}", "yellow") for note in (*notes, *_way_out(result))]
+
+
+def _way_out(result: RobustnessMap | TransportLimits) -> list[str]:
+    """Return how to leave out bodies that are only balanced, if the least answer is 0 because of them."""
+    names = [name for name in result.verdict.balanced if name in _moving_at_least(result)]
+    options = " ".join(f"--without {shlex.quote(name)}" for name in names)
+    one = f"{listed(names, SHOWN)} {'are' if len(names) > 1 else 'is'} only balanced"
+    return [f"the least is 0 because {one}: {options} asks about the rest"] if names else []
+
+
+def _moving_at_least(result: RobustnessMap | TransportLimits) -> tuple[str, ...]:
+    """Return which bodies move at the least answer if that is 0."""
+    if not result.answers.decided.any():
+        return ()
+    least = int(result.answers.ranking[0])
+    zero = result.status[least] is Status.FINITE and result.answers.force[least] == 0
+    return tuple(result.moving[least]) if zero else ()
 
 
 def _row(weak: MapPoint) -> tuple[str, ...]:

@@ -53,8 +53,8 @@ def save_placement_png(result: Placement, path: str | os.PathLike[str], *, seed:
         marked=f"here {one_line(name, LONGEST_NAME)} is supported",
     )  # fmt: skip
     title = f"{result.assembly.scene.name or 'scene'}: where to put {name}"
-    unknown = result.answers.undecided
-    about = f"engine {result.engine} ({result.claim.words})" + (f" · points {unknown.text}" if unknown.count else "")
+    unknown = result.answers.undecided.text_on("points of the map")
+    about = " · ".join(filter(None, [f"engine {result.engine} ({result.claim.words})", unknown]))
     write_atomically(path, sheet_png([[before, after]], title, about))
 
 

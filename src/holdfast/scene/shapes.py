@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked, checked_number, checked_sizes, checked_whole, frozen
-from holdfast.base.errors import GeometryError, HoldfastWarning, message
+from holdfast.base.errors import GeometryError, message, warn
 from holdfast.base.files import checked_path
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import LENGTH, PLACE, SCALE, TOLERANCE
@@ -264,7 +263,7 @@ class Mesh(Value):
         if not known.report.oriented:
             problem = "which side of its triangles is the inside cannot be told"
             text = message(self.label, problem, "close it, or wind its faces alike: contacts may be missed")
-            warnings.warn(text, HoldfastWarning, stacklevel=2)
+            warn(text)
         return known
 
     @property

@@ -17,7 +17,9 @@ from holdfast.applications.carrying.standards import STANDARDS
 from holdfast.applications.inertia import inertial_wrenches
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Int, Objects
+from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.progress import reported
+from holdfast.base.text import quoted
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
@@ -73,6 +75,9 @@ def checked_profile(profile: ProfileChoice, assembly: Assembly) -> Profile:
     if isinstance(profile, Profile):
         return profile
     if isinstance(profile, str) and (profile in STANDARDS or not os.path.exists(profile)):
+        if profile not in STANDARDS:
+            problem = "there is no such file, and no standard profile of this name"
+            raise HoldfastError(message(f"profile {quoted(profile)}", problem, nearest_of(profile, STANDARDS)))
         up = assembly.scene.up
         heading = (1, 0, 0) if abs(up[0]) < 0.9 else (0, 1, 0)
         return Profile.named(profile, heading=heading, up=up)

@@ -97,7 +97,7 @@ def rated(
         edge=edge,
         clearance=clear,
         rolls=rolls_on(faces, candidate.pose, normals_into(after, name)),
-        upright=not options.prefer_upright or float(candidate.pose[:3, 2] @ checks.up) >= UPRIGHT,
+        upright=not options.prefer_upright or bool(candidate.pose[:3, 2] @ checks.up >= UPRIGHT),
         size=placed.size,
     )
     ideal = [least_push(found) for found in (own, below) if found is not None]

@@ -16,6 +16,7 @@ from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import checked_items
 from holdfast.base.errors import SceneError, message
+from holdfast.base.field_hints import hinting
 from holdfast.base.progress import OutOfTimeError, until
 from holdfast.base.text import listed, quoted
 from holdfast.engines.groups import prepared
@@ -30,6 +31,7 @@ NAME = "place_all"
 APART = 0.005  # [m] the least distance between objects beside each other
 
 
+@hinting(where=Where, approach=Approach, search=Search)
 def place_all(
     assembly: Assembly | Scene,
     objects: Sequence[Body],

@@ -20,6 +20,7 @@ from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import SceneError, message
+from holdfast.base.field_hints import hinting
 from holdfast.base.text import listed, quoted
 from holdfast.engines.imperfect import Imperfect
 from holdfast.queries.imperfect_bounds import covering
@@ -31,6 +32,7 @@ from holdfast.scene.scene import Scene
 NAME = "plan_placement"
 
 
+@hinting(where=Where, approach=Approach, search=Search)
 def plan_placement(
     assembly: Assembly | Scene,
     obj: Body,

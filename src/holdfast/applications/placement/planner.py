@@ -242,8 +242,8 @@ class Planner:
         reason = "everything stands with it"
         if full.undecided.count and not late:
             least = least_push(full)
-            others = "" if least is None else f"; the other points hold at least {least:.3g} N"
-            reason += f"; points {full.undecided.text}{others}"
+            others = f"; the other points hold at least {least:.3g} N" if least else ""
+            reason += f"; {full.undecided.text_on('points of the map')}{others}"
         if first.rating.rolls:
             reason += "; it balances on one facet of a round side, from which a round one would roll"
         return self._placement(

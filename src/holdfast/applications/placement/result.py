@@ -136,7 +136,10 @@ class Placement(Result):
 
     @property
     def robustness(self) -> float:
-        """The smallest push [N] that moves something after the placement; 0 without a place or without an answer."""
+        """The least force [N] of the map afterwards; 0 without a place or without an answer.
+
+        That is the smallest push on any movable body of the scene, one that only rolls, such as an apple, included.
+        """
         return 0.0 if self.weakest is None else self.weakest.force
 
     @property
@@ -178,13 +181,9 @@ class Placement(Result):
             facts.insert(0, ("least push afterwards", "undecided" if weak.status is Status.UNDECIDED else what))
         if self.rating is not None:
             facts[:0] = self.rating.facts(self.name, self.beneath)
-        headline = "; ".join(
-            [
-                f"{self.name} stands at {vector_text(self.pose[:3, 3], '.4g')} m",
-                *filter(None, [self.answers.undecided.text]),
-            ]
-        )
-        return Summary(headline, facts, notes=self.notes)
+        unknown = self.answers.undecided.text_on("points of the map")
+        place = f"{self.name} stands at {vector_text(self.pose[:3, 3], '.4g')} m"
+        return Summary("; ".join(filter(None, [place, unknown])), facts, notes=self.notes)
 
 
 _NONE = np.empty((0, 3))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked
-from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of
+from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of, warn
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import one_line, quoted
 from holdfast.scene.formats.joint_limits import check_within
@@ -81,7 +81,7 @@ def _warnings(mujoco: Any) -> Iterator[list[str]]:  # noqa: ANN401 - MuJoCo has 
         mujoco.set_mju_user_warning(before)
     for each in caught:
         if isinstance(each.message, HoldfastWarning):
-            warnings.warn(each.message, stacklevel=2)
+            warn(str(each.message))
 
 
 def _compiled(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: ANN401 - MuJoCo has no types
