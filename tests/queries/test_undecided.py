@@ -121,7 +121,7 @@ def test_summaries_of_pushes_and_factors(pushes: hf.answers.Robustness) -> None:
     assert [row[3] for row in rows] == ["finite"] * 3 + ["undecided"] * 2
     assert "2 of 5 undecided (40 %)" in repr(found)
     factor = hf.load_factor(hf.assemble(cube()), [hf.Load("cube", (0, 0, 0.05), (1, 0, 0))], engine="graph")
-    assert "times" in repr(factor)
+    assert "multiplied by 5.886" in repr(factor)
     assert "1 of 1 undecided (100 %)" in repr(unknown(factor))
     assert unknown(factor).to_dict()["undecided"]["count"] == 1
 
