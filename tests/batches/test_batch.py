@@ -203,9 +203,9 @@ def test_an_outcome_can_be_asked_again(folder: Path, asked: Callable[[], list[st
 
 def test_another_question_is_refused_by_name(folder: Path) -> None:
     batch(folder)
-    with pytest.raises(hf.HoldfastError, match="ask was"):
+    with pytest.raises(hf.HoldfastError, match="holds answers for ask = "):
         batch(folder, ask=("stability", "map"))
-    with pytest.raises(hf.HoldfastError, match="options was"):
+    with pytest.raises(hf.HoldfastError, match="holds answers for options = "):
         batch(folder, options={"engine": "limit"})
     with pytest.raises(hf.HoldfastError, match="holds answers for shard_size = 3, not 4"):
         batch(folder, resources=hf.sets.Resources(shard_size=4))
