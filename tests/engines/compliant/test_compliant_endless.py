@@ -48,9 +48,9 @@ def asked(monkeypatch: pytest.MonkeyPatch, here: Change, there: Change) -> tuple
     """
     assembly, followed, seen = shipped("cube"), Grid.paths, []
 
-    def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
+    def paths(grid: Grid, W: Float, *, gradients: bool = False) -> PathResult:
         seen.append(grid.springs.nodes)
-        found = followed(grid, W, gradients=cuts)
+        found = followed(grid, W, gradients=gradients)
         assert (found.outcome == PathOutcome.ENDLESS).all()
         return here(found) if grid.springs.nodes == 7 else there(found)
 
@@ -112,9 +112,9 @@ def test_between_presses_without_an_end_a_path_of_many_bodies_is_believed(monkey
     assembly = pallet(True)
     grid_paths, seen = Grid.paths, []
 
-    def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
+    def paths(grid: Grid, W: Float, *, gradients: bool = False) -> PathResult:
         seen.append(grid.springs.nodes)
-        return grid_paths(grid, W, gradients=cuts)
+        return grid_paths(grid, W, gradients=gradients)
 
     monkeypatch.setattr(Grid, "paths", paths)
     refined = hf.Compliant().prepare(assembly).refined

@@ -62,8 +62,8 @@ def test_a_maximum_that_a_path_on_another_grid_passes_over_is_not_forgotten(monk
     )
     followed, peaks = Grid.paths, []
 
-    def dipped(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
-        paths = followed(grid, W, gradients=cuts)
+    def dipped(grid: Grid, W: Float, *, gradients: bool = False) -> PathResult:
+        paths = followed(grid, W, gradients=gradients)
         peaks.append(paths.peak[0])
         return paths._replace(first=0.5 * paths.peak if len(peaks) == 1 else paths.peak)
 
@@ -84,9 +84,9 @@ def watch(monkeypatch: pytest.MonkeyPatch, balances: Balances) -> list[int]:
     """
     followed, seen = Grid.paths, []
 
-    def paths(grid: Grid, W: Float, *, cuts: bool = False) -> PathResult:
+    def paths(grid: Grid, W: Float, *, gradients: bool = False) -> PathResult:
         seen.append(grid.springs.nodes)
-        return followed(grid, W, gradients=cuts)
+        return followed(grid, W, gradients=gradients)
 
     monkeypatch.setattr(Grid, "paths", paths)
     monkeypatch.setattr(Grid, "loads_nearby", lambda grid, W, s, q, plane: np.full(len(s), -1.0))

@@ -85,12 +85,12 @@ def test_pushes_on_another_body_profit_from_cuts_already_known() -> None:
     for body in ("cube3", "cube2"):
         cells = hf.robustness_map(assembly, [body], spacing=0.01, engine="graph")
         columns = push_columns(assembly, assembly.index[body], cells.points, -cells.normals)
-        before = len(state.cuts.rows)
+        before = len(state.planes.rows)
         state.load_factor(columns, Within(0.01))
-        assert len(state.cuts.rows) > before
+        assert len(state.planes.rows) > before
     fresh = Limit().prepare(assembly)
     fresh.load_factor(columns, Within(0.01))
-    assert len(state.cuts.rows) - before <= len(fresh.cuts.rows)
+    assert len(state.planes.rows) - before <= len(fresh.planes.rows)
 
 
 def test_two_runs_agree_to_the_bit() -> None:
@@ -152,17 +152,17 @@ def test_cuts_are_numbered_on_from_those_learned_before_and_keep_their_motions()
 
     slides, rolls = [1.0, *[0.0] * 11], [*[0.0] * 6, 2.0, *[0.0] * 5]
     both = [1.0, *[0.0] * 5, 1e-9, *[0.0] * 5]
-    cuts = CuttingPlanes(np.ones(12))
-    assert cuts.learn([limit(2.0, slides), limit(0.0, slides), limit(4.0, rolls)]) == [0, None, 1]
-    assert cuts.learn([]) == []
-    assert cuts.learn([limit(1.0, None), limit(1.0, both), limit(np.inf, rolls, proved=False)]) == [None, 2, 3]
-    for row, expected in zip(cuts.rows, ([0.5, 0.0], [0.0, 0.5], [1.0, 0.0], [0.0, 0.0]), strict=True):
+    planes = CuttingPlanes(np.ones(12))
+    assert planes.learn([limit(2.0, slides), limit(0.0, slides), limit(4.0, rolls)]) == [0, None, 1]
+    assert planes.learn([]) == []
+    assert planes.learn([limit(1.0, None), limit(1.0, both), limit(np.inf, rolls, proved=False)]) == [None, 2, 3]
+    for row, expected in zip(planes.rows, ([0.5, 0.0], [0.0, 0.5], [1.0, 0.0], [0.0, 0.0]), strict=True):
         assert row[[0, 6]].tolist() == expected
-    assert [motion.tolist() for motion in cuts.motions] == [slides, rolls, both, rolls]
-    assert cuts.certain
-    cuts.learn([limit(1e12, slides, certain=False), limit(2.0, slides)])
-    assert [cuts.rows[k][0] for k in (4, 5)] == [1e-12, 0.5], "what hardly moves is told motion by motion"
-    assert not cuts.certain
+    assert [motion.tolist() for motion in planes.motions] == [slides, rolls, both, rolls]
+    assert planes.certain
+    planes.learn([limit(1e12, slides, certain=False), limit(2.0, slides)])
+    assert [planes.rows[k][0] for k in (4, 5)] == [1e-12, 0.5], "what hardly moves is told motion by motion"
+    assert not planes.certain
 
 
 def test_bounds_between_corners_pay_for_what_rounding_leaves_of_a_load() -> None:

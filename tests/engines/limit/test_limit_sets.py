@@ -134,7 +134,7 @@ def test_two_runs_are_equal_to_the_last_digit(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_the_gap_in_six_dimensions_is_reported_as_it_is(cube_wrenches: ConvexSet) -> None:
-    assert f"the accuracy of {cube_wrenches.accuracy:.0%} is that of the ray to (" in cube_wrenches.notes[-1]
+    assert f"the inner set is {cube_wrenches.accuracy:.0%} too short along the ray to (" in cube_wrenches.notes[-1]
     assert cube_wrenches.accuracy_wanted == 0.05
     assert 0.05 < cube_wrenches.accuracy < 1
     assert cube_wrenches.solves == 240
