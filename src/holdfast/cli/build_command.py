@@ -8,11 +8,10 @@ import typer
 
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import SOLVES
-from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
+from holdfast.cli.common import AsJson, EngineName, Nodes, SaveAnswer, engine_with, order_exit_code
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
-from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.handled import build_report
 
@@ -46,5 +45,4 @@ def build(
         print_notes(assembly.scene.notes)
         if save is not None:
             out.say(f"wrote {save}")
-    status = Status.STABLE if result.reached else Status.UNSTABLE if result.proven else Status.UNDECIDED
-    raise typer.Exit(EXIT[status])
+    raise typer.Exit(order_exit_code(reached=result.reached, proven=result.proven))

@@ -55,6 +55,11 @@ def exit_code(status: Status, answers: Answers) -> int:
     return EXIT[Status.UNDECIDED if nothing and status is Status.STABLE else status]
 
 
+def order_exit_code(*, reached: bool, proven: bool) -> int:
+    """Return the exit code of a search for an order: found, proved not to exist, or undecided."""
+    return EXIT[Status.STABLE if reached else Status.UNSTABLE if proven else Status.UNDECIDED]
+
+
 def check_suffix(path: Path | None, suffix: str) -> None:
     """Raise HoldfastError if a file has the wrong suffix, or cannot be written because matplotlib is missing.
 

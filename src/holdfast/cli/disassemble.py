@@ -9,17 +9,16 @@ import typer
 
 from holdfast.applications.disassembly.order import SOLVES, disassembly_order
 from holdfast.cli.common import (
-    EXIT,
     AsJson,
     EngineName,
     Nodes,
     check_suffix,
     engine_with,
+    order_exit_code,
 )
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
-from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.disassembly import disassembly_report
 
@@ -54,5 +53,4 @@ def disassemble(
         print_notes(assembly.scene.notes)
         if png is not None:
             out.say(f"wrote {png}")
-    status = Status.STABLE if result.reached else Status.UNSTABLE if result.proven else Status.UNDECIDED
-    raise typer.Exit(EXIT[status])
+    raise typer.Exit(order_exit_code(reached=result.reached, proven=result.proven))

@@ -7,17 +7,17 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import MISSING, Field, fields
 from enum import StrEnum
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from holdfast.applications.placement.conditions import Approach, Search, Where
-from holdfast.applications.placement.options import Weights
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
 from holdfast.cli.assignments import numbers
 
-KINDS = (Where, Approach, Search)
+if TYPE_CHECKING:
+    from holdfast.applications.placement.options import Weights
+
 FLAT = "X0,Y0,X1,Y1 or X0,Y0,Z0,X1,Y1,Z1"
 SOLID = "X0,Y0,Z0,X1,Y1,Z1"
 NONE = "none"
@@ -50,6 +50,8 @@ def _corners(option: str, text: str) -> list[list[float]]:
 
 
 def _weights(option: str, text: str) -> Weights:
+    from holdfast.applications.placement.options import Weights  # here, for commands that place nothing
+
     form = "ROBUSTNESS,LEVEL,STEADINESS"
     found = numbers(option, text, form)
     if len(found) != len(fields(Weights)):

@@ -7,7 +7,7 @@ import inspect
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -17,7 +17,7 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.errors import HoldfastError, SceneError, located, message, nearest_of
 from holdfast.base.text import quoted
 from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and_each, poses, turns
-from holdfast.cli.fields import KINDS, options_of, value_of
+from holdfast.cli.fields import options_of, value_of
 from holdfast.scene.formats.native import NATIVE
 from holdfast.scene.formats.registry import Format, format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source
@@ -180,8 +180,8 @@ class AssemblyGiven(SceneGiven):
 def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
     """Expand the first parameter of a command, a SceneGiven or AssemblyGiven, into options for its fields.
 
-    The scene becomes the first argument, and the other fields become options after those of the command. A parameter of
-    one of the KINDS is expanded too.
+    The scene becomes the first argument, and the other fields become options after those of the command. A parameter
+    whose type is a dataclass, such as ``Where``, is expanded too.
     """
     hints = get_type_hints(command, include_extras=True)
     first, *others = inspect.signature(command).parameters.values()
@@ -196,7 +196,7 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
         )
         for each in fields(kind)
     ]
-    values = {each.name: hints[each.name] for each in others if hints[each.name] in KINDS}
+    values = {each.name: hints[each.name] for each in others if is_dataclass(hints[each.name])}
     own: list[inspect.Parameter] = []
     for each in others:
         if each.name in values:

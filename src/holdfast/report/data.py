@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import to_dict
 from holdfast.queries.stability import Stability
+
+if TYPE_CHECKING:
+    from holdfast.applications.placement.result import Placement
 
 
 def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
