@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -51,21 +52,27 @@ class AtRest(Protocol):
         ...
 
 
-class Amendment(Protocol):
-    """One amendment of the answers about an assembly at rest.
+@dataclass(frozen=True, eq=False)
+class Amendment(ABC):
+    """One amendment of the answers about an assembly at rest, ``state``.
 
     ``name`` says in the words of an explanation what it looks at, and ``why`` what it does and for which reason.
     """
 
+    state: AtRest
+
     name: ClassVar[str]
     why: ClassVar[str]
 
-    def __init__(self, state: AtRest) -> None: ...
+    @property
+    def grid(self) -> Grid:
+        """The grid from which answers are taken."""
+        return self.state.grid
 
+    @abstractmethod
     def applies(self, asked: Asked) -> bool:
         """Tell whether anything may have to be amended; it is cheap."""
-        ...
 
+    @abstractmethod
     def amend(self, found: Answers, asked: Asked) -> Answers:
         """Return the answers ``found`` as amended."""
-        ...

@@ -10,7 +10,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.step_control import SPRING_SHARE
-from holdfast.engines.amendments.amendment import Asked, AtRest
+from holdfast.engines.amendments.amendment import Amendment, Asked
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.beginnings import SMALL, gives_way, path_from
 from holdfast.engines.compliant.grid import Grid
@@ -63,7 +63,7 @@ class _Proved(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class LimitReview:
+class LimitReview(Amendment):
     """Compares answers with limit analysis where they deserve doubt.
 
     Answers to loads of bodies that a regularisation spring keeps in their places, as it has to keep those that are only
@@ -71,15 +71,8 @@ class LimitReview:
     weight, or that are too small to be told from none.
     """
 
-    state: AtRest
-
     name: ClassVar[str] = "limit analysis"
     why: ClassVar[str] = "limit analysis proves when something moves at the latest, and which loads have no end"
-
-    @property
-    def grid(self) -> Grid:
-        """The grid from which answers are taken."""
-        return self.state.grid
 
     def applies(self, asked: Asked) -> bool:
         """Say that answers have to be looked at."""

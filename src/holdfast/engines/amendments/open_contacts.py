@@ -11,17 +11,15 @@ from typing import ClassVar
 import numpy as np
 
 from holdfast.base.text import listed
-from holdfast.engines.amendments.amendment import MATTERS, Asked, AtRest
+from holdfast.engines.amendments.amendment import MATTERS, Amendment, Asked
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.idle_contacts import open_pair
 from holdfast.engines.mechanism import NAMED
 
 
 @dataclass(frozen=True, eq=False)
-class OpenContacts:
+class OpenContacts(Amendment):
     """Lowers the bounds of answers in which contacts take part that need not exist."""
-
-    state: AtRest
 
     name: ClassVar[str] = "contacts that are open at rest"
     why: ClassVar[str] = "contacts that are open and carry nothing at rest may never close, so lower is without them"
@@ -39,9 +37,8 @@ class OpenContacts:
         least = np.minimum(lower[leaning], there.lower)
         telling = int((least < (1 - MATTERS) * lower[leaning]).sum())
         lower[leaning] = least
-        grid = self.state.grid
-        assembly = grid.assembly
-        which = listed([open_pair(assembly, k) for k in grid.idle if assembly.interfaces[k].certain], NAMED)
+        assembly = self.grid.assembly
+        which = listed([open_pair(assembly, k) for k in self.grid.idle if assembly.interfaces[k].certain], NAMED)
         if not telling or not which:  # of contacts that are not certain doubtful_contacts.py tells
             return replace(found, lower=lower)
         words = f"{telling} of {len(found)} answers lean on contacts that are open at rest, and lower is without them"

@@ -19,7 +19,7 @@ import numpy as np
 
 from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.arrays import Float, Int
-from holdfast.engines.amendments.amendment import MATTERS, Asked, AtRest
+from holdfast.engines.amendments.amendment import MATTERS, Amendment, Asked
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import FINER, Grid
@@ -41,20 +41,13 @@ CORNERS = 4  # smallest number of nodes of a patch
 
 
 @dataclass(frozen=True, eq=False)
-class SelfStressed:
+class SelfStressed(Amendment):
     """Lowers the bounds of answers that depend on stiffness, as bodies press each other without any load."""
-
-    state: AtRest
 
     name: ClassVar[str] = "self-stress"
     why: ClassVar[str] = (
         "bodies that press each other without any load hold by their stiffness: lower covers other stiffness"
     )
-
-    @property
-    def grid(self) -> Grid:
-        """The grid from which answers are taken."""
-        return self.state.grid
 
     @cached_property
     def possible(self) -> bool:

@@ -10,15 +10,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from holdfast.engines.amendments.amendment import MATTERS, Asked, AtRest
+from holdfast.engines.amendments.amendment import MATTERS, Amendment, Asked
 from holdfast.engines.answers import Answers
 
 
 @dataclass(frozen=True, eq=False)
-class Sliding:
+class Sliding(Amendment):
     """Lowers the bounds of answers that are reached only after sliding far."""
-
-    state: AtRest
 
     name: ClassVar[str] = "sliding far in a jam"
     why: ClassVar[str] = "what a jam holds only after its contacts have slid far is not promised"
