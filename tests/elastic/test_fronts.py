@@ -14,6 +14,7 @@ from holdfast.elastic.elimination import eliminate
 from holdfast.elastic.fronts import fronts_of, fronts_solve, passes_on
 from holdfast.elastic.linear import SINGULAR, Work, dense_solve, make_work
 from holdfast.elastic.model import Elastic, Runs
+from holdfast.elastic.newton import add_drag
 from holdfast.elastic.ordering import Fronts
 
 Array = NDArray[np.float64]
@@ -101,6 +102,18 @@ def filled(work: Work, each: Case) -> Work:
 def error(solution: Array, A: Array, rhs: Array) -> float:
     exact = np.linalg.solve(A, rhs)
     return float(np.abs(solution - exact).max() / np.abs(exact).max())
+
+
+def test_the_force_of_drag_is_that_of_the_matrix() -> None:
+    """Its part on the world, which bodies on ice have, included: r = -ε D (q - anchor)."""
+    dragged, free = case(3, 20, drag=1.0), case(3, 20, drag=0.0)
+    n, rng = len(free.w), np.random.default_rng(0)
+    q, anchor = rng.normal(size=(2, n))
+    work = make_work(free.m, free.fronts)
+    work.r[:] = 0.0
+    add_drag(free.m, work, 0.3, q, anchor)
+    D = (dragged.A - free.A)[:n, :n]
+    np.testing.assert_allclose(work.r, -0.3 * D @ (q - anchor), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("transposed", [False, True])
