@@ -15,7 +15,7 @@ from holdfast.base.arrays import Bool, Float, Int, Objects, frozen, objects
 from holdfast.base.errors import HoldfastError, message, no_truth
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.text import listed
-from holdfast.base.values import Value, seal
+from holdfast.base.values import Value, altered, seal
 from holdfast.engines.mechanism import NAMED, Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
@@ -286,7 +286,7 @@ class Answers(Value):
 
     def after(self, name: str, why: str) -> Answers:
         """Return this table with one more step, which led to what it holds."""
-        return replace(self, steps=(*self.steps, Step(name, why, self.force, self.lower)))
+        return altered(self, steps=(*self.steps, Step(name, why, self.force, self.lower)))
 
     def explained(self, row: int, unit: str) -> str:
         """Say in lines of text how the answer of a ``row``, in a ``unit``, came about: what each step made of it."""
