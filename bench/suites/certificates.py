@@ -46,6 +46,7 @@ def cases() -> Mapping[str, Case]:
         "random pushes": partial(_measured, "random pushes", _pushed),
         "unstable": partial(_measured, "unstable", _falling),
         "shelf with an orange": partial(_measured, "shelf with an orange", _shelf),
+        "removals and orders": partial(_measured, "removals and orders", _taken_apart),
         "altered files": _altered,
     }
     if pallets():
@@ -86,6 +87,16 @@ def _shelf() -> Iterator[Question]:
     for name in [body.name for body in assembly.movable]:
         top = assembly.scene.body(name).surface_world.vertices
         yield _timed(partial(hf.robustness, assembly, name, top[np.argmax(top[:, 2])], (1, 0, -0.5), engine="limit"))
+
+
+def _taken_apart() -> Iterator[Question]:
+    for scene in (*map(shipped_scene, SHIPPED), shelf()):
+        assembly = hf.assemble(scene)
+        if assembly.movable and hf.stability(assembly).stable:
+            yield _timed(partial(hf.disassembly_order, assembly))
+            yield _timed(partial(hf.build_order, assembly, pushes=0))
+            for body in assembly.movable:
+                yield _timed(partial(hf.can_remove, assembly, body.name))
 
 
 def _carried() -> Iterator[Question]:
@@ -140,7 +151,7 @@ def _measured(name: str, questions: Any) -> list[Row]:  # noqa: ANN401 - a gener
 def _gaps(data: Any) -> list[float]:  # noqa: ANN401 - JSON
     """By how much, relative, the factors of which it is proved that they hold and that they move lie apart."""
     found, held = [], None
-    for proof in data["proofs"]:
+    for proof in (proof for state in (data if isinstance(data, list) else [data]) for proof in state["proofs"]):
         if proof["kind"] == "holds":
             held = proof
         elif proof["kind"] == "moves" and held is not None and held["load"] == proof["load"]:

@@ -18,6 +18,7 @@ import holdfast as hf
 from bench.scenes.random_assemblies import Family, arch, leaning, standing
 from bench.suites.certificates import places
 from holdfast.certificates import verify_certificate
+from holdfast.certificates.beside_scene import differences, left_out
 from holdfast.certificates.schema import schema
 from holdfast.certificates.verify_certificate import RefusedError, claims_of
 from holdfast.scene.shipped import shipped_scene
@@ -126,6 +127,85 @@ def test_a_map_is_one_file(tmp_path: Path) -> None:
     lower = [float(proof["factor"]) if proof["factor"] != "unlimited" else np.inf for proof in held]
     np.testing.assert_allclose(lower, pushes.lower, rtol=0.02)
     assert (lower >= pushes.lower * (1 - 1e-6)).all()
+
+
+@pytest.mark.parametrize("name", ["table", "arch", "tabletop"])
+def test_orders_are_proved_state_by_state(tmp_path: Path, name: str) -> None:
+    assembly = hf.assemble(shipped_scene(name))
+    for order in (hf.disassembly_order(assembly), hf.build_order(assembly, pushes=0)):
+        order.save_certificate(tmp_path / "order.json")
+        states = json.loads((tmp_path / "order.json").read_text())
+        jsonschema.validate(states, schema())
+        there = [{body["name"] for body in state["bodies"]} for state in states]
+        whole = {body.name for body in assembly.movable}
+        if isinstance(order, hf.answers.Disassembly):
+            wanted = [whole - set(order.order[:k]) for k in range(len(order.order) + 1)]
+        else:
+            wanted = [set(order.first) | set(order.order[:k]) for k in range(len(order.order) + 1)]
+        assert there == [names for names in wanted if names]
+        claims = claims_of((tmp_path / "order.json").read_text())
+        assert [claim.split(": ")[1] for claim in claims] == [RESTS] * len(states)
+        assert claims[-1].startswith(f"state {len(states)}, ")
+
+
+def test_a_removal_is_proved_to_be_safe_and_to_be_unsafe(tmp_path: Path) -> None:
+    stack = hf.assemble(shipped_scene("stack"))
+    for body, second in (("cube3", RESTS), ("cube1", f"no {RESTS}")):
+        removal = hf.can_remove(stack, body)
+        removal.save_certificate(tmp_path / "removal.json")
+        claims = [claim.split(": ")[1] for claim in claims_of((tmp_path / "removal.json").read_text())]
+        assert (claims, removal.safe) == ([RESTS, second], second is RESTS)
+    states = json.loads((tmp_path / "removal.json").read_text())
+    for wrong, why in (([], "exactly"), ([states], "exactly"), ([*states, {}], "exactly")):
+        with pytest.raises(RefusedError, match=why):
+            claims_of(json.dumps(wrong))
+    states[1]["bodies"][0]["mass"] = "2.5"
+    with pytest.raises(RefusedError, match=r"do not balance|no power"):
+        claims_of(json.dumps([states[1], {**states[0], "gravity": ["0", "0", "-9.8"]}]))
+    alone = hf.assemble(hf.Scene([floor(), box("cube", (SIDE,) * 3, MASS, (0, 0, SIDE / 2))], MU))
+    hf.can_remove(alone, "cube").save_certificate(tmp_path / "removal.json")
+    assert len(claims_of((tmp_path / "removal.json").read_text())) == 1, "where nothing is left nothing can fall"
+    with pytest.raises(hf.HoldfastError, match="ask anew"):
+        pickle.loads(pickle.dumps(hf.can_remove(alone, "cube"))).save_certificate(tmp_path / "x.json")
+
+
+def test_a_fall_by_the_law_of_an_engine_has_no_proof(tmp_path: Path) -> None:
+    """A block between walls that might clamp it: forces that balance exist, but nothing brings them about."""
+    walls = [
+        hf.Body(n, hf.Box((0.1,) * 3), fixed=True, pose=at(x, 0, 0.5)) for n, x in (("left", -0.1), ("right", 0.1))
+    ]
+    hangs = hf.assemble(hf.Scene([*walls, box("cube", (SIDE,) * 3, MASS, (0, 0, 0.5))], 0.5))
+    answer = hf.stability(hangs)
+    assert answer.status is hf.Status.UNSTABLE
+    with pytest.raises(hf.HoldfastError, match="forces that balance exist"):
+        answer.save_certificate(tmp_path / "falls.json")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_certificate_is_compared_with_a_scene(tmp_path: Path) -> None:
+    scene = shipped_scene("table")
+    assembly = hf.assemble(scene)
+    data = written(hf.robustness(assembly, "slab", (0, 0, 0.2), (1, 0, 0)), tmp_path / "push.json")
+    assert differences(data, assembly) == []
+    hf.save_scene(scene, tmp_path / "scene.json")
+    assert differences(data, hf.assemble(hf.load_scene(tmp_path / "scene.json"))) == []
+    for place, value, says in (
+        (("gravity", 2), "-9.8", "gravity differs"),
+        (("bodies", 0, "mass"), "3", "the mass of"),
+        (("bodies", 1, "centre", 0), "0.01", "the centre of"),
+        (("bodies", 0, "name"), "x", "x cannot move, or is not there"),
+        (("fixed", 0), "slope", "slope is not fixed"),
+        (("contacts", 0, "mu"), "0.9", "the contact between"),
+        (("contacts", 1, "points", 0, "at", 1), "0.9", "the contact between"),
+        (("contacts", 1, "points", 0, "normal"), ["0", "0.6", "0.8"], "the contact between"),
+    ):
+        assert any(said.startswith(says) for said in differences(altered(data, place, value), assembly)), place
+    data["contacts"][0]["points"].pop()
+    assert len(differences(data, assembly)) == 1
+    removal = hf.can_remove(assembly, "slab")
+    removal.save_certificate(tmp_path / "removal.json")
+    with_slab, without = json.loads((tmp_path / "removal.json").read_text())
+    assert (left_out(with_slab, assembly), left_out(without, assembly)) == ([], ["slab"])
 
 
 def test_the_checker_needs_nothing_but_python(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calling import command
+from calling import called, command
 
 import holdfast as hf
 from holdfast.scene.shipped import shipped_scene
@@ -32,6 +32,26 @@ def test_a_file_that_was_altered_is_not_verified(verify: Any, certificate: Path)
     certificate.write_text(text.replace('"-9.81"', '"-9.80"'))
     code, out, _ = verify(certificate)
     assert (code, " ".join(out.split())) == (1, "NOT verified: the forces on 'cube' do not balance")
+
+
+def test_it_is_compared_with_a_scene(verify: Any, certificate: Path) -> None:
+    code, out, _ = verify(certificate, "--geometry", "cube")
+    assert code == 0
+    assert "agrees with cube: gravity, masses" in " ".join(out.split())
+    code, out, _ = verify(certificate, "--geometry", "stack")
+    assert code == 1
+    assert "does NOT agree with stack: cube cannot move" in " ".join(out.split())
+
+
+@pytest.mark.parametrize("asked", [["assess"], ["remove", "cube3"], ["disassemble"], ["build"]])
+def test_commands_write_certificates(
+    verify: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, asked: list[str]
+) -> None:
+    path = tmp_path / "proof.json"
+    code, out, err = called(monkeypatch, capsys, asked[0], "stack", *asked[1:], "--certificate", path)
+    assert (code, err) == (0, "")
+    assert "wrote" in out
+    assert verify(path)[0] == 0
 
 
 @pytest.mark.parametrize(("content", "says"), [(b"\xff", "UTF-8"), (None, "no such certificate")])

@@ -31,6 +31,7 @@ from holdfast.base.public import Summary
 from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import listed, quoted
 from holdfast.certificates.certified import Certified, asking
+from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim
 from holdfast.engines.imperfect import Imperfect
 from holdfast.queries.push import asked
@@ -145,7 +146,7 @@ def transport_limits(
     held = total_wrench(given, standing)
     found = asked(method, given, W, held, bounds=bounds, imperfect=imperfect)
     found = replace(found, notes=(*found.notes, *note))
-    return asking(TransportLimits(answers=found, assembly=given, directions=ways), given, held, None, W)
+    return asking(TransportLimits(answers=found, assembly=given, directions=ways), Question(given, held, None, W))
 
 
 def counted_bodies(assembly: Assembly, bodies: Sequence[str] | None, where: str) -> tuple[Bool, tuple[str, ...]]:

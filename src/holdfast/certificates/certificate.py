@@ -194,14 +194,13 @@ class Provable:
 
     question: Question
 
-    def text(self, where: str, rows: Sequence[int]) -> str:
-        """Return the certificate of some ``rows`` of the loads, or of rest where there are none.
+    def data(self, where: str, rows: Sequence[int]) -> dict[str, Any]:
+        """Return the certificate, as JSON has it, of some ``rows`` of the loads, or of rest where there are none.
 
         Raises HoldfastError, with ``where`` in its message, if one of them cannot be proved exactly.
         """
-        groups = prepared(Limit(), self.question.assembly, self.question.standing, self.question.acceleration)
         columns = [] if self.question.loads is None else [self.question.loads[:, k] for k in rows]
-        parts = [self._exact(groups.group(k)) for k in self._asked(columns)]
+        parts = self._parts(columns)
         falling = [part for part in parts if part.verdict.status is Status.UNSTABLE]
         proofs: list[Proof | None]
         if falling:
@@ -217,14 +216,14 @@ class Provable:
         return self._checked({**self._data(parts), "proofs": proofs}, where)
 
     @staticmethod
-    def _checked(data: dict[str, Any], where: str) -> str:
-        """Return a certificate as text, with the claims that the checker finds proved in what was written."""
+    def _checked(data: dict[str, Any], where: str) -> dict[str, Any]:
+        """Return a certificate with the claims that the checker finds proved in what will be written."""
         try:
-            data = json.loads(json.dumps(data))
+            data = dict(json.loads(json.dumps(data)))
             certificate = Certificate(data)
             for proof in data["proofs"]:
                 proof["claim"] = certificate.proved({**proof, "claim": ""})
-            return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
+            return data
         except (RefusedError, ValueError) as error:
             raise HoldfastError(message(where, f"the certificate does not check: {error}", "report it")) from error
 
@@ -250,6 +249,14 @@ class Provable:
             factor, motion, part = min(moved, key=lambda one: one[0])
             above = _text(_decimal_above(factor))
             yield {"kind": "moves", "load": load, "factor": above, "motion": self._motion(part, motion)}
+
+    def contents(self) -> dict[str, Any]:
+        """Return what the certificate of all bodies lists of the scene, as JSON has it: gravity, bodies, contacts."""
+        return self._scene(self._parts([]))
+
+    def _parts(self, columns: Sequence[Float]) -> list[_Exact]:
+        groups = prepared(Limit(), self.question.assembly, self.question.standing, self.question.acceleration)
+        return [self._exact(groups.group(k)) for k in self._asked(columns)]
 
     def _asked(self, columns: Sequence[Float]) -> list[int]:
         """Return the numbers of the groups that are loaded, or of all."""
@@ -280,20 +287,25 @@ class Provable:
         return NONE if self.question.acceleration is None else exact(self.question.acceleration)
 
     def _data(self, parts: Sequence[_Exact]) -> dict[str, Any]:
-        bodies = [body for part in parts for body in part.assembly.movable]
         return {
             "format": FORMAT,
             "units": UNITS,
-            "gravity": _texts(exact(self.question.assembly.scene.gravity)),
             "acceleration": _texts(self._accelerated),
+            "standing": self._wrenches(self.question.standing, parts),
+            **self._scene(parts),
+            **_shown("rest", "resting holds", [part.rest for part in parts if part.rest is not None]),
+        }
+
+    def _scene(self, parts: Sequence[_Exact]) -> dict[str, Any]:
+        bodies = [body for part in parts for body in part.assembly.movable]
+        return {
+            "gravity": _texts(exact(self.question.assembly.scene.gravity)),
             "fixed": [body.name for body in self.question.assembly.fixed],
             "bodies": [
                 {"name": body.name, "mass": _text(_mass(body)), "centre": _texts(exact(body.com_world))}
                 for body in bodies
             ],
-            "standing": self._wrenches(self.question.standing, parts),
             "contacts": [contact for part in parts for contact in _contacts(part)],
-            **_shown("rest", "resting holds", [part.rest for part in parts if part.rest is not None]),
         }
 
     @staticmethod

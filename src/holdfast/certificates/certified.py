@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
+import json
 import os
-from typing import TypeVar
+from collections.abc import Sequence
+from typing import Any, TypeVar
 
-from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.base.values import sealed
 from holdfast.certificates.question import Question
+from holdfast.engines.verdict import Status, Verdict
 
-T = TypeVar("T", bound="Certified")
+T = TypeVar("T")
 
 
-class Certified:
-    """An answer that can prove itself to others, as long as it knows what was asked."""
+class Asked:
+    """An answer that remembers what was asked."""
 
     @property
-    def question(self) -> Question:
+    def questions(self) -> tuple[Question, ...]:
         """What was asked; raises HoldfastError for an answer that was saved, pickled or copied."""
-        known: Question | None = getattr(self, "_question", None)
+        known: tuple[Question, ...] | None = getattr(self, "_questions", None)
         if known is None:
             problem = "the answer does not know its assembly any more, as it was saved or copied"
             raise HoldfastError(message("certificate", problem, "ask anew"))
         return known
+
+
+class Certified(Asked):
+    """An answer that can prove itself to others, as long as it knows what was asked."""
+
+    verdict: Verdict
 
     def save_certificate(self, path: str | os.PathLike[str], row: int | None = None) -> None:
         """Write a JSON file that proves the answer to anybody, without holdfast; docs/certificates.md describes it.
@@ -38,21 +45,59 @@ class Certified:
         Raises HoldfastError if there is no exact proof for one of the rows, if there is no such row, or if the answer
         was saved, pickled or copied.
         """
-        from holdfast.certificates.certificate import Provable  # proofs are for those who ask for them
-
         where = f"certificate {os.fspath(checked_path(path, 'certificate'))}"
-        question = self.question
-        loads = question.loads
-        count = 0 if loads is None else loads.shape[1]
+        (question,) = self.questions
+        count = 0 if question.loads is None else question.loads.shape[1]
         if row is not None and not 0 <= row < count:
             raise HoldfastError(message(where, f"there is no row {row}", f"there are {count}"))
-        rows = range(count) if row is None else [row]
-        write_atomically(path, Provable(question).text(where, rows).encode())
+        data = _proved(question, where, range(count) if row is None else [row])
+        _write(path, [data], where, falls=self.verdict.status is Status.UNSTABLE, several=False)
 
 
-def asking(
-    answer: T, assembly: Assembly, standing: Float, acceleration: Float | None = None, loads: Float | None = None
-) -> T:
+class CertifiedStates(Asked):
+    """An answer about several states of a structure that can prove itself to others."""
+
+    @property
+    def falling(self) -> bool:
+        """Whether a certificate has to prove that something falls in one of the states."""
+        return False
+
+    def save_certificate(self, path: str | os.PathLike[str]) -> None:
+        """Write a JSON file that proves to anybody, without holdfast, which states stand; see docs/certificates.md.
+
+        It is a list of certificates, one for each state in order, as those of ``stability``. That every way in or out
+        is free, and that bodies do not clamp each other, is not proved.
+
+        Raises HoldfastError if a state cannot be proved exactly to stand or to fall, if there is none, or if the answer
+        was saved, pickled or copied and does not know its assembly.
+        """
+        where = f"certificate {os.fspath(checked_path(path, 'certificate'))}"
+        states = [state for state in self.questions if state.assembly.movable]
+        if not states:
+            raise HoldfastError(message(where, "there is no state to prove", "ask for other bodies"))
+        data = [_proved(state, f"{where}: state {k}") for k, state in enumerate(states, 1)]
+        _write(path, data, where, falls=self.falling, several=True)
+
+
+def _proved(question: Question, where: str, rows: Sequence[int] | None = None) -> dict[str, Any]:
+    from holdfast.certificates.certificate import Provable  # proofs are for those who ask for them
+
+    count = 0 if question.loads is None else question.loads.shape[1]
+    return Provable(question).data(where, range(count) if rows is None else rows)
+
+
+def _write(
+    path: str | os.PathLike[str], states: Sequence[dict[str, Any]], where: str, *, falls: bool, several: bool
+) -> None:
+    """Write the certificates of some states, unless they prove that all stand although the answer is that one falls."""
+    if falls and all(state["proofs"][0]["kind"] == "stands" for state in states):
+        problem = "forces that balance exist, so that something falls has no proof: it rests on the engine's own law"
+        raise HoldfastError(message(where, problem, "take the answer as an estimate"))
+    data = states if several else states[0]
+    write_atomically(path, (json.dumps(data, indent=1, ensure_ascii=False) + "\n").encode())
+
+
+def asking(answer: T, *questions: Question) -> T:
     """Let an answer remember what was asked, and return it."""
-    object.__setattr__(answer, "_question", sealed(Question(assembly, standing, acceleration, loads)))
+    object.__setattr__(answer, "_questions", tuple(sealed(question) for question in questions))
     return answer

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 
@@ -18,3 +20,8 @@ class Question(NamedTuple):
     standing: Float
     acceleration: Float | None = None
     loads: Float | None = None
+
+    @classmethod
+    def of(cls, assembly: Assembly, loads: Float | None = None) -> Question:
+        """Return what is asked of an assembly on which nothing but weight acts at rest."""
+        return cls(assembly, np.zeros(6 * len(assembly.movable)), loads=loads)

@@ -10,7 +10,7 @@ NAME = {"type": "string"}
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON schema (draft 2020-12) of a certificate; what the entries mean is in docs/certificates.md."""
+    """Return the JSON schema (draft 2020-12) of certificates; what the entries mean is in docs/certificates.md."""
     number = {"anyOf": [{"type": "integer"}, {"type": "string", "pattern": f"^({NUMBER.pattern})$"}]}
     vector = {"type": "array", "items": number, "minItems": 3, "maxItems": 3}
     wrench = _table(body=NAME, force=vector, torque=vector)
@@ -45,7 +45,13 @@ def schema() -> dict[str, Any]:
     }
     top = {"format": {"const": FORMAT}, "units": NAME, "gravity": vector, "acceleration": vector}
     whole = _table(**top, **{name: _list(parts[name]) for name in LISTS})
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": FORMAT, **whole}
+    several = _list({"$ref": "#/$defs/certificate"}) | {"minItems": 1}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": FORMAT,
+        "$defs": {"certificate": whole},
+        "oneOf": [{"$ref": "#/$defs/certificate"}, several],
+    }
 
 
 def _table(**entries: Any) -> dict[str, Any]:  # noqa: ANN401 - schemas

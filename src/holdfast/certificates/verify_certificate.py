@@ -16,6 +16,8 @@ the first one's if u.n >= 0 and (1 + mu^2) (u.n)^2 >= mu^2 |u|^2 |n|^2: then u.f
 "moves"   Along the motion, no contact force in a cone can brake (u.f >= 0), the load has power P > 0, and everything
           else the power -Q. In equilibrium all powers add up to 0, so a factor above Q / P leaves none.
 "falls"   Along the motion, no contact force can brake, and weight and standing loads have power > 0: no equilibrium.
+
+A file may be a list of certificates, one for each state of a structure: each is checked by itself.
 """
 
 from __future__ import annotations
@@ -100,8 +102,7 @@ class Certificate:
                 raise RefusedError(f"body {name!r} is there twice, or its mass is not positive")
             self.centres[name] = vector(centre)
             weights[name] = tuple(number(mass) * g for g in pull) + ZERO
-        loads = self.wrenches(standing)
-        self.standing = {name: plus(weight, loads[name]) for name, weight in weights.items()}
+        self.standing = {name: plus(load, weights[name]) for name, load in self.wrenches(standing).items()}
         self.holds, self.rests, self.loads = self.wrenches(holds), False, list[Wrenches]()
         self.points: list[tuple[str, str, Vector, Vector, Fraction]] = []  # first body, second body, point, normal, mu
         for (first, second), mu, points in (table(c, "between", "mu", "points") for c in contacts):
@@ -141,8 +142,7 @@ class Certificate:
                 raise RefusedError(f"a force between {first!r} and {second!r} is not in its friction cone")
             for name, sign in ((first, -1), (second, 1)):
                 if name in self.centres:
-                    torque = cross(plus(at, self.centres[name], -1), force)
-                    left[name] = plus(left[name], (*force, *torque), sign)
+                    left[name] = plus(left[name], (*force, *cross(plus(at, self.centres[name], -1), force)), sign)
         if any(map(any, left.values())):
             raise RefusedError(f"the forces on {next(n for n, w in left.items() if any(w))!r} do not balance")
 
@@ -155,8 +155,7 @@ class Certificate:
             u = ZERO
             for name, sign in ((first, -1), (second, 1)):
                 if name in twists:
-                    turned = cross(twists[name][3:], plus(at, self.centres[name], -1))
-                    u = plus(u, plus(twists[name][:3], turned), sign)
+                    u = plus(u, plus(twists[name][:3], cross(twists[name][3:], plus(at, self.centres[name], -1))), sign)
             if not unbraked(u, normal, mu):
                 raise RefusedError(f"a contact force between {first!r} and {second!r} can brake the motion")
         return [sum((dot(w[n][k:], t[k:]) for n, t in twists.items() for k in (0, 3)), ZERO[0]) for w in loads]
@@ -198,20 +197,22 @@ class Certificate:
 def held(*parts: Wrenches) -> str:
     """Say which bodies are held and with how much at most, or nothing."""
     names = sorted({name for holds in parts for name, wrench in holds.items() if any(wrench)})
-    most = 1.06 * float(max(abs(x) for holds in parts for wrench in holds.values() for x in wrench))  # is rounded
-    on = ", ".join(map(repr, names))
-    return f"with holds of up to {max(most, 1e-300):.1e} N, N m along each axis on {on}, " if names else ""
+    most = 1.06 * float(max(abs(x) for holds in parts for wrench in holds.values() for x in wrench)) + 1e-300  # rounded
+    return f"with holds of up to {most:.1e} N, N m along each axis on {', '.join(map(repr, names))}, " if names else ""
 
 
 def claims_of(text: str) -> list[str]:
     """Return the claims that the certificate ``text`` proves; raise RefusedError if one of them is not proved."""
     try:
-        data = json.loads(text, object_pairs_hook=once)
-        certificate = Certificate(data)
-        claims = [certificate.proved(proof) for proof in certificate.proofs]
-        if not claims or claims != [proof["claim"] for proof in certificate.proofs]:
-            raise RefusedError(f"what it claims is not what it proves: {'; '.join(claims) or 'nothing'}")
-        return claims
+        data, found = json.loads(text, object_pairs_hook=once), list[str]()
+        for k, part in enumerate(data if isinstance(data, list) and data else [data], 1):
+            certificate = Certificate(part)
+            claims = [certificate.proved(proof) for proof in certificate.proofs]
+            if not claims or claims != [proof["claim"] for proof in certificate.proofs]:
+                raise RefusedError(f"what it claims is not what it proves: {'; '.join(claims) or 'nothing'}")
+            which = "" if part is data else f"state {k}, {', '.join(map(repr, certificate.centres))}: "
+            found += [which + claim for claim in claims]
+        return found
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
         raise RefusedError(f"not a certificate: {type(error).__name__}: {str(error)[:100]}") from None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from holdfast.cli.common import EXIT, AsJson, EngineName, Margin, Nodes, engine_with
+from holdfast.cli.common import EXIT, AsJson, EngineName, Margin, Nodes, Proof, certify, engine_with
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -20,6 +20,7 @@ def assess(
     engine: EngineName = DEFAULT_ENGINE,
     nodes: Nodes = None,
     mass_margin: Margin = 0.0,
+    certificate: Proof = None,
     as_json: AsJson = False,
 ) -> None:
     """Decide whether a scene stands, explain why, and give the forces at its contacts."""
@@ -31,4 +32,5 @@ def assess(
         print_json(stability_data(assembly, result))
     else:
         out.print(stability_report(assembly, result))
+    certify(result.save_certificate, certificate, as_json=as_json)
     raise typer.Exit(EXIT[result.status])

@@ -8,7 +8,7 @@ import typer
 
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import SOLVES
-from holdfast.cli.common import AsJson, EngineName, Nodes, SaveAnswer, engine_with, order_exit_code
+from holdfast.cli.common import AsJson, EngineName, Nodes, Proof, SaveAnswer, certify, engine_with, order_exit_code
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -29,6 +29,7 @@ def build(
     engine: EngineName = DEFAULT_ENGINE,
     save: SaveAnswer = None,
     nodes: Nodes = None,
+    certificate: Proof = None,
     as_json: AsJson = False,
 ) -> None:
     """Find an order in which a scene can be built, so that everything stands after each step."""
@@ -45,4 +46,5 @@ def build(
         print_notes(assembly.scene.notes)
         if save is not None:
             out.say(f"wrote {save}")
+    certify(result.save_certificate, certificate, as_json=as_json)
     raise typer.Exit(order_exit_code(reached=result.reached, proven=result.proven))

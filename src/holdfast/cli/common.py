@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -11,6 +12,7 @@ import typer
 
 from holdfast.base.distribution import PNG_INSTALL, PNG_NEEDS
 from holdfast.base.errors import HoldfastError, message
+from holdfast.cli.output import out
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
@@ -25,6 +27,7 @@ Immobile = Annotated[float | None, typer.Option(help="treat bodies heavier than 
 Margin = Annotated[float, typer.Option(help="reduce all masses by this share, 0 to 1")]
 MaxCuts = Annotated[int, typer.Option(help="refuse scenes with more feasible cuts than this")]
 SaveAnswer = Annotated[Path | None, typer.Option("--save", help="write the answer to this file (.json or .npz)")]
+Proof = Annotated[Path | None, typer.Option("--certificate", metavar="FILE", help="also write a proof for others")]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
 
 
@@ -44,6 +47,14 @@ def engine_with(name: str, **options: Any) -> Engine:  # noqa: ANN401 - options 
             remedy = f"leave it out, or use --engine {' or '.join(having)}"
             raise HoldfastError(message("--" + key.replace("_", "-"), f"engine {name!r} has no such option", remedy))
     return cast(Engine, dataclasses.replace(choice, **changed))
+
+
+def certify(save: Callable[[Path], None], path: Path | None, *, as_json: bool) -> None:
+    """Write the certificate of an answer that was printed, if one is asked for."""
+    if path is not None:
+        save(path)
+        if not as_json:
+            out.say(f"wrote {path}")
 
 
 def exit_code(status: Status, answers: Answers) -> int:

@@ -12,6 +12,8 @@ from holdfast.cli.common import (
     AsJson,
     EngineName,
     Nodes,
+    Proof,
+    certify,
     check_suffix,
     engine_with,
     order_exit_code,
@@ -36,6 +38,7 @@ def disassemble(
     png: Annotated[Path | None, typer.Option(help="write a PNG of the sequence to this file")] = None,
     solves: Annotated[int, typer.Option(help="stop after this many checks by contact forces")] = SOLVES,
     nodes: Nodes = None,
+    certificate: Proof = None,
     as_json: AsJson = False,
 ) -> None:
     """Find an order in which the bodies of a scene can be taken out, one by one, while the others stand."""
@@ -53,4 +56,5 @@ def disassemble(
         print_notes(assembly.scene.notes)
         if png is not None:
             out.say(f"wrote {png}")
+    certify(result.save_certificate, certificate, as_json=as_json)
     raise typer.Exit(order_exit_code(reached=result.reached, proven=result.proven))

@@ -12,6 +12,8 @@ from holdfast.cli.common import (
     AsJson,
     EngineName,
     Nodes,
+    Proof,
+    certify,
     engine_with,
     exit_code,
 )
@@ -35,6 +37,7 @@ def push(
     local: Annotated[bool, typer.Option("--local", help="point and direction are in the body's own frame")] = False,
     engine: EngineName = DEFAULT_ENGINE,
     nodes: Nodes = None,
+    certificate: Proof = None,
     as_json: AsJson = False,
 ) -> None:
     """Compute how hard a body can be pushed at a point in a direction before anything moves, and what moves then."""
@@ -48,6 +51,7 @@ def push(
         print_json(result.to_dict())
     else:
         out.print(push_report(result))
+    certify(result.save_certificate, certificate, as_json=as_json)
     raise typer.Exit(exit_code(result.verdict.status, result.answers))
 
 

@@ -8,7 +8,7 @@ import typer
 
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.applications.disassembly.removal_check import can_remove
-from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, engine_with
+from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, Proof, certify, engine_with
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -26,6 +26,7 @@ def remove(
     lift: Annotated[tuple[float, float, float], typer.Option(help="direction in which it leaves: X Y Z")] = (0, 0, 1),
     engine: EngineName = DEFAULT_ENGINE,
     nodes: Nodes = None,
+    certificate: Proof = None,
     as_json: AsJson = False,
 ) -> None:
     """Decide whether one body may be taken out of a scene now, and say who would move if not."""
@@ -38,4 +39,5 @@ def remove(
     else:
         out.print(removal_report(result))
         print_notes(assembly.scene.notes)
+    certify(result.save_certificate, certificate, as_json=as_json)
     raise typer.Exit(EXIT[STATUS[result.answer]])

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
+from holdfast.base.text import listed
 from holdfast.certificates.verify_certificate import UNCHECKED, RefusedError, claims_of
 from holdfast.cli.output import out
 
 MOST = 200_000_000  # bytes of a certificate
 NOT_VERIFIED = 1  # exit code
+AGREED = "agrees with {}: gravity, masses, centres of mass, friction and points of contact, found anew"
+LOADS = "not checked: that loads and acceleration are as they really are, and the scene"
 
 
-def verify(file: Annotated[Path, typer.Argument(metavar="FILE", help="a certificate: a JSON file")]) -> None:
+def verify(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="a certificate: a JSON file")],
+    geometry: Annotated[
+        str | None, typer.Option("--geometry", metavar="SCENE", help="compare bodies and contacts with this scene, too")
+    ] = None,
+) -> None:
     """Check that a certificate proves what it claims, in exact arithmetic, and say what that is."""
     content = read_ordinary(file, "certificate", most=MOST, error=HoldfastError, too_large="certify fewer rows")
     try:
@@ -28,4 +37,28 @@ def verify(file: Annotated[Path, typer.Argument(metavar="FILE", help="a certific
         raise typer.Exit(NOT_VERIFIED) from None
     for claim in claims:
         out.print(f"verified: {claim}", markup=False, soft_wrap=True)
-    out.print(UNCHECKED, markup=False, soft_wrap=True)
+    if geometry is None:
+        out.print(UNCHECKED, markup=False, soft_wrap=True)
+    else:
+        _compare(json.loads(content), geometry)
+
+
+def _compare(data: Any, scene: str) -> None:  # noqa: ANN401 - JSON
+    """Say whether the bodies and contacts of a verified certificate are those of a scene."""
+    from holdfast.assembly.assembly import assemble  # checking alone needs none of this
+    from holdfast.certificates.beside_scene import differences, left_out
+    from holdfast.cli.scenes import SceneGiven
+
+    assembly = assemble(SceneGiven(scene=scene).read())
+    states = data if isinstance(data, list) else [data]
+    for k, state in enumerate(states, 1):
+        which = f"state {k}: " if states is data else ""
+        found = differences(state, assembly)
+        if found:
+            out.print(f"{which}does NOT agree with {scene}: {'; '.join(found)}", markup=False, soft_wrap=True)
+            raise typer.Exit(NOT_VERIFIED)
+        missing = left_out(state, assembly)
+        if missing:
+            out.print(f"{which}without {listed(missing)}, which the scene has", markup=False, soft_wrap=True)
+    out.print(AGREED.format(scene), markup=False, soft_wrap=True)
+    out.print(LOADS, markup=False, soft_wrap=True)

@@ -123,13 +123,13 @@ class RobustnessMap(Certified, Forces):
         paint(self, path, ".ply")
 
     @property
-    def question(self) -> Question:
+    def questions(self) -> tuple[Question, ...]:
         """The pushes that a certificate proves."""
         columns = [
             push_columns(self.assembly, self.assembly.index[name], cells.points, -cells.normals)
             for name, cells in self.cells.items()
         ]
-        return sealed(Question(self.assembly, np.zeros(6 * len(self.assembly.movable)), loads=np.hstack(columns)))
+        return (sealed(Question.of(self.assembly, np.hstack(columns))),)
 
     def where(self, row: int) -> dict[str, Any]:
         """Return the body and the point that a row answers, as plain data."""

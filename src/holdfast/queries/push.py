@@ -17,6 +17,7 @@ from holdfast.base.public import Summary, number
 from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import quoted
 from holdfast.certificates.certified import Certified, asking
+from holdfast.certificates.question import Question
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
@@ -137,7 +138,7 @@ def robustness(
     held = total_wrench(assembly, standing)
     found = asked(method, assembly, W, held, bounds=bounds, imperfect=imperfect)
     found = replace(found, notes=(*found.notes, *pulls(assembly, body, p, e)))
-    return asking(Robustness(answers=found, body=body, points=p, directions=e), assembly, held, None, W)
+    return asking(Robustness(answers=found, body=body, points=p, directions=e), Question(assembly, held, None, W))
 
 
 def load_factor(
@@ -164,7 +165,7 @@ def load_factor(
     )
     held = total_wrench(assembly, standing)
     found = LoadFactor(answers=asked(method, assembly, W, held, moved, bounds=bounds, imperfect=imperfect))
-    return asking(found, assembly, held, moved, W)
+    return asking(found, Question(assembly, held, moved, W))
 
 
 def asked(

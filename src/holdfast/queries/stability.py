@@ -13,6 +13,7 @@ from holdfast.base.errors import HoldfastError, message, no_truth
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import listed
 from holdfast.certificates.certified import Certified, asking
+from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mechanism
@@ -169,4 +170,4 @@ def stability(
     found = Stability(
         engine=method.name, claim=method.claim, verdict=verdict, groups=groups, notes=notes, margin_asked=margin
     )
-    return asking(found, assembly, standing)
+    return asking(found, Question(assembly, standing))

@@ -28,6 +28,8 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import MANY
 from holdfast.base.text import listed
 from holdfast.base.values import Value
+from holdfast.certificates.certified import CertifiedStates
+from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.verdict import Status
@@ -59,7 +61,7 @@ class BuildStep(Value):
 @archived
 @shaped(lift="3")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class BuildOrder(PublicValue):
+class BuildOrder(CertifiedStates, PublicValue):
     """An order in which the bodies of ``assembly`` can be put in, each along minus ``lift`` (3,), a unit vector.
 
     ``steps`` are in order. After each of them, everything that is in place stands by the verdict of ``method``. If
@@ -98,6 +100,12 @@ class BuildOrder(PublicValue):
     def first(self) -> tuple[str, ...]:
         """The names of the bodies that must stand before the first step."""
         return tuple(body.name for body in self.assembly.movable if body.name not in self.order)
+
+    @property
+    def questions(self) -> tuple[Question, ...]:
+        """What a certificate proves: that everything stands before the first step, and after each."""
+        there = [set(self.order[k:]) for k in range(len(self.order) + 1)]
+        return tuple(Question.of(self.assembly.without(missing)) for missing in there)
 
     @cached_property
     def force(self) -> Float:

@@ -23,6 +23,8 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import MANY
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value
+from holdfast.certificates.certified import CertifiedStates
+from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim, Undecided
 from holdfast.engines.contract import FORCES_ONLY, Engine
 from holdfast.engines.verdict import Status
@@ -52,7 +54,7 @@ class PaperRow(Value):
 @archived
 @shaped(lift="3")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Disassembly(PublicValue):
+class Disassembly(CertifiedStates, PublicValue):
     """An order in which bodies can be taken out of ``assembly``.
 
     ``order`` names the bodies in turn, and ``steps`` holds the answer for each of them with its reason. ``reached``
@@ -86,6 +88,12 @@ class Disassembly(PublicValue):
     def claim(self) -> Claim:
         """What the engine promises about its answers."""
         return self.method.claim
+
+    @property
+    def questions(self) -> tuple[Question, ...]:
+        """What a certificate proves: that everything stands before the first step, and after each."""
+        gone = [set(self.order[:k]) for k in range(len(self.order) + 1)]
+        return tuple(Question.of(self.assembly.without(missing)) for missing in gone)
 
     @cached_property
     def removals(self) -> Removals:

@@ -28,6 +28,7 @@ from holdfast.base.errors import no_truth
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import listed
+from holdfast.certificates.certified import CertifiedStates
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import RELEASES
 from holdfast.engines.contract import FORCES_ONLY, Engine, State
@@ -61,7 +62,7 @@ class Answer(StrEnum):
 
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
-class Removal(PublicValue):
+class Removal(CertifiedStates, PublicValue):
     """The answer for one body in one state of the assembly, with its ``reason`` in words.
 
     ``answer`` is SAFE, UNSAFE or UNDECIDED. ``blockers`` are the bodies on its straight way out, each with its distance
@@ -90,6 +91,11 @@ class Removal(PublicValue):
     def safe(self) -> bool:
         """Whether the body may certainly be taken out."""
         return self.answer is Answer.SAFE
+
+    @property
+    def falling(self) -> bool:
+        """Whether a certificate has to prove that something falls."""
+        return not self.safe
 
     def summary(self) -> Summary:
         """Summarise the answer by the bodies in the way and the bodies that would move."""

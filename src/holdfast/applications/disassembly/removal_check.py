@@ -9,6 +9,8 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import checked_direction
 from holdfast.base.errors import SceneError, message
 from holdfast.base.text import listed, quoted
+from holdfast.certificates.certified import asking
+from holdfast.certificates.question import Question
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, body_number, checked_assembly, engine_of
 from holdfast.scene.scene import Scene
@@ -36,6 +38,12 @@ def can_remove(
         raise SceneError(message(f"removal of {quoted(body)}", "the body is fixed", "name a movable body"))
     removals = Removals(assembly, engine_of(engine), checked_direction(lift, "can_remove: lift"))
     whole = frozenset(removals.names)
+    part = removals.part_of(body, whole)
+    states = [Question.of(removals.reduced(names)) for names in (part, part - {body})]
+    return asking(_answer(removals, body, whole), *states)
+
+
+def _answer(removals: Removals, body: str, whole: frozenset[str]) -> Removal:
     verdict = removals.verdict(removals.part_of(body, whole))
     blockers = removals.exits.blockers(body, whole)
     if verdict.status is Status.UNSTABLE:

@@ -1,0 +1,74 @@
+"""Whether the bodies and contacts that a certificate lists are those of a scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.text import listed, quoted
+from holdfast.certificates.certificate import Provable
+from holdfast.certificates.question import Question
+from holdfast.certificates.verify_certificate import number
+
+SAME = 1e-9  # m, kg, m/s² or relative: numbers that a scene file may have rounded
+
+
+def differences(certificate: dict[str, Any], assembly: Assembly) -> list[str]:
+    """Return what a verified certificate says of the scene that does not hold for an assembly, in words.
+
+    Contacts are found anew and compared point by point. Loads and the acceleration of the support are not part of a
+    scene.
+    """
+    names = [body["name"] for body in certificate["bodies"]]
+    unknown = [name for name in names if assembly.index.get(name, -1) < 0]
+    if unknown:
+        return [f"{listed(unknown)} cannot move, or is not there"]
+    state = assembly.without({body.name for body in assembly.movable} - set(names))
+    return list(_differences(certificate, Provable(Question.of(state)).contents()))
+
+
+def left_out(certificate: dict[str, Any], assembly: Assembly) -> list[str]:
+    """Return the movable bodies of an assembly that a certificate does not list, though they touch one that it does."""
+    there = {body["name"] for body in certificate["bodies"]}
+    touching = {name for i in assembly.interfaces if there & set(i.bodies) for name in i.bodies}
+    return [body.name for body in assembly.movable if body.name in touching - there]
+
+
+def _differences(mine: dict[str, Any], scene: dict[str, Any]) -> Iterator[str]:
+    if not _same(_flat(mine["gravity"]), _flat(scene["gravity"])):
+        yield "gravity differs"
+    unfixed = sorted(set(mine["fixed"]) - set(scene["fixed"]))
+    if unfixed:
+        yield f"{listed(unfixed)} is not fixed"
+    known = {body["name"]: body for body in scene["bodies"]}
+    for body in mine["bodies"]:
+        for key in ("mass", "centre"):
+            if not _same(_flat(body[key]), _flat(known[body["name"]][key])):
+                yield f"the {key} of {quoted(body['name'])} differs"
+    points, wanted = _points(mine["contacts"]), _points(scene["contacts"])
+    for pair in {**points, **wanted}:
+        if not _same(points.get(pair, []), wanted.get(pair, [])):
+            found = f"{len(points.get(pair, [])) // 7} points in the certificate, {len(wanted.get(pair, [])) // 7} here"
+            yield f"the contact between {quoted(pair[0])} and {quoted(pair[1])} differs: {found}"
+
+
+def _points(contacts: Sequence[dict[str, Any]]) -> dict[tuple[str, str], list[float]]:
+    """Return seven numbers for each point of contact of each pair of bodies: place, normal and friction."""
+    found: dict[tuple[str, str], list[float]] = {}
+    for contact in contacts:
+        own = found.setdefault((contact["between"][0], contact["between"][1]), [])
+        for point in contact["points"]:
+            own += _flat([*point["at"], *point["normal"], contact["mu"]])
+    return found
+
+
+def _flat(values: Any) -> list[float]:  # noqa: ANN401 - a number, or a list of them
+    return [float(number(value)) for value in (values if isinstance(values, list) else [values])]
+
+
+def _same(mine: Sequence[float], others: Sequence[float]) -> bool:
+    return len(mine) == len(others) and all(
+        math.isclose(x, y, rel_tol=SAME, abs_tol=SAME) for x, y in zip(mine, others, strict=True)
+    )
