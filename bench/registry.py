@@ -31,6 +31,7 @@ SUITES = (
     "placement",
     "poses",
     "questions",
+    "resting",
     "reliability",
     "scaling",
     "scans",

@@ -15,6 +15,7 @@ from holdfast.applications.placement.conditions import Where as Where
 from holdfast.applications.placement.place_all import place_all as place_all
 from holdfast.applications.placement.plan import plan_placement as plan_placement
 from holdfast.applications.pushing.safe import safe_pushes as safe_pushes
+from holdfast.applications.resting_poses import resting_poses as resting_poses
 from holdfast.applications.settled import settle as settle
 from holdfast.applications.strap import Strap as Strap
 from holdfast.applications.transport import transport_limits as transport_limits

@@ -9,6 +9,8 @@ from holdfast.applications.placement.several_result import PlacedObject as Place
 from holdfast.applications.placement.several_result import Placements as Placements
 from holdfast.applications.pushing.result import Effect as Effect
 from holdfast.applications.pushing.result import SafePushes as SafePushes
+from holdfast.applications.resting_poses import RestingPose as RestingPose
+from holdfast.applications.resting_poses import RestingPoses as RestingPoses
 from holdfast.applications.settled import Fall as Fall
 from holdfast.applications.settled import Settled as Settled
 from holdfast.applications.transport import TransportLimits as TransportLimits

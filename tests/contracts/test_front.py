@@ -20,7 +20,7 @@ PLANNED = """
     assemble settle stability robustness robustness_map robustness_under
     stability_of_poses robustness_of_poses load_factor transport_limits carry
     plan_placement place_all Where Approach Search Uncertain can_remove disassembly_order build_order safe_pushes
-    Monitor batch read_batch load_answer view
+    resting_poses Monitor batch read_batch load_answer view
 """  # of the third plan, what can be done today
 ELSEWHERE = {
     "answers": "Assembly Stability Robustness RobustnessMap Removal Placement Placements Interface Patch Claim Bound",

@@ -13,6 +13,7 @@ from holdfast.applications.monitor import Monitored
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.pushing.result import SafePushes
+from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.archive import load
@@ -43,6 +44,7 @@ ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
         Placement,
         Placements,
         Settled,
+        RestingPoses,
     ),
     BatchReport,
 )

@@ -8,6 +8,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
+from holdfast.base.values import sealed
 
 
 class Question(NamedTuple):
@@ -24,4 +25,4 @@ class Question(NamedTuple):
     @classmethod
     def of(cls, assembly: Assembly, loads: Float | None = None) -> Question:
         """Return what is asked of an assembly on which nothing but weight acts at rest."""
-        return cls(assembly, np.zeros(6 * len(assembly.movable)), loads=loads)
+        return sealed(cls(assembly, np.zeros(6 * len(assembly.movable)), loads=loads))

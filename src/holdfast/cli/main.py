@@ -37,6 +37,7 @@ COMMANDS = {  # the function and the help text of each command; its module is im
     "map": ("holdfast.cli.map_command:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
     "view": ("holdfast.cli.view:view", "Open a live view of a scene: push, play and edit it in the browser."),
     "place": ("holdfast.cli.place:place", "Find places for objects where everything stands."),
+    "rest": ("holdfast.cli.rest_command:rest", "List all poses in which one body rests on a level plane."),
     "settle": ("holdfast.cli.settle:settle", "Bring a perceived or authored scene to rest near its poses."),
     "transport": (
         "holdfast.cli.transport_command:transport",

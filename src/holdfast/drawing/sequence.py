@@ -124,10 +124,9 @@ def _camera(sequence: Sequence) -> tuple[Camera, tuple[int, int], float]:
     solids = _fullest(sequence)
     picture = Picture("", "", (), tuple(s for s in solids if not s.fixed), up=sequence.up)
     view = front_view(picture)
-    points = np.concatenate([*(s.vertices for s in picture.solids), np.empty((0, 3))])
-    if not len(points):
-        points = np.concatenate([s.vertices for s in solids])
-    length = 0.22 * float(np.linalg.norm(np.ptp(points, axis=0)))
+    shown = [s for frame in sequence.frames for s in frame.solids if not s.fixed] or list(solids)
+    points = np.concatenate([s.vertices for s in shown])
+    length = 0.22 * float(np.linalg.norm(np.ptp(points, axis=0))) if any(f.next for f in sequence.frames) else 0.0
     around = np.concatenate([points, points + length * sequence.along])
     extent = np.ptp(view.flat(around), axis=0)
     aspect = float(np.clip(extent[0] / max(extent[1], 1e-9), _SMALLEST_ASPECT, _LARGEST_ASPECT))

@@ -19,7 +19,7 @@ from holdfast.base.painters import paint
 from holdfast.base.progress import reported
 from holdfast.base.public import Summary
 from holdfast.base.ranges import LENGTH
-from holdfast.base.values import Table, Value, sealed
+from holdfast.base.values import Table, Value
 from holdfast.certificates.certified import Certified
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Answers, joined
@@ -129,7 +129,7 @@ class RobustnessMap(Certified, Forces):
             push_columns(self.assembly, self.assembly.index[name], cells.points, -cells.normals)
             for name, cells in self.cells.items()
         ]
-        return (sealed(Question.of(self.assembly, np.hstack(columns))),)
+        return (Question.of(self.assembly, np.hstack(columns)),)
 
     def where(self, row: int) -> dict[str, Any]:
         """Return the body and the point that a row answers, as plain data."""

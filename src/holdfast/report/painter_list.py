@@ -12,6 +12,7 @@ from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
+from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.base.arrays import checked_items
@@ -25,6 +26,7 @@ from holdfast.report.map_picture import save_glb, save_html, save_ply, save_png
 from holdfast.report.notebook import glimpse
 from holdfast.report.placement import save_placement_png
 from holdfast.report.placements import save_placements_png
+from holdfast.report.resting import save_resting_png
 from holdfast.report.settled_picture import save_settled_png
 from holdfast.report.transport_plot import save_polar
 
@@ -40,6 +42,7 @@ def register() -> None:
     register_painter(Disassembly, ".png", save_strip)
     register_painter(Placement, ".png", save_placement_png)
     register_painter(Placements, ".png", save_placements_png)
+    register_painter(RestingPoses, ".png", save_resting_png)
     register_painter(Settled, ".png", save_settled_png)
     register_glimpse(glimpse)
 

@@ -1,0 +1,134 @@
+"""Poses of rest: closed forms of boxes, cylinders and ellipsoids, engine limit, and what is in no frame."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.geometry.hull_graph import HullGraph
+
+G = 9.81
+
+
+def test_a_box_rests_on_its_six_faces() -> None:
+    sides = np.array([0.1, 0.2, 0.3])
+    found = hf.resting_poses(hf.Box(tuple(sides)), mass=2.0, mu=0.4)
+    assert len(found) == 6
+    for pose in found:
+        axis = int(np.argmax(np.abs(pose.pose[2, :3])))
+        h, (b, c) = sides[axis] / 2, np.delete(sides, axis) / 2
+        assert pose.height == pytest.approx(h)
+        assert pose.probability == pytest.approx(np.arcsin(b * c / np.hypot(h, b) / np.hypot(h, c)) / np.pi)
+        assert pose.tipping_degrees == pytest.approx(np.degrees(np.arctan(min(b, c) / h)))
+        assert pose.least_push == pytest.approx(2 * G * min(0.4, min(b, c) / h))
+        assert pose.energy == pytest.approx(2 * G * (np.hypot(h, min(b, c)) - h))
+        assert not pose.rolls
+        corners = found.body.moved(pose.pose).surface_world.vertices
+        assert corners[:, 2].min() == pytest.approx(0, abs=1e-12)
+        np.testing.assert_allclose(sorted(np.ptp(pose.support, axis=0)[:2]), sorted((2 * b, 2 * c)), atol=1e-9)
+    assert sum(pose.probability for pose in found) == pytest.approx(1)
+    assert [pose.probability for pose in found] == sorted((pose.probability for pose in found), reverse=True)
+
+
+def test_a_cylinder_rolls_on_its_side() -> None:
+    side, *ends = hf.resting_poses(hf.Cylinder(0.04, 0.1))
+    assert (side.rolls, side.tipping_degrees, side.least_push) == (True, 0, 0)
+    assert side.height == pytest.approx(0.04, rel=5e-3)
+    assert side.energy == pytest.approx(G * (np.hypot(0.04, 0.05) - 0.04), rel=0.02)
+    assert [end.rolls for end in ends] == [False, False]
+    for end in ends:
+        assert end.probability == pytest.approx((1 - 0.05 / np.hypot(0.04, 0.05)) / 2, rel=0.01)
+        assert end.tipping_degrees == pytest.approx(np.degrees(np.arctan(0.04 / 0.05)), rel=5e-3)
+
+
+def test_a_ball_a_long_ellipsoid_and_a_capsule_roll_everywhere() -> None:
+    for shape in (hf.Sphere(0.1), hf.Ellipsoid((0.04, 0.04, 0.08)), hf.Capsule(0.03, 0.1)):
+        (pose,) = hf.resting_poses(shape)
+        assert (pose.rolls, pose.probability, pose.energy) == (True, pytest.approx(1), np.inf)
+
+
+@pytest.mark.parametrize("radii", [(0.03, 0.05, 0.08), (0.05, 0.06, 0.07), (0.08, 0.04, 0.05)])
+def test_an_ellipsoid_rests_on_its_shortest_axis(radii: tuple[float, float, float]) -> None:
+    """It is lifted over its middle axis b, and stands up to a tilt of atan((b² - c²) / (2 b c))."""
+    c, b, _ = sorted(radii)
+    found = hf.resting_poses(hf.Ellipsoid(radii))
+    assert len(found) == 2
+    for pose in found:
+        np.testing.assert_allclose(np.abs(pose.pose[2, :3]), np.eye(3)[int(np.argmin(radii))], atol=0.02)
+        assert pose.probability == pytest.approx(0.5, abs=0.02)
+        assert pose.energy == pytest.approx(G * (b - c), rel=0.05)
+        assert pose.tipping_degrees == pytest.approx(np.degrees(np.arctan((b * b - c * c) / (2 * b * c))), rel=0.05)
+
+
+def test_a_leaning_prism_does_not_rest_where_its_centre_is_beyond_the_edge() -> None:
+    lean = hf.Mesh(*_prism([(0, 0), (0.1, 0), (0.4, 0.2), (0.3, 0.2)], 0.3))
+    found = hf.resting_poses(lean)
+    down = [tuple(np.round(-pose.pose[2, :3], 6) + 0.0) for pose in found]
+    assert (0.0, -1.0, 0.0) not in down
+    assert (0.0, 1.0, 0.0) not in down
+    assert len(found) == 4
+    assert sum(pose.probability for pose in found) == pytest.approx(1)
+
+
+def test_poses_are_in_no_frame() -> None:
+    turn = hf.pose(0.2, -0.1, 0.4, roll=20, pitch=-30, yaw=50)
+    moved = hf.Compound([hf.Part(part.shape, pose=turn @ part.pose) for part in _bracket().parts])
+    one, other = (hf.resting_poses(shape, mass=1.5) for shape in (_bracket(), moved))
+    for name in ("probability", "height", "tipping_degrees", "least_push", "energy"):
+        mine, others = (sorted(getattr(pose, name) for pose in found) for found in (one, other))
+        np.testing.assert_allclose(mine, others, rtol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [hf.Box((0.1, 0.2, 0.3)), hf.Cylinder(0.04, 0.15)], ids=["box", "cylinder"])
+def test_engine_limit_agrees_with_the_least_push(shape: hf.Box) -> None:
+    found = hf.resting_poses(shape, mass=2.0, mu=0.4)
+    angles = np.radians(np.arange(0, 360, 5))
+    ways = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    for k, pose in enumerate(found):
+        if not pose.rolls:
+            limits = hf.transport_limits(found.scene(k), ways, engine="limit")
+            assert limits.verdict.stable
+            assert limits.acceleration.min() * 2.0 == pytest.approx(pose.least_push, rel=0.01)
+
+
+def test_a_ridge_is_the_same_from_both_sides() -> None:
+    graph = HullGraph.of(np.random.default_rng(1).normal(size=(40, 3)), np.zeros(3), 1e-6)
+    passes = {tuple(pair): k for k, pair in enumerate(graph.ridges.tolist())}
+    back = [passes[other, one] for one, other in passes]
+    np.testing.assert_allclose(graph.passes[back], graph.passes, rtol=1e-9)
+    np.testing.assert_allclose(graph.turns[back], graph.turns, rtol=1e-9)
+    own = np.arange(len(graph.rests))
+    assert ((graph.margins >= 0) == (graph.rests == own)).all()
+    assert (graph.heights[graph.rests] <= graph.heights + 1e-12).all()
+    assert graph.solid.sum() == pytest.approx(1)
+
+
+def test_bad_values_are_refused_and_answers_are_kept(tmp_path: Path) -> None:
+    with pytest.raises(hf.HoldfastError, match="mass"):
+        hf.resting_poses(hf.Box((1, 1, 1)), mass=-1)
+    with pytest.raises(hf.HoldfastError, match="mu"):
+        hf.resting_poses(hf.Box((1, 1, 1)), mu=float("nan"))
+    with pytest.raises(hf.HoldfastError, match="shape"):
+        hf.resting_poses("box")  # type: ignore[arg-type]
+    found = hf.resting_poses(hf.Box((0.1, 0.2, 0.3)))
+    found.save(tmp_path / "rest.json")
+    assert hf.load_answer(tmp_path / "rest.json").to_dict() == found.to_dict()
+    found.save_png(tmp_path / "rest.png")
+    assert (tmp_path / "rest.png").stat().st_size > 10_000
+
+
+def _bracket() -> hf.Compound:
+    foot = hf.Part(hf.Box((0.2, 0.06, 0.05)), pose=hf.pose(0.1, 0, 0.025))
+    return hf.Compound([foot, hf.Part(hf.Box((0.05, 0.06, 0.2)), pose=hf.pose(0.025, 0, 0.1))])
+
+
+def _prism(outline: list[tuple[float, float]], depth: float) -> tuple[np.ndarray, np.ndarray]:
+    """A prism along z over a convex outline, counter-clockwise."""
+    n, flat = len(outline), np.array(outline)
+    points = np.vstack([np.column_stack([flat, np.full(n, z)]) for z in (0.0, depth)])
+    ends = [[0, k + 1, k] for k in range(1, n - 1)] + [[n, n + k, n + k + 1] for k in range(1, n - 1)]
+    sides = [t for k in range(n) for t in ([k, (k + 1) % n, n + k], [(k + 1) % n, n + (k + 1) % n, n + k])]
+    return points, np.array(ends + sides)
