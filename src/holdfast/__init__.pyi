@@ -19,6 +19,7 @@ from holdfast.applications.resting_poses import resting_poses as resting_poses
 from holdfast.applications.settled import settle as settle
 from holdfast.applications.strap import Strap as Strap
 from holdfast.applications.transport import transport_limits as transport_limits
+from holdfast.applications.transport_under import transport_under as transport_under
 from holdfast.assembly.assembly import assemble as assemble
 from holdfast.base.errors import HoldfastError as HoldfastError
 from holdfast.base.rigid import pose as pose

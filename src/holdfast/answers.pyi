@@ -14,6 +14,7 @@ from holdfast.applications.resting_poses import RestingPoses as RestingPoses
 from holdfast.applications.settled import Fall as Fall
 from holdfast.applications.settled import Settled as Settled
 from holdfast.applications.transport import TransportLimits as TransportLimits
+from holdfast.applications.transport_under import TransportUnder as TransportUnder
 from holdfast.assembly.assembly import Assembly as Assembly
 from holdfast.batches.result import BatchReport as BatchReport
 from holdfast.batches.result import BatchTables as BatchTables

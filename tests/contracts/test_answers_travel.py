@@ -102,6 +102,9 @@ ASK: dict[str, Callable[[], Any]] = {
     "poses, pushed": lambda: hf.robustness_of_poses(cube(), "cube", POSES, POSES[:, :3, 3] - (0.05, 0, 0), X),
     "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bounds=True),
     "transport, unstable": lambda: hf.transport_limits(hanging(), [X], engine="limit"),
+    "transport, samples": lambda: hf.transport_under(
+        cube(), [X, (0, 0, 1)], hf.Uncertain(mu_range=0.2, mass_range=0.1, samples=3), engine="limit"
+    ),
     "carried": lambda: hf.carry(cube(), "road", bounds=True),
     "carried, unstable": lambda: hf.carry(hanging(), "eumos40509_0.5g", engine="limit"),
     "monitored": lambda: hf.Monitor(cube(), seconds=100, solves=30).update(X),

@@ -18,7 +18,7 @@ PLANNED = """
     pose Status HoldfastError Compliant Limit Graph
     load_scene save_scene from_mujoco from_newton from_pybullet from_trimesh shipped_scene
     assemble settle stability robustness robustness_map robustness_under
-    stability_of_poses robustness_of_poses load_factor transport_limits carry
+    stability_of_poses robustness_of_poses load_factor transport_limits transport_under carry
     plan_placement place_all Where Approach Search Uncertain can_remove disassembly_order build_order safe_pushes
     resting_poses Monitor batch read_batch load_answer view
 """  # of the third plan, what can be done today

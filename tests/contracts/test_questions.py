@@ -35,6 +35,9 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "constraint": lambda a: hf.sets.constraint(a, "cube", solves=50).known,
     "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, accuracy=0.2).vertices,
     "transport_limits": lambda a: hf.transport_limits(a, ALONG, engine="graph").acceleration,
+    "transport_under": lambda a: (
+        hf.transport_under(a, ALONG, hf.Uncertain(samples=2, mass_range=0.2), engine="graph").acceleration
+    ),
     "Monitor": lambda a: hf.Monitor(a, seconds=100, solves=30).update(ALONG).margin,
     "inertial_loads": lambda a: hf.sets.inertial_loads(a, acceleration=(1, 0, 0))[0].force,
     "disassembly_order": lambda a: hf.disassembly_order(a, engine="graph").order,

@@ -141,12 +141,20 @@ def transport_limits(
     ways = given.scene.horizontal_directions() if directions is None else _directions(directions)
     method = engine_of(engine)
     counted, note = counted_bodies(given, bodies, "transport_limits")
-    mass = np.where(counted, given.mass, 0.0)
-    W = np.column_stack([body_forces(-mass[:, None] * way) for way in ways])
+    W = carrier_columns(given, counted, ways)
     held = total_wrench(given, standing)
     found = asked(method, given, W, held, bounds=bounds, imperfect=imperfect)
     found = replace(found, notes=(*found.notes, *note))
     return asking(TransportLimits(answers=found, assembly=given, directions=ways), Question(given, held, None, W))
+
+
+def carrier_columns(assembly: Assembly, counted: Bool, ways: Float) -> Float:
+    """Return the load columns W (6J, n) of a carrier that accelerates by 1 m/s² along ``ways`` (n, 3).
+
+    Only the ``counted`` bodies (J,) have inertia.
+    """
+    mass = np.where(counted, assembly.mass, 0.0)
+    return np.column_stack([body_forces(-mass[:, None] * way) for way in ways])
 
 
 def counted_bodies(assembly: Assembly, bodies: Sequence[str] | None, where: str) -> tuple[Bool, tuple[str, ...]]:

@@ -145,6 +145,11 @@ class Assembly(Value):
         contacts = (replace(i, mu=None) if (min(i.bodies), max(i.bodies)) in known else i for i in self.interfaces)
         return replace(self, scene=replace(old, friction=table), interfaces=tuple(contacts))
 
+    def with_masses(self, masses: Mapping[str, float]) -> Assembly:
+        """Return the assembly with the ``masses`` [kg] of some movable bodies, by name; all else stays the same."""
+        bodies = [replace(b, mass=masses[b.name], density=None) if b.name in masses else b for b in self.bodies]
+        return replace(self, scene=replace(self.scene, bodies=bodies))
+
     def with_mu(self, mu: Sequence[float]) -> Assembly:
         """Return the assembly with the friction coefficients ``mu``, one for each interface."""
         contacts = (replace(i, mu=value) for i, value in zip(self.interfaces, mu, strict=True))

@@ -16,6 +16,7 @@ from holdfast.applications.pushing.result import SafePushes
 from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
+from holdfast.applications.transport_under import TransportUnder
 from holdfast.base.archive import load
 from holdfast.base.errors import HoldfastError, message
 from holdfast.batches.result import BatchReport
@@ -35,6 +36,7 @@ ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(ConvexSet, Constraint, StabilityOfPoses, RobustnessOfPoses),
     *(
         TransportLimits,
+        TransportUnder,
         Carried,
         Monitored,
         Disassembly,

@@ -1,4 +1,4 @@
-"""What is uncertain about an assembly, as ``robustness_under`` samples it."""
+"""What is uncertain about an assembly, as ``robustness_under`` and ``transport_under`` sample it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.ranges import MOST_SEED
 from holdfast.base.values import Value
 from holdfast.engines.imperfect import Imperfect
-from holdfast.queries.intervals import MuRange
+from holdfast.queries.intervals import MassRange, MuRange
 
 MOST_SAMPLES = 1_000_000  # more answers than the memory holds
 
@@ -24,6 +24,8 @@ class Uncertain(Value):
     - ``mu_range``: a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
       intervals by the names of the two bodies. In each sample, all coefficients are at the same relative position in
       their intervals, which is uniformly distributed.
+    - ``mass_range``: a relative width for all movable bodies, or a dict of intervals (low, high) [kg] by body name. Each
+      mass is uniformly distributed in its interval, independently of the others; centres of mass stay where they are.
     - ``flatness`` [m], with ``bed`` [N/m³] or ``material``: how far faces are from flat. ``stiffness_range``: a range
       of factors for each pair of bodies. All four are as in ``Imperfect``; they need engine ``compliant``.
     - ``samples``: how many are drawn, with ``seed``. The same seed gives the same samples; with a larger number of
@@ -34,6 +36,7 @@ class Uncertain(Value):
 
     pose_sigma: float | tuple[float, float] | None = None
     mu_range: MuRange | None = None
+    mass_range: MassRange | None = None
     flatness: float | None = None
     bed: float | None = None
     material: str | None = None

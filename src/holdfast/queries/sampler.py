@@ -1,0 +1,223 @@
+"""Draw samples of an assembly with uncertain poses, friction, masses and faces, and answer loads on each of them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
+from holdfast.base.arrays import Float, objects
+from holdfast.base.errors import HoldfastError, HoldfastWarning, message
+from holdfast.base.progress import report
+from holdfast.base.text import quoted
+from holdfast.contacts.tolerances import plain_gap
+from holdfast.engines.amendments.absent_contacts import Absences
+from holdfast.engines.answers import Answers, joined
+from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
+from holdfast.engines.verdict import Status
+from holdfast.queries.imperfect_bounds import Covering, covering
+from holdfast.queries.intervals import Pair, friction_intervals, mass_intervals
+from holdfast.queries.request import Load, total_wrench
+from holdfast.queries.result import Columns
+from holdfast.queries.uncertain import Uncertain
+
+EVEN = 0.5  # probability that an uncertain contact is absent from a sample, if poses are not sampled
+MASSES = 1  # number of the stream of random numbers of the masses, beside that of everything else
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One sample of the assembly ``given``: its ``assembly``, and by how much each movable body was moved in it.
+
+    ``shifts`` (J, 3) [m] are those of the centres of mass, about which the bodies are rotated by ``turns`` (J, 3, 3).
+    """
+
+    given: Assembly
+    assembly: Assembly
+    shifts: Float
+    turns: Float
+
+    def along(self, name: str, points: Float) -> Float:
+        """Return points (n, 3) or (3,) [m] of a body of the given assembly, moved along with it."""
+        k = self.given.index[name]
+        if k == FIXED:
+            return points
+        return np.asarray(self.given.com[k] + self.shifts[k] + (points - self.given.com[k]) @ self.turns[k].T)
+
+    def loads(self, loads: Iterable[Load]) -> list[Load]:
+        """Return loads on the given assembly whose points are moved along with their bodies."""
+        return [replace(load, point=self.along(load.body, np.asarray(load.point))) for load in loads]
+
+
+@dataclass(frozen=True, eq=False)
+class Sampler:
+    """What is uncertain about ``assembly`` under ``standing`` loads, checked, and the ``engine`` that answers.
+
+    ``deviation`` holds the standard deviations [m, deg] of the poses, and ``friction`` and ``masses`` the intervals of
+    coefficients and of masses [kg]; each is None if it is known. ``absences`` decides which uncertain contacts may be
+    left out, and ``covers`` makes imperfect faces.
+    """
+
+    assembly: Assembly
+    engine: Engine
+    standing: Sequence[Load]
+    deviation: tuple[float, float] | None
+    friction: dict[Pair, tuple[float, float]] | None
+    masses: dict[str, tuple[float, float]] | None
+    absences: Absences
+    covers: Covering | None
+    samples: int
+    seed: int
+
+    def drawn(self) -> Iterator[Sample]:
+        """Draw the samples.
+
+        The same random numbers are drawn whether or not they are used. So the sampled friction is the same with known
+        and with uncertain poses, and vice versa. Each uncertain contact takes one more number. Masses have a stream of
+        their own.
+        """
+        rng, masses = np.random.default_rng(self.seed), np.random.default_rng([self.seed, MASSES])
+        uncertain = self.absences.uncertain
+        for _ in range(self.samples):
+            level, deviates = rng.random(), rng.standard_normal((len(self.assembly.movable), 6))
+            metres, degrees = self.deviation or (0.0, 0.0)
+            shifts = metres * deviates[:, :3]
+            turns = Rotation.from_rotvec(np.radians(degrees) * deviates[:, 3:]).as_matrix().reshape(-1, 3, 3)
+            chances = dict(zip(uncertain, rng.random(len(uncertain)), strict=True))
+            if self.deviation is None:
+                absent = self.absences.largest([k for k, chance in chances.items() if chance < EVEN])
+                sample = self.assembly.without_interfaces(absent) if absent else self.assembly
+            else:
+                sample = self._present(self._moved(shifts, turns))
+            if self.friction is not None:
+                sample = sample.with_friction({p: a + level * (b - a) for p, (a, b) in self.friction.items()})
+            if self.masses is not None:
+                levels = masses.random(len(self.masses)).tolist()
+                ends = zip(self.masses.items(), levels, strict=True)
+                sample = sample.with_masses({name: a + at * (b - a) for (name, (a, b)), at in ends})
+            yield Sample(self.assembly, sample, shifts, turns)
+
+    def _moved(self, shifts: Float, turns: Float) -> Assembly:
+        """Move the bodies and detect their contacts again, but only between pairs that touch in the given assembly."""
+        given = self.assembly
+        poses = {}
+        for k, body in enumerate(given.movable):
+            pose = np.array(body.pose)
+            pose[:3, :3] = turns[k] @ pose[:3, :3]
+            pose[:3, 3] = given.com[k] + shifts[k] + turns[k] @ (pose[:3, 3] - given.com[k])
+            poses[body.name] = pose
+        metres, degrees = self.deviation or (0.0, 0.0)  # the relative deviation of two bodies is √2 times that of one
+        wider = replace(given, tolerances=given.tolerances.widened(np.sqrt(2) * metres, np.sqrt(2) * degrees))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
+            found = wider.moved(poses)
+        known = {frozenset(interface.bodies) for interface in given.interfaces}
+        interfaces = tuple(i for i in found.interfaces if frozenset(i.bodies) in known)
+        return replace(found, interfaces=interfaces)
+
+    def _present(self, sample: Assembly) -> Assembly:
+        """Remove the uncertain contacts that are open in a sample, except those without which bodies would fall.
+
+        A contact is open if its bodies are further apart than the default gap, even if they are within the wider gap of
+        the sample.
+        """
+        if not self.absences.uncertain:
+            return sample
+        there = {frozenset(interface.bodies): interface.separation for interface in sample.interfaces}
+        open_ = []
+        for k in self.absences.uncertain:
+            pair = self.assembly.interfaces[k].bodies
+            apart = there.get(frozenset(pair), np.inf)
+            a, b = (sample.scene.body(name) for name in pair)
+            if apart is not None and apart > plain_gap(a, b) + a.shape.surface.sagitta + b.shape.surface.sagitta:
+                open_.append(k)
+        absent = {frozenset(self.assembly.interfaces[k].bodies) for k in self.absences.largest(open_)}
+        gone = [k for k, interface in enumerate(sample.interfaces) if frozenset(interface.bodies) in absent]
+        return sample.without_interfaces(gone) if gone else sample
+
+    def fields(self, nominal: Columns, bodies: Iterable[int], columns: Callable[[Sample], Float]) -> dict[str, Any]:
+        """Answer the loads in every sample, and return the fields of a Sampled result.
+
+        ``nominal`` answers the n loads on the assembly as it was given. ``columns`` returns the load columns (6J, n) of
+        a sample. A sample in which ``bodies``, by number, may not stand counts as 0, whatever the load.
+        """
+        found, overlapping, numbers = [], 0, list(bodies)
+        for k, sample in enumerate(self.drawn()):
+            report("samples", k, self.samples)
+            engine = self.engine if self.covers is None else self.covers.sample(k)
+            state = prepared(engine, sample.assembly, total_wrench(sample.assembly, sample.loads(self.standing)))
+            verdict = state.verdict_on(numbers)
+            if verdict.status is Status.STABLE:
+                answers = state.load_factor(columns(sample))
+            else:
+                count = len(nominal.answers)
+                answers = Answers.not_standing(count, engine=engine.name, claim=engine.claim, verdict=verdict)
+            found.append(replace(answers, mechanism=objects([None] * len(answers))))
+            overlapping += bool(sample.assembly.overlaps)
+        report("samples", self.samples, self.samples)
+        verdicts = [answers.verdict.status for answers in found]
+        notes = (*nominal.notes, *_sample_notes(found, 0 if self.deviation is None else overlapping))
+        table = joined([nominal.answers.rows(slice(0)), *found])
+        bounds = {"lower_bound": nominal.lower_bound, "upper_bound": nominal.upper_bound}
+        return {
+            "answers": replace(table, notes=notes, **bounds),
+            "nominal": nominal.answers.force,
+            "nominal_status": nominal.status,
+            "stands": verdicts.count(Status.STABLE) / self.samples,
+            "undecided": verdicts.count(Status.UNDECIDED) / self.samples,
+            "samples": self.samples,
+            "seed": self.seed,
+        }
+
+
+def sampler(assembly: Assembly, uncertain: object, engine: Engine, standing: Sequence[Load], where: str) -> Sampler:
+    """Return the sampler of what is ``uncertain``: an Uncertain, or None for the existence of contacts alone.
+
+    Raises HoldfastError, with ``where`` in its message, for what this assembly does not allow.
+    """
+    asked = Uncertain() if uncertain is None else uncertain
+    if not isinstance(asked, Uncertain):
+        raise HoldfastError(message(f"{where}: uncertain", f"is {quoted(asked)}", "needs holdfast.Uncertain(...)"))
+    return Sampler(
+        assembly,
+        engine,
+        standing,
+        None if asked.pose_sigma is None else _deviation(assembly, asked.pose_sigma, where),
+        None if asked.mu_range is None else friction_intervals(assembly, asked.mu_range, where),
+        None if asked.mass_range is None else mass_intervals(assembly, asked.mass_range, where),
+        Absences(engine, assembly, total_wrench(assembly, standing)),
+        None if asked.faces is None else covering(asked.faces, engine, assembly),
+        asked.samples,
+        asked.seed,
+    )
+
+
+def _sample_notes(answers: Sequence[Answers], overlapping: int) -> Iterator[str]:
+    """Yield notes on the answers of all samples; ``overlapping`` counts the samples with overlapping bodies."""
+    if overlapping:
+        share = f"{overlapping} of {len(answers)} samples have bodies that overlap by more than the tolerance"
+        yield f"{share}: contacts there may be missing, which lowers their answers"
+    unknown = [answer.undecided.reasons[0] for answer in answers if answer.undecided.count]
+    if unknown:
+        yield f"{len(unknown)} of {len(answers)} samples have undecided answers; the first: {unknown[0]}"
+
+
+def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], where: str) -> tuple[float, float]:
+    metres, degrees = checked_pose_sigma(pose_sigma, where)
+    if not assembly.detected:
+        problem = f"pose_sigma = {pose_sigma!r}, but the interfaces of the assembly were given"
+        remedy = "they cannot be detected again for moved bodies: vary mu_range only, or assemble without interfaces"
+        raise HoldfastError(message(where, problem, remedy))
+    thin = min(assembly.movable, key=lambda b: b.shape.surface.thickness, default=None)
+    if thin is not None and metres > thin.shape.surface.thickness:
+        problem = (
+            f"pose_sigma = {metres:g} m, but body {thin.name!r} is only {thin.shape.surface.thickness:.3g} m thick"
+        )
+        raise HoldfastError(message(where, problem, "needs metres, and less than the thickness of every movable body"))
+    return metres, degrees
