@@ -12,6 +12,7 @@ SUITES = (
     "amendments",
     "baselines",
     "bounds",
+    "calibration",
     "cargo",
     "carriage",
     "certificates",

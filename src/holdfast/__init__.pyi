@@ -32,6 +32,7 @@ from holdfast.engines.imperfect import Imperfect as Imperfect
 from holdfast.engines.limit.engine import Limit as Limit
 from holdfast.engines.verdict import Status as Status
 from holdfast.live.start import view as view
+from holdfast.queries.friction_from import friction_from as friction_from
 from holdfast.queries.map import robustness_map as robustness_map
 from holdfast.queries.poses.robustness_of_poses import robustness_of_poses as robustness_of_poses
 from holdfast.queries.poses.stability_of_poses import stability_of_poses as stability_of_poses

@@ -17,7 +17,7 @@ PLANNED = """
     Scene Body Friction Box Cylinder Sphere Capsule Ellipsoid HalfSpace Mesh Compound Part Load Imperfect Strap Profile
     pose Status HoldfastError Compliant Limit Graph
     load_scene save_scene from_mujoco from_newton from_pybullet from_trimesh shipped_scene
-    assemble settle stability robustness robustness_map robustness_under
+    assemble settle stability robustness robustness_map robustness_under friction_from
     stability_of_poses robustness_of_poses load_factor transport_limits transport_under carry
     plan_placement place_all Where Approach Search Uncertain can_remove disassembly_order build_order safe_pushes
     resting_poses Monitor batch read_batch load_answer view

@@ -22,6 +22,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.batches.result import BatchReport
 from holdfast.queries.constraint import Constraint
 from holdfast.queries.map import RobustnessMap
+from holdfast.queries.measured_friction import MeasuredFriction
 from holdfast.queries.poses.robustness_of_poses import RobustnessOfPoses
 from holdfast.queries.poses.stability_of_poses import StabilityOfPoses
 from holdfast.queries.push import LoadFactor, Robustness
@@ -32,7 +33,7 @@ from holdfast.queries.uncertainty import RobustnessUnder
 from holdfast.queries.worst_case import WorstCase
 
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
-    *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase),
+    *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, MeasuredFriction),
     *(ConvexSet, Constraint, StabilityOfPoses, RobustnessOfPoses),
     *(
         TransportLimits,

@@ -35,6 +35,10 @@ COMMANDS = {  # the function and the help text of each command; its module is im
         "Compute how hard a body can be pushed at a point before anything moves.",
     ),
     "map": ("holdfast.cli.map_command:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
+    "calibrate": (
+        "holdfast.cli.calibrate_command:calibrate",
+        "Find the friction of pairs of bodies from measured pushes.",
+    ),
     "view": ("holdfast.cli.view:view", "Open a live view of a scene: push, play and edit it in the browser."),
     "place": ("holdfast.cli.place:place", "Find places for objects where everything stands."),
     "rest": ("holdfast.cli.rest_command:rest", "List all poses in which one body rests on a level plane."),

@@ -24,7 +24,7 @@ class Uncertain(Value):
     - ``mu_range``: a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
       intervals by the names of the two bodies. In each sample, all coefficients are at the same relative position in
       their intervals, which is uniformly distributed.
-    - ``mass_range``: a relative width for all movable bodies, or a dict of intervals (low, high) [kg] by body name. Each
+    - ``mass_range``: a relative width for all movable bodies, or a dict of intervals (low, high) [kg] by name. Each
       mass is uniformly distributed in its interval, independently of the others; centres of mass stay where they are.
     - ``flatness`` [m], with ``bed`` [N/m³] or ``material``: how far faces are from flat. ``stiffness_range``: a range
       of factors for each pair of bodies. All four are as in ``Imperfect``; they need engine ``compliant``.

@@ -1,0 +1,83 @@
+"""The command ``calibrate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.files import read_ordinary
+from holdfast.base.text import quoted
+from holdfast.batches.csv_files import csv_rows
+from holdfast.batches.question import MOST_BYTES, PUSH_COLUMNS
+from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
+from holdfast.cli.output import out, print_json
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.terminal import progress
+from holdfast.engines.verdict import Status
+from holdfast.queries.friction_from import friction_from
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.report.friction_table import friction_report
+
+COLUMNS = (*PUSH_COLUMNS, "force")
+MOVED = {"": True, "1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
+
+
+@takes_scene
+def calibrate(
+    scene: AssemblyGiven,
+    pushes: Annotated[
+        Path, typer.Argument(metavar="PUSHES", help=f"CSV file: {', '.join(COLUMNS)} and, if some did not move, moved")
+    ],
+    scatter: Annotated[
+        float | None, typer.Option(help="standard deviation of ln(measured / predicted); default: from the pushes")
+    ] = None,
+    confidence: Annotated[float, typer.Option(help="of the intervals, between 0 and 1")] = 0.95,
+    engine: EngineName = DEFAULT_ENGINE,
+    nodes: Nodes = None,
+    save: SaveAnswer = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find the friction of pairs of bodies from measured pushes, with intervals."""
+    method = engine_with(engine, nodes=nodes)
+    measured = measured_pushes(pushes)
+    with progress():
+        result = friction_from(scene.assembled(), measured, scatter=scatter, confidence=confidence, engine=method)
+    if save is not None:
+        result.save(save)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        out.print(friction_report(result))
+        if save is not None:
+            out.say(f"wrote {save}")
+    raise typer.Exit(EXIT[Status.UNDECIDED if result.undecided else Status.STABLE])
+
+
+def measured_pushes(path: Path) -> list[tuple[Any, ...]]:
+    """Read measured pushes from a CSV file: body, x, y, z [m], dx, dy, dz, force [N] and, optionally, moved.
+
+    Raises HoldfastError if a column is missing, a value is no number, or ``moved`` is none of 1, 0, true, false, yes
+    and no.
+    """
+    content = read_ordinary(path, "file of pushes", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
+    rows = csv_rows(content, str(path))
+    _, columns = next(rows)
+    missing = [name for name in COLUMNS if name not in columns]
+    if missing:
+        remedy = f"needs {', '.join(COLUMNS)} and, if some pushes moved nothing, moved"
+        raise HoldfastError(message(str(path), f"has no column {missing[0]}", remedy))
+    found = []
+    for line, row in rows:
+        where = f"{path}, line {line}"
+        try:
+            x, y, z, dx, dy, dz, force = (float(row[name] or "") for name in COLUMNS[1:])
+        except ValueError:
+            raise HoldfastError(message(where, "holds no seven numbers", f"needs {', '.join(COLUMNS[1:])}")) from None
+        moved = (row.get("moved") or "").strip().lower()
+        if moved not in MOVED:
+            raise HoldfastError(message(where, f"moved is {quoted(moved)}", "needs 1, 0, true, false, yes or no"))
+        found.append((row["body"] or "", (x, y, z), (dx, dy, dz), force, MOVED[moved]))
+    return found

@@ -1,0 +1,87 @@
+"""The answer of ``friction_from``: what measured pushes say about coefficients of friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Bool, Float, Objects
+from holdfast.base.kinds import check_kinds, shaped
+from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.text import listed
+from holdfast.base.values import Table
+from holdfast.queries.intervals import Pair
+from holdfast.queries.result import SHOWN
+
+
+@archived
+@shaped(bodies="n", points="n 3", directions="n 3", force="n", moved="n", predicted="n")
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class MeasuredFriction(PublicValue):
+    """What n measured pushes say about the coefficients of friction of pairs of bodies, by the names of the two.
+
+    ``mu`` holds the most likely coefficients, and ``intervals`` their intervals (low, high) at the stated
+    ``confidence``; low is 0, or high is inf, where the pushes set no such end. ``undetermined`` are the pairs of which
+    the pushes say nothing: they are in no other table. If nothing is known at all, ``undecided`` says why; otherwise
+    it is "".
+
+    ``mu_range`` holds wider intervals, for ``worst_case`` and ``Uncertain``: within them lies, at the same confidence,
+    what one further push shows, as friction differs from place to place and from push to push. Where the pushes set no
+    upper end, the coefficient of the scene is taken as one, or the lower end if that is larger.
+
+    ``scatter`` is the standard deviation of ln(measured force / predicted force), as given or, if
+    ``scatter_estimated``, as found. ``bodies``, ``points`` (n, 3) [m], ``directions`` (n, 3), ``force`` (n,) [N] and
+    ``moved`` (n,) are the pushes, in the world frame, and ``predicted`` (n,) [N] are the forces at which something
+    moves with ``mu``: 0 where that is not known.
+    """
+
+    mu: Table[Pair, float]
+    intervals: Table[Pair, tuple[float, float]]
+    mu_range: Table[Pair, tuple[float, float]]
+    undetermined: tuple[Pair, ...]
+    undecided: str
+    scatter: float
+    scatter_estimated: bool
+    confidence: float
+    bodies: Objects
+    points: Float
+    directions: Float
+    force: Float
+    moved: Bool
+    predicted: Float
+    engine: str
+    notes: tuple[str, ...]
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if the values that were read from a file have the wrong types."""
+        check_kinds(self.bodies, str, "bodies")
+
+    @property
+    def worst(self) -> list[int]:
+        """The numbers of the pushes whose forces are furthest from the predicted ones, at most eight, worst first."""
+        known = self.predicted > 0
+        off = np.log(np.where(known, self.predicted, 1) / np.where(known, self.force, 1))
+        off = np.where(self.moved, np.abs(off), np.maximum(-off, 0))
+        return [int(k) for k in np.argsort(-off, kind="stable")[:SHOWN]]
+
+    def summary(self) -> Summary:
+        """Summarise the answer by its pairs, those that are known best first."""
+        count = f"{len(self.force):,} pushes, {int(self.moved.sum()):,} of which moved something"
+        head = f"{count}: {self.undecided or f'friction of {len(self.mu)} of {len(self.mu) + len(self.undetermined)} pairs'}"
+        found = "estimated" if self.scatter_estimated else "given"
+        facts = [("scatter", f"{self.scatter:.1%} ({found})"), ("engine", self.engine)]
+        if self.undetermined:
+            facts.append(("not determined", listed([" and ".join(pair) for pair in self.undetermined], SHOWN)))
+        heads = ("pair", "mu", f"{self.confidence:.0%} interval", "a further push shows")
+        narrow = sorted(self.mu, key=lambda pair: self.intervals[pair][1] - self.intervals[pair][0])
+        rows = [
+            [" and ".join(pair), number(self.mu[pair]), _between(self.intervals[pair]), _between(self.mu_range[pair])]
+            for pair in narrow[:SHOWN]
+        ]
+        return Summary(head, facts, heads, rows, self.notes)
+
+
+def _between(ends: tuple[float, float]) -> str:
+    return f"{number(ends[0])} to {number(ends[1])}"
