@@ -3,6 +3,7 @@ from holdfast import errors as errors
 from holdfast import plugins as plugins
 from holdfast import readers as readers
 from holdfast import sets as sets
+from holdfast.applications.calibration.friction_from import friction_from as friction_from
 from holdfast.applications.carrying.carry import carry as carry
 from holdfast.applications.carrying.profile import Profile as Profile
 from holdfast.applications.disassembly.build import build_order as build_order
@@ -32,7 +33,6 @@ from holdfast.engines.imperfect import Imperfect as Imperfect
 from holdfast.engines.limit.engine import Limit as Limit
 from holdfast.engines.verdict import Status as Status
 from holdfast.live.start import view as view
-from holdfast.queries.friction_from import friction_from as friction_from
 from holdfast.queries.map import robustness_map as robustness_map
 from holdfast.queries.poses.robustness_of_poses import robustness_of_poses as robustness_of_poses
 from holdfast.queries.poses.stability_of_poses import stability_of_poses as stability_of_poses

@@ -1,3 +1,4 @@
+from holdfast.applications.calibration.measured_friction import MeasuredFriction as MeasuredFriction
 from holdfast.applications.carrying.result import Carried as Carried
 from holdfast.applications.disassembly.build import BuildOrder as BuildOrder
 from holdfast.applications.disassembly.order import Disassembly as Disassembly
@@ -28,7 +29,6 @@ from holdfast.engines.verdict import ContactForces as ContactForces
 from holdfast.live.start import LiveView as LiveView
 from holdfast.queries.constraint import Constraint as Constraint
 from holdfast.queries.map import RobustnessMap as RobustnessMap
-from holdfast.queries.measured_friction import MeasuredFriction as MeasuredFriction
 from holdfast.queries.poses.robustness_of_poses import RobustnessOfPoses as RobustnessOfPoses
 from holdfast.queries.poses.stability_of_poses import StabilityOfPoses as StabilityOfPoses
 from holdfast.queries.push import LoadFactor as LoadFactor

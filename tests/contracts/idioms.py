@@ -140,6 +140,11 @@ def uncertain() -> float:
     )
     w = hf.sets.worst_case(assembly, "cube", point, direction, mass_range={"cube": (0.9, 1.1)})
     s = hf.sets.sensitivity(assembly, "cube", point, direction)
+    friction = hf.friction_from(
+        assembly, [("cube", point, direction, 4.4), ("cube", point, direction, 5.1, False)], scatter=0.1
+    )
+    hf.sets.worst_case(assembly, "cube", point, direction, mu_range=friction.mu_range)
+    hf.transport_under(assembly, direction, hf.Uncertain(mu_range=friction.mu_range, mass_range=0.1, samples=4))
     low, middle = u.quantile((0.05, 0.5))
     print(low, middle, u.stands, s.force)
     return float(w)

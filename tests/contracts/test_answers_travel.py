@@ -105,6 +105,12 @@ ASK: dict[str, Callable[[], Any]] = {
     "transport, samples": lambda: hf.transport_under(
         cube(), [X, (0, 0, 1)], hf.Uncertain(mu_range=0.2, mass_range=0.1, samples=3), engine="limit"
     ),
+    "friction": lambda: hf.friction_from(
+        cube(), [("cube", SIDE, X, 4.0), ("cube", SIDE, X, 4.4), ("cube", SIDE, X, 5.0, False)], engine="limit"
+    ),
+    "friction, undecided": lambda: hf.friction_from(
+        cube(), [("cube", SIDE, X, 1.0), ("cube", SIDE, X, 9.0)], scatter=0.1, engine="limit"
+    ),
     "carried": lambda: hf.carry(cube(), "road", bounds=True),
     "carried, unstable": lambda: hf.carry(hanging(), "eumos40509_0.5g", engine="limit"),
     "monitored": lambda: hf.Monitor(cube(), seconds=100, solves=30).update(X),

@@ -54,6 +54,10 @@ def under(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Robustnes
     return hf.robustness_under(assembly, "cube", ON, DOWN, uncertain, **others)
 
 
+def measured(assembly: hf.answers.Assembly, pushes: Any, **changes: Any) -> hf.answers.MeasuredFriction:
+    return hf.friction_from(assembly, pushes, **{"scatter": 0.1, "engine": "limit"} | changes)
+
+
 def placed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Placement:
     fields = {kind: {f.name for f in dataclasses.fields(kind)} for kind in (hf.Where, hf.Approach, hf.Search)}
     given: dict[str, Any] = {"solves": 1, "confirm": None} | changes
@@ -231,6 +235,16 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "disassembly: step": lambda a, v: hf.disassembly_order(a, engine="limit").answers(v),
     "disassembly: budget": lambda a, v: hf.disassembly_order(a, solves=v, engine="limit"),
     "under: mu_range": lambda a, v: under(a, mu_range=v),
+    "friction_from: measured": lambda a, v: measured(a, v),
+    "friction_from: push": lambda a, v: measured(a, [v]),
+    "friction_from: body": lambda a, v: measured(a, [(v, ON, DOWN, 1.0)]),
+    "friction_from: point": lambda a, v: measured(a, [("cube", v, DOWN, 1.0)]),
+    "friction_from: direction": lambda a, v: measured(a, [("cube", ON, v, 1.0)]),
+    "friction_from: force": lambda a, v: measured(a, [("cube", ON, DOWN, v)]),
+    "friction_from: moved": lambda a, v: measured(a, [("cube", ON, DOWN, 1.0, v)]),
+    "friction_from: scatter": lambda a, v: measured(a, [("cube", ON, DOWN, 1.0)] * 2, scatter=v),
+    "friction_from: confidence": lambda a, v: measured(a, [("cube", ON, DOWN, 1.0)], confidence=v),
+    "friction_from: standing": lambda a, v: measured(a, [("cube", ON, DOWN, 1.0)], standing=v),
     "under: mass_range": lambda a, v: under(a, mass_range=v),
     "transport_under: directions": lambda a, v: hf.transport_under(a, v, hf.Uncertain(samples=1), engine="limit"),
     "transport_under: uncertain": lambda a, v: hf.transport_under(a, DOWN, v, engine="limit"),

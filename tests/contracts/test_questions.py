@@ -35,6 +35,9 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "constraint": lambda a: hf.sets.constraint(a, "cube", solves=50).known,
     "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, accuracy=0.2).vertices,
     "transport_limits": lambda a: hf.transport_limits(a, ALONG, engine="graph").acceleration,
+    "friction_from": lambda a: (
+        hf.friction_from(a, [("cube", POINT, ALONG, 1.0)], scatter=0.1, engine="graph").predicted
+    ),
     "transport_under": lambda a: (
         hf.transport_under(a, ALONG, hf.Uncertain(samples=2, mass_range=0.2), engine="graph").acceleration
     ),
@@ -50,6 +53,7 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
 OPERANDS = {
     "assembly", "body", "bodies", "point", "points", "direction", "directions", "loads", "tilt", "count",
     "accelerations", "limits", "poses", "scene", "obj", "where", "approach", "search", "uncertain", "tilt_degrees",
+    "measured",
 }  # fmt: skip
 
 

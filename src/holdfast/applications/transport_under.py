@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,6 +50,9 @@ class TransportUnder(Sampled):
     depends.
     """
 
+    unit: ClassVar[str] = "m/s²"
+    place: ClassVar[str] = "along"
+
     scene: str
     directions: Float
 
@@ -74,7 +77,7 @@ class TransportUnder(Sampled):
     def summary(self) -> Summary:
         """Summarise the answer by quantiles of the directions with the smallest medians."""
         headline = f"{self.samples} samples of {self.scene or 'assembly'} on its carrier"
-        return self.weakest(headline, ("along",), objects([vector_text(way, ".3f") for way in self.directions]), "m/s²")
+        return self.weakest(headline, objects([vector_text(way, ".3f") for way in self.directions]))
 
 
 @hinting(uncertain=Uncertain)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from holdfast.applications.calibration.measured_friction import MeasuredFriction
 from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.build import BuildOrder
 from holdfast.applications.disassembly.order import Disassembly
@@ -22,7 +23,6 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.batches.result import BatchReport
 from holdfast.queries.constraint import Constraint
 from holdfast.queries.map import RobustnessMap
-from holdfast.queries.measured_friction import MeasuredFriction
 from holdfast.queries.poses.robustness_of_poses import RobustnessOfPoses
 from holdfast.queries.poses.stability_of_poses import StabilityOfPoses
 from holdfast.queries.push import LoadFactor, Robustness

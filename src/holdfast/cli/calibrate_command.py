@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from holdfast.applications.calibration.friction_from import friction_from
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
@@ -17,7 +18,6 @@ from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
-from holdfast.queries.friction_from import friction_from
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.friction_table import friction_report
 

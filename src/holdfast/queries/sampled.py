@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +24,9 @@ class Sampled(Result):
     ``answers`` holds the rows of all samples, one sample after another, without mechanisms. A subclass says what an
     answer is, and in which unit.
     """
+
+    unit: ClassVar[str] = ""
+    place: ClassVar[str] = ""  # title of the column that says which of the n answers a row is about
 
     nominal: Float
     nominal_status: Objects
@@ -53,11 +57,9 @@ class Sampled(Result):
             raise HoldfastError(message("answer under uncertainty", problem, "needs one for each"))
         check_kinds(self.nominal_status, Status, "nominal_status")
 
-    def weakest(self, headline: str, heads: tuple[str, ...], places: Objects, unit: str) -> Summary:
-        """Summarise the answer by quantiles of the rows with the smallest medians; ``places`` (n,) say where they are.
-
-        The first of ``heads`` is the title of ``places``.
-        """
+    def weakest(self, headline: str, places: Objects) -> Summary:
+        """Summarise the answer by quantiles of the rows with the smallest medians; ``places`` (n,) are their names."""
+        unit = self.unit
         low, middle = self.quantile(0.05), self.median
         known_low, known_middle = self.known(0.05), self.known(0.5)
         rows = [
@@ -71,7 +73,7 @@ class Sampled(Result):
         ]
         whole = f"{headline}: {self.stands:.0%} stand"
         whole = "; ".join([whole, *filter(None, [self.answers.undecided.text])])
-        return Summary(whole, self.facts(), (*heads, "nominal", "median", "5 % quantile"), rows, self.notes)
+        return Summary(whole, self.facts(), (self.place, "nominal", "median", "5 % quantile"), rows, self.notes)
 
     def __float__(self) -> float:
         """Raise HoldfastError: there is an answer in each sample."""

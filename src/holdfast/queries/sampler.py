@@ -28,7 +28,6 @@ from holdfast.queries.result import Columns
 from holdfast.queries.uncertain import Uncertain
 
 EVEN = 0.5  # probability that an uncertain contact is absent from a sample, if poses are not sampled
-MASSES = 1  # number of the stream of random numbers of the masses, beside that of everything else
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +81,7 @@ class Sampler:
         and with uncertain poses, and vice versa. Each uncertain contact takes one more number. Masses have a stream of
         their own.
         """
-        rng, masses = np.random.default_rng(self.seed), np.random.default_rng([self.seed, MASSES])
+        rng, masses = np.random.default_rng(self.seed), np.random.default_rng(self.seed).spawn(1)[0]
         uncertain = self.absences.uncertain
         for _ in range(self.samples):
             level, deviates = rng.random(), rng.standard_normal((len(self.assembly.movable), 6))

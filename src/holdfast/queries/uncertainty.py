@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
@@ -51,6 +51,9 @@ class RobustnessUnder(Sampled):
     simplifications on which the answer depends.
     """
 
+    unit: ClassVar[str] = "N"
+    place: ClassVar[str] = "where"
+
     body: str
     points: Float
     directions: Float
@@ -76,7 +79,7 @@ class RobustnessUnder(Sampled):
     def summary(self) -> Summary:
         """Summarise the answer by quantiles at the points with the smallest medians."""
         headline = f"{self.samples} samples of {len(self.nominal):,} pushes on {self.body}"
-        return self.weakest(headline, ("where",), places_of(self.points), "N")
+        return self.weakest(headline, places_of(self.points))
 
 
 @hinting(uncertain=Uncertain)

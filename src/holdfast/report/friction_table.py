@@ -6,8 +6,8 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 
+from holdfast.applications.calibration.measured_friction import MeasuredFriction
 from holdfast.base.public import number
-from holdfast.queries.measured_friction import MeasuredFriction
 from holdfast.report.texts import cell, sentence
 
 

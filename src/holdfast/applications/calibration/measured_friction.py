@@ -69,7 +69,8 @@ class MeasuredFriction(PublicValue):
     def summary(self) -> Summary:
         """Summarise the answer by its pairs, those that are known best first."""
         count = f"{len(self.force):,} pushes, {int(self.moved.sum()):,} of which moved something"
-        head = f"{count}: {self.undecided or f'friction of {len(self.mu)} of {len(self.mu) + len(self.undetermined)} pairs'}"
+        pairs = f"friction of {len(self.mu)} of {len(self.mu) + len(self.undetermined)} pairs"
+        head = f"{count}: {self.undecided or pairs}"
         found = "estimated" if self.scatter_estimated else "given"
         facts = [("scatter", f"{self.scatter:.1%} ({found})"), ("engine", self.engine)]
         if self.undetermined:

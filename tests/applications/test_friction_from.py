@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import holdfast as hf
-from holdfast.queries.friction_fit import STEPS, Fit
+from holdfast.applications.calibration.friction_fit import STEPS, Fit
 from holdfast.scene.shipped.blocks import at, box, cube, floor, stack
 
 G = 9.81

@@ -8,6 +8,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from holdfast.applications.calibration.friction_fit import LEAST_SCATTER, MOST_SCATTER, STEPS, Fit, contradicted
+from holdfast.applications.calibration.measured_friction import MeasuredFriction
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import (
     Bool,
@@ -28,9 +30,7 @@ from holdfast.base.text import quoted
 from holdfast.base.values import Table
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.queries.friction_fit import LEAST_SCATTER, MOST_SCATTER, STEPS, Fit, contradicted
 from holdfast.queries.intervals import Pair
-from holdfast.queries.measured_friction import MeasuredFriction
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -45,13 +45,12 @@ from holdfast.queries.request import (
 from holdfast.scene.scene import Scene
 
 ROUNDS = 8  # scans of all coefficients, each from where the last one found the most likely ones
-ARRIVED = 0.05  # step of ln mu below which a scan is not repeated: the finest step of a scan
+ARRIVED = STEPS[STEPS > 0][0]  # step of ln mu below which a scan is not repeated: the finest one of it
 SMOOTH = 0.3  # a coefficient of 0 has no logarithm: the scans begin here
 DEPENDS = 1e-3  # relative change of a force along a scan below which it does not depend on the coefficient
 WIDE = 0.3  # scatter beyond twice what was measured on real pushes (docs/uncertainty.md), where a note tells of it
 UNLIKELY = 1e-3  # probability below which pushes contradict each other
 REACH = 1e12  # largest and smallest force, in weights of the assembly, where nothing, or anything at all, moves it
-FEWEST = 2  # pushes that moved something from which a scatter can be estimated
 WHERE = "friction_from"
 FORM = "pushes as (body, point, direction, force) or (body, point, direction, force, moved)"
 
@@ -105,8 +104,8 @@ def friction_from(
         scatter = checked_number(scatter, f"{WHERE}: scatter", minimum=LEAST_SCATTER)
         if scatter > MOST_SCATTER:
             raise HoldfastError(message(f"{WHERE}: scatter", f"is {scatter:g}", f"needs at most {MOST_SCATTER:g}"))
-    elif pushes.moved.sum() < FEWEST:
-        _refuse_scatter(int(pushes.moved.sum()), 1)
+    elif not pushes.moved.any():
+        _refuse_scatter(0, 1)
     confidence = checked_number(confidence, f"{WHERE}: confidence", above=0, below=1)
     method = engine_of(engine)
     forces = _Forces(given, method, total_wrench(given, standing), pushes)

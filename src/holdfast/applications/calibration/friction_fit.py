@@ -118,7 +118,7 @@ class Fit:
             bounds=ends,
             method="L-BFGS-B",
         )
-        return whole(found.x) if -found.fun > self.log_likelihood(x) + EQUAL * EQUAL else x
+        return whole(found.x) if -found.fun > self.log_likelihood(x) else x
 
     @staticmethod
     def _with(x: Float, k: int | list[int], value: float | Float) -> Float:

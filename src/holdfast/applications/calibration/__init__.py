@@ -1,0 +1,1 @@
+"""Coefficients of friction from measured pushes."""
