@@ -302,6 +302,23 @@ def carriage(saved: Saved) -> dict[str, str]:
     }
 
 
+def calibration(saved: Saved) -> dict[str, str]:
+    """How often intervals hold the truth, and how wide they are."""
+    heads = ["pushes of", "ended at", "coefficient held", "further push held", "undecided", "width / best"]
+    cells = [
+        [
+            row["case"],
+            NOTHING if math.isinf(float(row["ended at"])) else f"{row['ended at']:g} of the force",
+            f"{row['mu covered']:.1%}",
+            f"{row['further push covered']:.1%}",
+            str(row["undecided"]),
+            f"{row['width / best']:.2f}",
+        ]
+        for row in saved.rows
+    ]
+    return {"coverage": table(heads, cells)}
+
+
 def _middle(values: list[float]) -> float:
     return sorted(values)[len(values) // 2]
 
@@ -322,6 +339,7 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "maps": maps,
     "graph_slanted": graph_slanted,
     "transport": transport,
+    "calibration": calibration,
     "carriage": carriage,
     "constraint": constraint,
     "questions": questions,

@@ -148,7 +148,7 @@ class Assembly(Value):
     def with_masses(self, masses: Mapping[str, float]) -> Assembly:
         """Return the assembly with the ``masses`` [kg] of some movable bodies, by name; all else stays the same."""
         bodies = [replace(b, mass=masses[b.name], density=None) if b.name in masses else b for b in self.bodies]
-        return replace(self, scene=replace(self.scene, bodies=bodies))
+        return replace(self, scene=replace(self.scene, bodies=tuple(bodies)))
 
     def with_mu(self, mu: Sequence[float]) -> Assembly:
         """Return the assembly with the friction coefficients ``mu``, one for each interface."""

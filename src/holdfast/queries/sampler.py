@@ -163,9 +163,8 @@ class Sampler:
         verdicts = [answers.verdict.status for answers in found]
         notes = (*nominal.notes, *_sample_notes(found, 0 if self.deviation is None else overlapping))
         table = joined([nominal.answers.rows(slice(0)), *found])
-        bounds = {"lower_bound": nominal.lower_bound, "upper_bound": nominal.upper_bound}
         return {
-            "answers": replace(table, notes=notes, **bounds),
+            "answers": replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),
             "nominal": nominal.answers.force,
             "nominal_status": nominal.status,
             "stands": verdicts.count(Status.STABLE) / self.samples,

@@ -110,15 +110,15 @@ class Fit:
         def whole(part: Float) -> Float:
             return self._with(x, free, part)
 
-        ends = [(STEPS[0], STEPS[-1])] * len(free)
-        found = minimize(
-            lambda part: -self.log_likelihood(whole(part)),
-            x[free],
-            jac=lambda part: self._descent(whole(part))[free],
-            bounds=ends,
-            method="L-BFGS-B",
-        )
-        return whole(found.x) if -found.fun > self.log_likelihood(x) else x
+        def loss(part: Float) -> float:
+            return -self.log_likelihood(whole(part))
+
+        def descent(part: Float) -> Float:
+            return np.asarray(self._descent(whole(part))[free])
+
+        ends = [(float(STEPS[0]), float(STEPS[-1]))] * len(free)
+        sought = minimize(loss, x[free], jac=descent, bounds=ends, method="L-BFGS-B")
+        return whole(sought.x) if -sought.fun > self.log_likelihood(x) else x
 
     @staticmethod
     def _with(x: Float, k: int | list[int], value: float | Float) -> Float:
