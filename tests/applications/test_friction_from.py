@@ -235,6 +235,12 @@ def test_friction_of_zero_in_the_scene_is_no_obstacle() -> None:
     assert found.intervals[PAIR] == pytest.approx(0.5 * np.exp([-0.196, 0.196]), rel=1e-3)
 
 
+def test_what_falls_on_its_own_tells_nothing_of_friction() -> None:
+    air = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.3))], 0.6)
+    found = hf.friction_from(air, [("cube", (-0.05, 0, 0.3), X, 1.0)], scatter=0.1)
+    assert found.undecided == "it does not stand even without a push, or is only balanced"
+
+
 @pytest.mark.parametrize("mu", [0.02, 5.0])
 def test_the_scene_need_not_be_near(mu: float) -> None:
     scene = hf.Scene([floor(), box("cube", (0.3, 0.3, 0.01), 1, (0, 0, 0.005))], 0.6)

@@ -116,7 +116,7 @@ def friction_from(
     if scatter is None and used.any() and fit.freedom < 1:
         _refuse_scatter(int(fit.moved.sum()), len(depends))
     best = fit.best()
-    undecided = _undecided(fit, best, pushes, used)
+    undecided = _undecided(fit, best, pushes, used, given.weight)
     several = int(((np.ptp(fit.scans, axis=1) > DEPENDS).sum(0) > 1).sum())
     if several:
         notes = (*notes, f"{several} pushes depend on several coefficients, whose effects are added up")
@@ -256,10 +256,12 @@ def _settled(
     return at, fit, used, tuple(notes)
 
 
-def _undecided(fit: Fit, best: Float, pushes: _Pushes, used: Bool) -> str:
-    """Say why nothing can be said at all: "" if something can."""
+def _undecided(fit: Fit, best: Float, pushes: _Pushes, used: Bool, weight: float) -> str:
+    """Say why nothing can be said at all: "" if something can. ``weight`` [N] is the scale of forces."""
     if not used.any():
         return "the force that each push takes is undecided"
+    if (fit.predicted(best) <= np.log(weight / REACH) + ARRIVED).all():
+        return "it does not stand even without a push, or is only balanced"
     if not len(best):
         return "no push depends on a coefficient of friction"
     misfit, found = fit.misfit(best), fit.scatter(fit.predicted(best) - fit.force)
