@@ -62,11 +62,10 @@ class Fit:
         """Return the most likely scatter if the forces are predicted ``off`` (n,) above the measured ones."""
         if self.given is not None:
             return self.given
-        rough = float(np.sqrt(np.mean(off[self.moved] ** 2)))
-        if not self.moved.all():
-            ends = tuple(np.log([LEAST_SCATTER, MOST_SCATTER]))
-            rough = float(np.exp(minimize_scalar(lambda u: -self._log(off, np.exp(u)), bounds=ends).x))
-        return float(np.clip(rough, LEAST_SCATTER, MOST_SCATTER))
+        if self.moved.all():
+            return float(np.clip(np.sqrt(np.mean(off**2)), LEAST_SCATTER, MOST_SCATTER))
+        ends = tuple(np.log([LEAST_SCATTER, MOST_SCATTER]))
+        return float(np.exp(minimize_scalar(lambda u: -self._log(off, np.exp(u)), bounds=ends).x))
 
     def _log(self, off: Float, s: float) -> float:
         held = log_ndtr(off[~self.moved] / s).sum()

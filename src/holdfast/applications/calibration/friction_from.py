@@ -128,7 +128,7 @@ def friction_from(
                 known[k] = (best[place], low, high)
         undecided = "" if known else "the pushes exclude no coefficient of friction"
     off = fit.predicted(best) - fit.force
-    spread = fit.scatter(off) if used.any() else 0.0
+    spread = fit.scatter(off) if used.any() else scatter or 0.0
     if scatter is None and not undecided and spread > WIDE:
         notes = (*notes, f"the pushes scatter by {spread:.0%}, {_worst(fit, best, pushes, used)} most of all")
     predicted = np.zeros(len(pushes.force))
