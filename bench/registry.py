@@ -21,6 +21,7 @@ SUITES = (
     "contacts",
     "dense",
     "disassembly",
+    "experiments",
     "graph_slanted",
     "imperfect",
     "instant",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
+from bench.figures import predicted
 from bench.figures.saved_rows import Saved, listed, mean, rounded, span, whole
 
 SCENES = ("cube", "stack", "table")
@@ -245,4 +246,5 @@ NUMBERS: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "table3": placements_of_a_table,
     "table2+table3": placements,
     "placement": placement,
+    "experiments": predicted.numbers,
 }

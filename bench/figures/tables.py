@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from bench.figures import predicted
 from bench.figures.saved_rows import Saved, mean, rounded, significant, span, table, whole
 
 NOTHING = "–"
@@ -344,4 +345,5 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "constraint": constraint,
     "questions": questions,
     "placement": placement_tables,
+    "experiments": predicted.tables,
 }

@@ -7,21 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from block_slopes import FILE, FIVE, G0, sixteen
-from shared import contents, needed
-from test_experiments import arch, bricks, cylinders, harmonic, wall
 
 import holdfast as hf
-from holdfast import Compliant, Scene, Status, assemble, stability
-from holdfast.answers import Assembly
+from bench.experiments.arches import arch
+from bench.experiments.brick_walls import wall
+from bench.experiments.overhangs import diamond, harmonic, triangle
+from bench.experiments.source import G0
+from bench.experiments.three_cylinders import cylinders
+from bench.experiments.toppling_blocks import FIVE, LEAST, SIXTEEN, rests
+from holdfast import Scene, Status, assemble, stability
 
 FINE = 25  # nodes a side
 STEP = 0.002
-
-
-def rests(assembly: Assembly, nodes: int) -> bool:
-    """Whether it comes to rest on these nodes, whatever they have in reserve."""
-    return Compliant(nodes=nodes).on(assembly, assembly.weight_wrench()).verdict().status is Status.STABLE
 
 
 @pytest.mark.parametrize("mu", [0.75, pytest.param(0.756, marks=pytest.mark.slow), 0.76])
@@ -53,10 +50,9 @@ def test_blocks_that_stand_by_hand_with_some_friction_to_spare_are_stable(mu: fl
     assert stability(assemble(FIVE.scene(mu)), engine=engine).status is Status.STABLE
 
 
-@needed
 def test_toppling_slope() -> None:
     """Goodman and Bray's 16 blocks: 7 nodes a side hold them from tan φ = 0.769 on, 25 from 0.781 on."""
-    row, least = sixteen(), contents(FILE)["goodman_bray"]["least_tan_phi"]
+    row, least = SIXTEEN, float(LEAST)
     assert not row.stand(least - 1e-4)
     assert row.stand(least + 1e-4)
     assembly = assemble(row.scene(0.774))
@@ -75,7 +71,7 @@ def leaning(scene: Scene, share: float) -> Scene:
 def cases() -> dict[str, tuple[Callable[[float], Scene], float, float]]:
     """Scenes, and the parameters between which they are looked at, around what holds by the file."""
     found: dict[str, tuple[Callable[[float], Scene], float, float]] = {
-        "sixteen_blocks": (lambda mu: sixteen().scene(mu), 0.656, 0.81),
+        "sixteen_blocks": (SIXTEEN.scene, 0.656, 0.81),
         "five_blocks": (FIVE.scene, 0.736, 0.8),
         "shaken_arch": (lambda share: leaning(arch(7, 0.15, 3.0, half_angle=1.3744, radius=10.0), share), 0.36, 0.384),
         "cylinders": (lambda mu: cylinders(0.5409, mu, 1.0), 0.267, 0.287),
@@ -92,15 +88,13 @@ def cases() -> dict[str, tuple[Callable[[float], Scene], float, float]]:
     for count in (2, 5, 10, 20, 30):
         found[f"harmonic{count}"] = (lambda scale, count=count: harmonic(count, scale), 0.994, 1.006)
     for most in (2, 3, 4, 5):
-        counts = [*range(1, most + 1), *range(most - 1, 0, -1)]
-        found[f"diamond{most}"] = (lambda _, counts=counts: bricks(counts), 0.0, 0.0)
-        found[f"triangle{most}"] = (lambda _, most=most: bricks([*range(1, most + 1)]), 0.0, 0.0)
+        found[f"diamond{most}"] = (lambda _, most=most: diamond(most), 0.0, 0.0)
+        found[f"triangle{most}"] = (lambda _, most=most: triangle(most), 0.0, 0.0)
     for name, low, high in (("1", 0.62, 0.65), ("2", 0.545, 0.585), ("3", 0.34, 0.41)):
         found[f"wall{name}"] = (lambda share, name=name: leaning(wall(name), share), low, high)
     return found
 
 
-@needed
 @pytest.mark.slow
 @pytest.mark.parametrize("name", cases())
 def test_nothing_is_stable_that_fine_nodes_let_go(name: str) -> None:
