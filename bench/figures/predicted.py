@@ -149,9 +149,10 @@ def _sources(saved: Saved) -> str:
 
 def _differences(saved: Saved) -> str:
     rows = [row for row in saved.rows if row.get("why")]
-    heads = ["", "printed", "`limit`", "`compliant`", "`graph`", "why"]
-    return table(heads, [[row["case"], row["printed"], *(_like(row, e) for e in METHODS[1::-1]), _like(row, "graph"),
-                          row["why"]] for row in rows])  # fmt: skip
+    engines = ("limit", "compliant", "graph")
+    heads = ["", "printed", *(f"`{engine}`" for engine in engines), "why"]
+    cells = [[row["case"], row["printed"], *(_like(row, e) for e in engines), row["why"]] for row in rows]
+    return table(heads, cells, numbers_from=len(heads))
 
 
 def _like(row: dict[str, Any], engine: str) -> str:
