@@ -6,6 +6,7 @@ import csv
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,20 +38,43 @@ NEAR, APART = "30_63.33_43.33_30_43.33_63.33", 2.0  # the set that scatters most
 
 @dataclass(frozen=True, eq=False)
 class Pushes:
-    """One set, at ``points`` (n, 3) [m] ``along`` (n, 3): ``measured`` and ``predicted`` (n,) [N], lever arms [mm].
+    """One set: at ``points`` (n, 3) [m] ``along`` (n, 3), the forces ``measured`` (n,) [N], and what is predicted.
 
-    ``turned`` (n,) is the measured rotation [rad], ``spin`` (n,) the rate of that with which each push begins.
+    ``turned`` (n,) is the measured rotation [rad].
     """
 
     name: str
     mu: float
+    assembly: hf.answers.Assembly
     points: Float
     along: Float
     measured: Float
-    arm: Float
-    predicted: dict[str, Float]
     turned: Float
-    spin: Float
+
+    @property
+    def arm(self) -> Float:
+        """Lever arms (n,) about the centre of mass [mm]."""
+        (x, y, _), (ex, ey, _) = self.points.T, self.along.T
+        return np.asarray(1000 * np.abs(x * ey - y * ex))
+
+    @cached_property
+    def spin(self) -> Float:
+        """The rates (n,) of turning about the vertical with which each push begins, at any scale."""
+        found = hf.robustness(self.assembly, "triangle", self.points, self.along)
+        return np.array([mechanism.twists[0, 5] for mechanism in found.mechanism])
+
+    @cached_property
+    def predicted(self) -> dict[str, Float]:
+        """Forces (n,) [N] by the engines and a null model that knows no points, and what doubts leave of them."""
+        asked = (self.assembly, "triangle", self.points, self.along)
+        found = {engine: hf.robustness(*asked, engine=engine).force for engine in ENGINES}
+        found["μ m g"] = np.full(len(self.points), self.mu * MASS * G)
+        found["lower"] = hf.robustness(*asked).lower
+        for width in RANGES:
+            doubt = hf.Uncertain(mu_range=width, samples=SAMPLES)
+            found[f"5 % quantile, friction within {width:.0%}"] = hf.robustness_under(*asked, doubt).quantile(0.05)
+        found["lower, wooden faces"] = hf.robustness(*asked, imperfect=FACES).lower
+        return found
 
 
 def triangle(support: str, mu: float) -> hf.Scene:
@@ -69,43 +93,15 @@ def triangle(support: str, mu: float) -> hf.Scene:
 
 
 def sets() -> Iterator[Pushes]:
-    """Every set of pushes with its predictions."""
+    """Every set of pushes."""
     with FILE.open() as stream:
         rows = list(csv.DictReader(stream))
+    names = ("point_x", "point_y", "point_z", "dir_x", "dir_y", "measured_N", "rot_rad")
     for (support, mu), group in itertools.groupby(rows, lambda row: (row["support_mm_from_corner"], row["mu_authors"])):
-        pushes = list(group)
-
-        def column(key: str, pushes: list[dict[str, str]] = pushes) -> Float:
-            return np.array([float(push[key]) for push in pushes])
-
-        points = np.column_stack([column(f"point_{axis}") for axis in "xyz"])
-        along = np.column_stack([column("dir_x"), column("dir_y"), np.zeros(len(pushes))])
+        x, y, z, dx, dy, force, turned = np.array([[float(push[name]) for name in names] for push in group]).T
+        points, along = np.column_stack([x, y, z]), np.column_stack([dx, dy, np.zeros(len(dx))])
         assembly = hf.assemble(triangle(support, float(mu)))
-        pushed = hf.robustness(assembly, "triangle", points, along)
-        yield Pushes(
-            SETS[support],
-            float(mu),
-            points,
-            along,
-            column("measured_N"),
-            1000 * np.abs(points[:, 0] * along[:, 1] - points[:, 1] * along[:, 0]),
-            predictions(assembly, points, along, float(mu)),
-            column("rot_rad"),
-            np.array([mechanism.twists[0, 5] for mechanism in pushed.mechanism]),
-        )
-
-
-def predictions(assembly: hf.answers.Assembly, points: Float, along: Float, mu: float) -> dict[str, Float]:
-    """Forces [N] by the engines and a null model that knows no points, and what doubts leave of them."""
-    asked = (assembly, "triangle", points, along)
-    found = {engine: hf.robustness(*asked, engine=engine).force for engine in ENGINES}
-    found["μ m g"] = np.full(len(points), mu * MASS * G)
-    found["lower"] = hf.robustness(*asked).lower
-    for width in RANGES:
-        doubt = hf.Uncertain(mu_range=width, samples=SAMPLES)
-        found[f"5 % quantile, friction within {width:.0%}"] = hf.robustness_under(*asked, doubt).quantile(0.05)
-    found["lower, wooden faces"] = hf.robustness(*asked, imperfect=FACES).lower
-    return found
+        yield Pushes(SETS[support], float(mu), assembly, points, along, force, turned)
 
 
 def by_set(pushes: Pushes) -> Row:

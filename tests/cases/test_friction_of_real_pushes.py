@@ -2,31 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import itertools
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
-from test_experiments import FOLDER, needed, triangle
+from test_experiments import needed
 
 import holdfast as hf
+from bench.experiments.pushed_triangle import sets
 from holdfast.applications.calibration.friction_fit import STEPS, Fit
-from holdfast.base.arrays import Float
 
 PAIR = ("board", "triangle")
-
-
-def sets() -> Iterator[tuple[hf.answers.Assembly, Float, Float, Float]]:
-    """The assembly of each set of 50 pushes, their points, directions and measured forces."""
-    with (FOLDER / "pushes_hardboard.csv").open() as stream:
-        rows = list(csv.DictReader(stream))
-    for (support, mu), group in itertools.groupby(rows, lambda row: (row["support_mm_from_corner"], row["mu_authors"])):
-        pushes = list(group)
-        names = ("point_x", "point_y", "point_z", "dir_x", "dir_y", "measured_N")
-        x, y, z, dx, dy, force = (np.array([float(row[name]) for row in pushes]) for name in names)
-        along = np.column_stack([dx, dy, np.zeros(len(force))])
-        yield hf.assemble(triangle(support, float(mu))), np.column_stack([x, y, z]), along, force
 
 
 @needed
@@ -34,7 +18,8 @@ def sets() -> Iterator[tuple[hf.answers.Assembly, Float, Float, Float]]:
 def test_a_push_left_out_is_where_the_others_say(confidence: float) -> None:
     """Of 250 pushes, the stated share within 3 %. Scans are as ``friction_from`` makes them, once for each set."""
     inside, count = 0, 0
-    for assembly, points, along, force in sets():
+    for pushes in sets():
+        assembly, points, along, force = pushes.assembly, pushes.points, pushes.along, pushes.measured
         mus = assembly.mu[0] * np.exp(STEPS)
         scan = [hf.robustness(assembly.with_friction({PAIR: mu}), "triangle", points, along).force for mu in mus]
         scans, logs = np.log(np.array(scan)), np.log(force)
@@ -56,7 +41,8 @@ def test_a_push_left_out_is_where_the_others_say(confidence: float) -> None:
 def test_the_question_says_the_same() -> None:
     """One push left out of each set, by ``friction_from`` and ``robustness`` at the ends of its range."""
     inside = 0
-    for assembly, points, along, force in sets():
+    for one in sets():
+        assembly, points, along, force = one.assembly, one.points, one.along, one.measured
         pushes = [("triangle", *each) for each in zip(points[1:], along[1:], force[1:].tolist(), strict=True)]
         found = hf.friction_from(assembly, pushes)
         assert 0.05 < found.scatter < 0.21

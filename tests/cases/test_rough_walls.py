@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_experiments import needed, wall
 
 import holdfast as hf
+from bench.experiments.brick_walls import wall
 
 
-@needed
 @pytest.mark.slow
 @pytest.mark.parametrize(("flatness", "second", "least"), [(1e-5, 1.0, 0.91), (2e-5, 0.96, 0.40), (5e-5, 0.84, 0.52)])
 def test_imperfect_faces_are_not_what_walls_have(flatness: float, second: float, least: float) -> None:
