@@ -215,9 +215,10 @@ class Assembly(Value):
 
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
-        """The groups of bodies that no chain of interfaces connects to a fixed body."""
+        """The groups of bodies that no chain of interfaces connects to a fixed body, and that nothing holds."""
+        ends = (*self.ends, *((self.index[hold.body], FIXED) for hold in self.scene.holds))
         return tuple(
-            tuple(self.movable[k].name for k in group) for group in components(len(self.movable), self.ends) if group
+            tuple(self.movable[k].name for k in group) for group in components(len(self.movable), ends) if group
         )
 
     @cached_property

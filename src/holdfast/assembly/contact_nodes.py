@@ -51,6 +51,44 @@ class ContactNodes(Value):
     def __len__(self) -> int:
         return len(self.points)
 
+    # The following differ only if there are holds (hold_nodes.py).
+
+    @property
+    def fasteners(self) -> int:
+        """The number F of fasteners, which have six equations each like the J bodies, after those."""
+        return 0
+
+    @property
+    def contacts(self) -> ContactNodes:
+        """The nodes of contacts alone."""
+        return self
+
+    @property
+    def blocks(self) -> Float:
+        """The wrenches (K, 3, 2, 6) of the K nodes of holds."""
+        return np.empty((0, 3, 2, 6))
+
+    @property
+    def usual(self) -> Float:
+        """The usual normal forces (K,) [N] of the nodes of holds."""
+        return np.empty(0)
+
+    def under(self, wrench: Float) -> Float:
+        """Return ``wrench`` (6J,) with what holds exert in any case, and the equations of fasteners: (6(J + F),)."""
+        return wrench
+
+    def beside(self, columns: Float) -> Float:
+        """Return columns (6J, ...) of bodies with zeros for fasteners: (6(J + F), ...)."""
+        return columns
+
+    def scaled(self, scale: Float) -> Float:
+        """Return scales (6J,) of bodies, and for each fastener that of forces on its body: (6(J + F),)."""
+        return scale
+
+    def wrench_of(self, forces: Float) -> Float:
+        """Return the wrench (6J,) of holds in ``forces`` (I, 3) at the nodes; only where there are holds."""
+        raise NotImplementedError
+
     def world(self, forces: Float) -> Float:
         """Convert forces (I, 3) from the axes of their nodes to the world axes."""
         return np.asarray(np.einsum("ik,ikx->ix", forces, self.axes))
@@ -156,16 +194,18 @@ def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_
     The forces are (f_n, f_t1, f_t2) at the nodes. The wrenches are (force [N], torque [N m] about the centre of mass),
     along the world axes.
     """
-    return by_bodies(len(assembly.movable), nodes, equilibrium_blocks(assembly, nodes))
+    return by_bodies(len(assembly.movable) + nodes.fasteners, nodes, equilibrium_blocks(assembly, nodes))
 
 
 def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
     """Return the wrenches (I, 3, 2, 6) of a unit force along each axis of a node, on body b first, then on body a."""
+    own = nodes.contacts
     blocks = np.empty((len(nodes), 3, 2, 6))
-    for side, (body, sign) in enumerate(((nodes.b, 1.0), (nodes.a, -1.0))):
-        force = sign * nodes.axes
-        blocks[:, :, side, :3] = force
-        blocks[:, :, side, 3:] = cross(arms(assembly, nodes, body)[:, None], force)
+    blocks[len(own) :] = nodes.blocks
+    for side, (body, sign) in enumerate(((own.b, 1.0), (own.a, -1.0))):
+        force = sign * own.axes
+        blocks[: len(own), :, side, :3] = force
+        blocks[: len(own), :, side, 3:] = cross(arms(assembly, own, body)[:, None], force)
     return blocks
 
 
@@ -178,6 +218,13 @@ def wrenches_of(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Float
         rows = 6 * (body % (count + 1))[:, None] + np.arange(6)
         found += sign * np.bincount(rows.ravel(), acting.ravel(), len(found))
     return found[: 6 * count]
+
+
+def held_velocity(nodes: ContactNodes, motion: Float) -> Float:
+    """Return the velocity (K, 3) at the nodes of holds, along the axes of their forces, in a motion (J + F, 6)."""
+    first = len(nodes.contacts)
+    ends = np.stack([motion[nodes.b[first:]], motion[nodes.a[first:]]], axis=1)  # FIXED has no entries
+    return np.asarray(np.einsum("kisj,ksj->ki", nodes.blocks, ends))
 
 
 def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:

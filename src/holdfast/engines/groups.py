@@ -35,6 +35,7 @@ from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.near_falls import Reach
 from holdfast.engines.rest import doubt_of, hanging, undecided
 from holdfast.engines.verdict import GroupVerdict, Status, Verdict
+from holdfast.scene.hold import refuse_holds
 
 MOST_NAMED = 3  # largest number of overlaps that one reason names
 
@@ -46,8 +47,11 @@ def prepared(
 
     The arguments are those of ``Engine.prepare``. What is prepared is kept in the memory of the assembly, which its
     edits share, so that the next question about a group costs the solve alone. Answers do not depend on it: they are
-    the same, to the last digit, whatever was asked before and by whichever thread.
+    the same, to the last digit, whatever was asked before and by whichever thread. Raises SceneError if the scene has
+    holds and the engine does not say that it ``takes_holds``.
     """
+    if not getattr(engine, "takes_holds", False):
+        refuse_holds(assembly.scene.holds, f"engine {engine.name!r}", "use engine=hf.Limit()")
     standing, acceleration = (None if given is None or not given.any() else given for given in (standing, acceleration))
     return Groups(engine, assembly, standing, acceleration)
 

@@ -46,8 +46,12 @@ def firm_verdict(reason: str) -> Verdict:
 
 
 def lone(assembly: Assembly) -> Int:
-    """Return the numbers of the movable bodies that touch fixed bodies alone, certainly, and on flat faces alone."""
+    """Return the numbers of the movable bodies that touch fixed bodies alone, certainly, and on flat faces alone.
+
+    Nothing holds them.
+    """
     deep = {name for overlap in assembly.overlaps for name in overlap.bodies}
+    deep |= {hold.body for hold in assembly.scene.holds}
     found = []
     for number, (body, contacts) in enumerate(zip(assembly.movable, assembly.interfaces_of, strict=True)):
         if contacts and body.name not in deep and all(FIXED in assembly.ends[k] for k in contacts):

@@ -149,7 +149,7 @@ class Reach:
             return None
         bodies = [*others, *members]
         table = whole.friction.among({body.name for body in bodies} | materials_of(bodies))
-        scene = Scene(bodies, table, whole.gravity)
+        scene = Scene(bodies, table, whole.gravity, holds=whole.holds_of(names))
         overlaps = tuple(o for o in self.assembly.overlaps if scene.names.issuperset(o.bodies))
         known = self.assembly.known_names
         return Assembly(scene, tuple(touching), self.assembly.tolerances, overlaps, detected=False, absent=known)

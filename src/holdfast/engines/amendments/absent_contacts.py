@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.arrays import Float
 from holdfast.conic.solve import Outcome
 from holdfast.engines.contract import Engine, State
 from holdfast.engines.forces import solve_forces
+from holdfast.engines.rest import corner_nodes
 from holdfast.engines.verdict import Status, Verdict
 
 SETS = 8  # largest number of sets of absent contacts that are sought
@@ -168,5 +168,6 @@ class Absences:
 
 def _may_balance(assembly: Assembly, wrench: Float) -> bool:
     """Tell whether it is not proved that no contact forces balance ``wrench`` (6J,)."""
-    solution = solve_forces(assembly, contact_nodes(assembly, 4, "corners"), wrench, tolerance=CHEAP)
+    nodes = corner_nodes(assembly)
+    solution = solve_forces(assembly, nodes, nodes.under(wrench), tolerance=CHEAP)
     return solution.outcome is not Outcome.INFEASIBLE

@@ -41,6 +41,7 @@ class Limit(Value):
 
     name = NAME
     claim = CLAIM
+    takes_holds = True
 
     def __post_init__(self) -> None:
         FrictionCone(self.cone, self.sides)
@@ -97,8 +98,12 @@ def _judged(rest: Rest, assembly: Assembly, wrench: Float) -> Rest:
         return rest
     needed: bool | None = False
     if verdict.self_stress is not False:
-        found = Compliant().on(assembly, wrench, refinements=REFINEMENTS).verdict()
-        needed = {Status.STABLE: False, Status.UNSTABLE: True}.get(found.status)
+        holds, held = assembly.scene.holds, wrench
+        if holds:  # they are at will, so what they do in the forces found may stand for them
+            held = wrench + rest.nodes.wrench_of(rest.forces)
+            assembly = replace(assembly, scene=replace(assembly.scene, holds=()))
+        found = Compliant().on(assembly, held, refinements=REFINEMENTS).verdict()
+        needed = {Status.STABLE: False, Status.UNSTABLE: None if holds else True}.get(found.status)
     if needed is False:
         return replace(rest, verdict=replace(verdict, self_stress=False, reason=COMES_ABOUT))
     reason = "an equilibrium exists, but it rests on contacts that would have to be pressed together by something else"
