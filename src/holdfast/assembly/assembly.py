@@ -37,6 +37,7 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
+from holdfast.scene.hold import AnyHold
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
 
@@ -154,6 +155,13 @@ class Assembly(Value):
         """Return the assembly with the friction coefficients ``mu``, one for each interface."""
         contacts = (replace(i, mu=value) for i, value in zip(self.interfaces, mu, strict=True))
         return replace(self, interfaces=tuple(contacts))
+
+    def with_holds(self, *holds: AnyHold) -> Assembly:
+        """Return the assembly with these holds on some of its bodies, beside those that it has.
+
+        The contacts stay the same. Raises SceneError for a hold of a body that is unknown or fixed.
+        """
+        return replace(self, scene=replace(self.scene, holds=(*self.scene.holds, *holds)))
 
     def without_interfaces(self, numbers: Collection[int]) -> Assembly:
         """Return the assembly without the interfaces with these numbers, as if the bodies did not touch there.

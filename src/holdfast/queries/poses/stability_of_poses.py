@@ -25,6 +25,7 @@ from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.queries.stability import Stability, stability
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 NAME = "stability_of_poses"
@@ -123,6 +124,7 @@ def stability_of_poses(
     GeometryError if a pose is not rigid, and HoldfastError if the interfaces of the assembly were given.
     """
     assembly = checked_assembly(assembly)
+    refuse_holds(assembly.scene.holds, NAME, "ask one pose at a time: hf.stability(assembly.moved(...), engine=hf.Limit())")
     method = engine_of(engine)
     given = given_poses(assembly, bodies, poses, NAME)
     local = Locals(Neighbourhoods(assembly, given), method)
