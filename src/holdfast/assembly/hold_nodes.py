@@ -168,6 +168,11 @@ class _Making:
             self._axis(low / size, high / size, wrench)
 
     def _axis(self, low: float, high: float, wrench: Float) -> None:
+        if np.isfinite([low, high]).all() and low < high and 0 in (low, high):  # none is the usual force: no border
+            row, usual = self._equation(high - low), min(high - low, USUAL * self.unit)
+            self._node(0.0, [wrench if low == 0 else -wrench, None, None], {0: {row: 1.0}}, usual)
+            self._node(0.0, [None, None, None], {0: {row: 1.0}}, high - low)
+            return
         if np.isfinite([low, high]).all():
             self.constant = self.constant + (low + high) / 2 * wrench
             half = (high - low) / 2
