@@ -163,9 +163,11 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
     """
     asked, order, whole = Hands(plain), from_the_top(plain), frozenset(plain.names)
     dead: set[tuple[State, State]] = set()
+    taken: list[Move] = []
 
     def moves(present: State, before: State) -> Iterator[Move]:
-        for name in order:
+        last = {name for pair in plain.joined if taken and taken[-1].removal.body in pair for name in pair}
+        for name in sorted(order, key=lambda name: name not in last):  # beside the last one, hands stay where they are
             if name not in present or plain.exits.blockers(name, present):
                 continue
             for after in asked.choices(name, present, before, hands):
@@ -176,7 +178,6 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
                     if found.answer is Answer.SAFE:
                         yield Move(found, before, after)
 
-    taken: list[Move] = []
     tries = [moves(whole, frozenset())]
     longest: tuple[Move, ...] = ()
     while tries:

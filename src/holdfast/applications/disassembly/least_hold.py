@@ -20,6 +20,8 @@ from holdfast.engines.cones import EXACT
 from holdfast.engines.forces import scaled_operator, scaled_wrench
 from holdfast.engines.rest import corner_nodes
 
+NOTHING = 1e-9  # share of the total weight: the tolerance of the solver
+
 
 @archived
 @shaped(force="3", moment="3")
@@ -87,5 +89,7 @@ def least_holds(assembly: Assembly, bodies: Sequence[str]) -> tuple[HandHold, ..
     found = solve(ConeProgram(P, q, A, b, (("zero", rows), *cones, *((("second_order", 4),) * (2 * count)))))
     if found.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
         return None
-    wrenches = (assembly.weight * lever * found.x[forces : forces + 6 * count]).reshape(-1, 6)
+    hands_do = found.x[forces : forces + 6 * count]
+    hands_do[np.abs(hands_do) < NOTHING] = 0.0
+    wrenches = (assembly.weight * lever * hands_do).reshape(-1, 6)
     return tuple(HandHold(name, each[:3], each[3:]) for name, each in zip(bodies, wrenches, strict=True))
