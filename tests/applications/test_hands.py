@@ -7,11 +7,11 @@ import pytest
 
 import holdfast as hf
 from bench.scenes.shelf import shelf
+from bench.scenes.voussoirs import arch_of
 from holdfast.answers import Assembly
 from holdfast.applications.disassembly.hands import held_still
 from holdfast.applications.disassembly.least_hold import HandHold, least_holds
 from holdfast.scene.shipped.blocks import arch
-from bench.scenes.voussoirs import arch_of
 
 G = 9.81
 
@@ -36,7 +36,8 @@ def voussoirs() -> Assembly:
 def test_an_arch_of_13_voussoirs_is_built_with_two_hands(voussoirs: Assembly, engine: str) -> None:
     """Each state stands with hands of the strengths that its step names, and of hardly less it does not."""
     order = hf.build_order(voussoirs, hands=2, engine=engine)
-    assert order.reached and not order.falsework
+    assert order.reached
+    assert not order.falsework
     assert max(len(step.holds) for step in order.steps) == 2
     for number, step in enumerate(order.steps):
         state = voussoirs.without(order.order[number:])
@@ -53,7 +54,8 @@ def test_one_hand_and_one_prop_build_an_arch(voussoirs: Assembly, name: str, pro
     assert order.first == order.stuck == ()
     assert {hold.body for step in order.steps for hold in step.holds if hold.prop} == {prop}
     assert all(sum(not hold.prop for hold in step.holds) <= 1 for step in order.steps)
-    assert "falsework" in order.to_dict() and prop in order.summary().facts[1][1]
+    assert "falsework" in order.to_dict()
+    assert prop in order.summary().facts[1][1]
 
 
 def test_hands_that_let_go_leave_what_the_next_ones_and_the_gripper_hold(voussoirs: Assembly) -> None:
@@ -68,7 +70,8 @@ def test_hands_that_let_go_leave_what_the_next_ones_and_the_gripper_hold(voussoi
 
 def test_an_arch_is_taken_apart_with_two_hands() -> None:
     order = hf.disassembly_order(arch(), hands=2)
-    assert order.reached and order.order[0] == "v3"
+    assert order.reached
+    assert order.order[0] == "v3"
     assert {hold.body for hold in order.steps[0].holds} == {"v2", "v4"}
     assert not hf.disassembly_order(arch(), hands=1).reached
     assert hf.disassembly_order(arch(), hands=1).falsework == ("v2",)
@@ -77,8 +80,10 @@ def test_an_arch_is_taken_apart_with_two_hands() -> None:
 
 def test_can_remove_says_what_to_hold() -> None:
     plain, one, two = (hf.can_remove(arch(), "v3", hands=hands) for hands in (0, 1, 2))
-    assert plain == one and not plain.holds
-    assert not two.safe and {hold.body for hold in two.holds} == {"v2", "v4"}
+    assert plain == one
+    assert not plain.holds
+    assert not two.safe
+    assert {hold.body for hold in two.holds} == {"v2", "v4"}
     assert "it may with hands" in two.reason
     assert stands(hf.assemble(arch()).without("v3"), two.holds, 1 + 1e-4)
 
@@ -104,7 +109,8 @@ def test_the_least_hold_of_a_plank_over_an_edge_is_a_moment() -> None:
     assert np.linalg.norm(hold.force) == pytest.approx(0, abs=1e-6)
     assert np.linalg.norm(hold.moment) == pytest.approx(2 * G * 0.05, rel=1e-6)
     (hold,) = least_holds(overhanging(-0.05), ["plank"]) or ()
-    assert not hold.force.any() and not hold.moment.any()
+    assert not hold.force.any()
+    assert not hold.moment.any()
 
 
 def test_the_least_hold_of_a_body_in_the_air_is_its_weight() -> None:

@@ -12,10 +12,10 @@ import pytest
 from native_mujoco import Native
 
 import holdfast as hf
+from bench.scenes.voussoirs import arch_of
 from holdfast.answers import Assembly, BuildOrder
 from holdfast.base.arrays import Float
 from holdfast.scene.shipped.blocks import arch
-from bench.scenes.voussoirs import arch_of
 
 pytestmark = pytest.mark.referee
 
@@ -62,7 +62,10 @@ def _within(vector: Float, most: float) -> Float:
 
 def _turn(rotation: Float) -> Float:
     """The rotation vector of a small rotation."""
-    return np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]) / 2
+    return (
+        np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+        / 2
+    )
 
 
 @pytest.mark.parametrize("scene", [arch(), arch_of(13)], ids=["shipped", "13 voussoirs"])

@@ -112,7 +112,9 @@ QUESTIONS = {
     "robustness_of_poses": lambda s, _: hf.robustness_of_poses(
         s, "box", s.body("box").pose[None], (0.3, 0, 0.1), (0, 0, -1), engine="limit"
     ),
-    "plan_placement": lambda s, _: hf.plan_placement(s, hf.Body("jar", hf.Box((0.1, 0.1, 0.1)), mass=1), engine="limit"),
+    "plan_placement": lambda s, _: hf.plan_placement(
+        s, hf.Body("jar", hf.Box((0.1, 0.1, 0.1)), mass=1), engine="limit"
+    ),
     "place_all": lambda s, _: hf.place_all(s, [hf.Body("jar", hf.Box((0.1, 0.1, 0.1)), mass=1)], engine="limit"),
     "certificate": lambda s, p: hf.stability(s, engine="limit").save_certificate(p / "c.json"),
     "format 'MJCF'": lambda s, p: hf.save_scene(s, p / "s.xml"),

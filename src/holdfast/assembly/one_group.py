@@ -66,8 +66,9 @@ class _Canonical:
 def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     """Return the part of the assembly ``whole`` that consists of one of its groups, given by the names of its bodies.
 
-    At least one body of the group touches a fixed body or is held. The part is cached in the assembly. Its content is cached in
-    the memory that the assembly shares with its edits, and is the same object as long as nothing in it changes.
+    At least one body of the group touches a fixed body or is held. The part is cached in the assembly. Its content is
+    cached in the memory that the assembly shares with its edits, and is the same object as long as nothing in it
+    changes.
     """
     part: Part | None = whole.parts.get(group)
     if part is None:
@@ -114,9 +115,7 @@ def _canonical(
     still: list[Body],
     moving: list[Body],
     interfaces: list[Interface],
-    about: tuple[
-        tuple[Overlap, ...], tuple[tuple[str, str], ...], Friction, tuple[Excluded, ...], tuple[AnyHold, ...]
-    ],
+    about: tuple[tuple[Overlap, ...], tuple[tuple[str, str], ...], Friction, tuple[Excluded, ...], tuple[AnyHold, ...]],
 ) -> _Canonical:
     """Return the canonical form of a group of ``moving`` bodies and the fixed bodies ``still`` that they touch."""
     up = whole.scene.up

@@ -8,7 +8,17 @@ import typer
 
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import SOLVES
-from holdfast.cli.common import AsJson, EngineName, Hands, Nodes, Proof, SaveAnswer, certify, engine_with, order_exit_code
+from holdfast.cli.common import (
+    AsJson,
+    EngineName,
+    Hands,
+    Nodes,
+    Proof,
+    SaveAnswer,
+    certify,
+    engine_with,
+    order_exit_code,
+)
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress

@@ -8,7 +8,7 @@ import typer
 
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.applications.disassembly.removal_check import can_remove
-from holdfast.cli.common import AsJson, EngineName, EXIT, Hands, Nodes, Proof, certify, engine_with
+from holdfast.cli.common import EXIT, AsJson, EngineName, Hands, Nodes, Proof, certify, engine_with
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress

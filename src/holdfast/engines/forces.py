@@ -109,7 +109,7 @@ def lighter_share(assembly: Assembly, nodes: ContactNodes) -> Float:
 
 
 def _dilatancy(assembly: Assembly, nodes: ContactNodes, solution: ConeSolution) -> float:
-    """Return the largest normal force that slip adds at a loaded contact, relative to the weight of its lighter body."""
+    """Return the largest normal force that slip adds at a loaded contact, relative to its lighter body's weight."""
     rough = np.flatnonzero(nodes.mu > 0)
     if not len(rough):
         return 0.0

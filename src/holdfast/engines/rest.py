@@ -191,13 +191,11 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
     return f"{text}; {place} (the gap tolerance is {own.gap * 1e3:.3g} mm: {remedy})"
 
 
-def _fall(
-    assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None
-) -> tuple[Verdict, Float] | None:
+def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> tuple[Verdict, Float] | None:
     """Return the verdict that a motion proves, and that motion: the least one, or ``twists`` (J + F, 6) of the program.
 
-    The program for the forces may end in numerical trouble where bodies fall, as a rod on a slope that touches along a line. The
-    least motion then proves it, or nothing does, and the result is None.
+    The program for the forces may end in numerical trouble where bodies fall, as a rod on a slope that touches along a
+    line. The least motion then proves it, or nothing does, and the result is None.
     """
     least = least_motion(assembly, nodes, wrench)
     found = None if least is None else _falls(assembly, nodes, wrench, least)

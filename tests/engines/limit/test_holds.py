@@ -24,7 +24,9 @@ def cup(holds: Iterable[hf.Hold | hf.Grip], mass: float = 0.3) -> hf.Scene:
     return hf.Scene([floor, hf.Body("cup", hf.Box((0.1, 0.1, 0.1)), mass=mass, position=(0, 0, 1))], 0.5, holds=holds)
 
 
-def pushed(scene: hf.Scene, point: tuple[float, float, float], way: tuple[float, float, float], body: str = "cup") -> float:
+def pushed(
+    scene: hf.Scene, point: tuple[float, float, float], way: tuple[float, float, float], body: str = "cup"
+) -> float:
     """The largest force along ``way`` at a point, which must be proved from both sides."""
     found = hf.load_factor(scene, [hf.Load(body, point, way)], engine=LIMIT)
     assert found.lower <= float(found) <= found.upper
@@ -174,7 +176,10 @@ def test_beside_an_independent_linear_program() -> None:
         holds, sets = [], []
         for _ in range(int(rng.integers(1, 4))):
             frame = hf.pose(*rng.uniform(-0.05, 0.05, 2), 1.0, roll=rng.uniform(0, 360), pitch=rng.uniform(-80, 80))
-            low, high = -rng.uniform(0, 8, 6) * [1, 1, 1, 0.1, 0.1, 0.1], rng.uniform(0, 8, 6) * [1, 1, 1, 0.1, 0.1, 0.1]
+            low, high = (
+                -rng.uniform(0, 8, 6) * [1, 1, 1, 0.1, 0.1, 0.1],
+                rng.uniform(0, 8, 6) * [1, 1, 1, 0.1, 0.1, 0.1],
+            )
             low[rng.random(6) < 0.1], high[rng.random(6) < 0.1] = -INF, INF
             pairs = [(float(a), float(b)) for a, b in zip(low, high, strict=True)]
             holds.append(hf.Hold("cup", frame, forces=tuple(pairs[:3]), moments=tuple(pairs[3:])))
@@ -232,7 +237,8 @@ def test_a_polygon_for_the_cone_errs_on_its_side() -> None:
     scene = stack([hf.Hold("block", hf.pose(0, 0, 0.1), forces=3.0, moments=INF)])
     loads = [hf.Load("slab", (0.4, 0, 0.025), (1, 0.3, 0))]
     inside, exact, outside = (
-        float(hf.load_factor(scene, loads, engine=hf.Limit(cone, 16))) for cone in ("inscribed", "exact", "circumscribed")
+        float(hf.load_factor(scene, loads, engine=hf.Limit(cone, 16)))
+        for cone in ("inscribed", "exact", "circumscribed")
     )
     assert inside < exact < outside
     assert outside < 1.05 * inside

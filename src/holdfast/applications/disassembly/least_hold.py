@@ -63,7 +63,7 @@ def hands_column(hands: int) -> tuple[str, ...]:
 def least_holds(assembly: Assembly, bodies: Sequence[str]) -> tuple[HandHold, ...] | None:
     """Return the least holds of some movable bodies with which contact forces balance the weights; None if none do.
 
-        min Σ |F_b| + |M_b| / size_b   s.t.   G f + w + Σ (F_b, M_b) = 0,  f in the friction cones
+    min Σ |F_b| + |M_b| / size_b   s.t.   G f + w + Σ (F_b, M_b) = 0,  f in the friction cones
     """
     if not bodies:
         return ()

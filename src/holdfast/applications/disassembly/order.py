@@ -177,8 +177,8 @@ class Disassembly(CertifiedStates, PublicValue):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "fewest", "blocked")
-        names = (*names, "hands", "falsework") if self.hands else names
-        data = {name: to_dict(getattr(self, name)) for name in (*names, "undecided", "steps")}
+        hands = ("hands", "falsework") if self.hands else ()
+        data = {name: to_dict(getattr(self, name)) for name in (*names, *hands, "undecided", "steps")}
         return {"scene": self.assembly.scene.name} | data
 
     def summary(self) -> Summary:
@@ -190,7 +190,9 @@ class Disassembly(CertifiedStates, PublicValue):
         outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.fewest)} removals"
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("outcome", outcome)]
         facts += [("falsework", f"props under {listed(self.falsework)}")] if self.falsework else []
-        rows = [[str(k + 1), step.body, *handled(step.holds, self.hands), step.reason] for k, step in enumerate(self.steps)]
+        rows = [
+            [str(k + 1), step.body, *handled(step.holds, self.hands), step.reason] for k, step in enumerate(self.steps)
+        ]
         return Summary(headline, facts, ("step", "take out", *hands_column(self.hands), "why it may go"), rows)
 
     def _paper_row(self, name: str, part: frozenset[str]) -> PaperRow:

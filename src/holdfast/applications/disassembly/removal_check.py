@@ -47,10 +47,10 @@ def can_remove(
     whole = frozenset(removals.names)
     part = removals.part_of(body, whole)
     states = [Question.of(removals.reduced(names)) for names in (part, part - {body})]
-    return asking(_answer(removals, body, whole), *states)
+    return asking(_answer(removals, body, whole, hands), *states)
 
 
-def _answer(removals: Removals, body: str, whole: frozenset[str]) -> Removal:
+def _answer(removals: Removals, body: str, whole: frozenset[str], hands: int) -> Removal:
     verdict = removals.verdict(removals.part_of(body, whole))
     blockers = removals.exits.blockers(body, whole)
     if verdict.status is Status.UNSTABLE:

@@ -156,7 +156,9 @@ def robustness_of_poses(
     contact tolerance, and the errors of ``stability_of_poses``.
     """
     assembly = checked_assembly(assembly)
-    refuse_holds(assembly.scene.holds, NAME, "ask one pose at a time: hf.robustness(assembly.moved(...), ..., engine=hf.Limit())")
+    refuse_holds(
+        assembly.scene.holds, NAME, "ask one pose at a time: hf.robustness(assembly.moved(...), ..., engine=hf.Limit())"
+    )
     method = engine_of(engine)
     given = given_poses(assembly, bodies, poses, NAME)
     if body is None and len(given.names) > 1:

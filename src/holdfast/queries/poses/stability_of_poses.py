@@ -124,7 +124,9 @@ def stability_of_poses(
     GeometryError if a pose is not rigid, and HoldfastError if the interfaces of the assembly were given.
     """
     assembly = checked_assembly(assembly)
-    refuse_holds(assembly.scene.holds, NAME, "ask one pose at a time: hf.stability(assembly.moved(...), engine=hf.Limit())")
+    refuse_holds(
+        assembly.scene.holds, NAME, "ask one pose at a time: hf.stability(assembly.moved(...), engine=hf.Limit())"
+    )
     method = engine_of(engine)
     given = given_poses(assembly, bodies, poses, NAME)
     local = Locals(Neighbourhoods(assembly, given), method)

@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import (
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     Tag,
@@ -19,7 +18,6 @@ from pydantic import (
     model_validator,
 )
 
-from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import pose_from
@@ -28,30 +26,17 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.formats import plain_data
 from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.hold_entries import AnyHoldModel, hold_data, hold_of
+from holdfast.scene.formats.models_shared import Matrix3, Matrix4, Model, Number, Quadruple, Triple, Truth, Whole
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.hold import AnyHold, Grip, Hold
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
 FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
-
-
-def _no_other_type(value: Any) -> Any:  # noqa: ANN401
-    """Refuse texts and truth values, which pydantic would convert to numbers."""
-    if isinstance(value, bool | str | bytes):
-        raise ValueError("needs a number")
-    return value
-
-
-def _truth_value(value: Any) -> Any:  # noqa: ANN401
-    """Refuse 0 and 1, "yes" and "no", which pydantic would convert to truth values."""
-    if not isinstance(value, bool):
-        raise ValueError("needs true or false")
-    return value
 
 
 def _numbers(value: Any) -> Any:  # noqa: ANN401
@@ -73,32 +58,6 @@ def _quaternion(value: Any) -> Any:  # noqa: ANN401
 
 def _friction_kind(value: Any) -> str:  # noqa: ANN401
     return "table" if isinstance(value, dict | BaseModel) else "number"
-
-
-Number = Annotated[float, BeforeValidator(_no_other_type)]
-Whole = Annotated[int, BeforeValidator(_no_other_type)]
-Truth = Annotated[bool, BeforeValidator(_truth_value)]
-Triple = tuple[Number, Number, Number]
-Quadruple = tuple[Number, Number, Number, Number]
-Matrix3 = tuple[Triple, Triple, Triple]
-Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
-
-
-MOST_KEYS = 100  # largest number of keys of one map, because pydantic collects the errors of all of them
-
-
-class Model(BaseModel):
-    """Base class of the models of a scene file, without unknown keys and infinite numbers."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _few_keys(cls, data: Any) -> Any:  # noqa: ANN401
-        if isinstance(data, dict) and len(data) > MOST_KEYS:
-            unknown = next(key for key in data if key not in cls.model_fields)
-            raise ValueError(f"has {len(data):,} keys; {quoted(unknown)} and others are unknown")
-        return data
 
 
 class BoxModel(Model):
@@ -240,34 +199,6 @@ class FrictionModel(Model):
     combine: Combine | None = Field(None, description="how two values make a pair's")
 
 
-End = Annotated[Number | Literal["inf", "-inf"], Field(description="a number, or inf or -inf as a text")]
-Endless = Annotated[Number | Literal["inf"], Field(description="a number, or inf as a text")]
-AxisModel = Endless | tuple[End, End]
-BoundsModel = Endless | tuple[AxisModel, AxisModel, AxisModel]
-
-
-class HoldModel(Model):
-    """A hand or gripper that exerts any force and moment within bounds; see holdfast.Hold."""
-
-    type: Literal["hold"]
-    body: str
-    frame: Matrix4 = Field(description="4x4 frame to world, rows")
-    forces: BoundsModel = Field(0.0, description="[N]: the radius of a ball, or an entry for each axis of the frame")
-    moments: BoundsModel = Field(0.0, description="[N m], likewise")
-
-
-class GripModel(Model):
-    """Fingers or pads that press on a body; see holdfast.Grip."""
-
-    type: Literal["grip"]
-    body: str
-    points: list[Triple] = Field(fail_fast=True, description="[m], world frame")
-    normals: list[Triple] = Field(fail_fast=True, description="into the body, world frame")
-    mu: Number
-    force: Endless | list[Endless] = Field("inf", description="largest normal force [N], one or one a point")
-    pull: Number = Field(0.0, description="[N]: draws the body against all points together")
-
-
 EndModel = str | tuple[str, Whole]
 
 
@@ -284,9 +215,7 @@ class SceneModel(Model):
     excluded: list[tuple[EndModel, EndModel]] = Field(
         [], fail_fast=True, description="pairs of bodies, or of [body, number of a part from 0], that never touch"
     )
-    holds: list[Annotated[HoldModel | GripModel, Field(discriminator="type")]] = Field(
-        [], fail_fast=True, description="what holds bodies beside their contacts"
-    )
+    holds: list[AnyHoldModel] = Field([], fail_fast=True, description="what holds bodies beside their contacts")
 
 
 def schema() -> dict[str, Any]:
@@ -311,7 +240,7 @@ def read(source: Source) -> Scene:
     except ValidationError as cause:
         raise SceneError(first_fault(cause, SceneModel, data, path)) from None
     bodies = [_body(body, path) for body in model.bodies]
-    holds = [_hold(hold) for hold in model.holds]
+    holds = [hold_of(hold) for hold in model.holds]
     return Scene(bodies, friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
 
 
@@ -337,33 +266,13 @@ def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
         "friction": friction_data(scene.friction),
         "bodies": [_body_data(body, path) for body in scene.bodies],
     }
-    return data | excluded_data(scene) | ({"holds": [_hold_data(hold) for hold in scene.holds]} if scene.holds else {})
+    return data | excluded_data(scene) | ({"holds": [hold_data(hold) for hold in scene.holds]} if scene.holds else {})
 
 
 def excluded_data(scene: Scene) -> dict[str, Any]:
     """Return the pairs that do not touch as plain data, if there are any."""
     excluded = [[end if isinstance(end, str) else list(end) for end in pair] for pair in scene.excluded]
     return {"excluded": excluded} if excluded else {}
-
-
-def _hold(model: HoldModel | GripModel) -> AnyHold:
-    if isinstance(model, HoldModel):
-        return Hold(model.body, np.array(model.frame), _numbers_of(model.forces), _numbers_of(model.moments))
-    force = _numbers_of(model.force)
-    return Grip(model.body, np.array(model.points), np.array(model.normals), model.mu, force, model.pull)
-
-
-def _numbers_of(item: Any) -> Any:  # noqa: ANN401 - numbers, inf as a text, and lists of them
-    return [_numbers_of(part) for part in item] if isinstance(item, list | tuple) else float(item)
-
-
-def _hold_data(hold: AnyHold) -> dict[str, Any]:
-    if isinstance(hold, Hold):
-        bounds = {"forces": to_dict(hold.forces), "moments": to_dict(hold.moments)}
-        return {"type": "hold", "body": hold.body, "frame": hold.frame.tolist()} | bounds
-    data: dict[str, Any] = {"type": "grip", "body": hold.body, "points": hold.points.tolist()}
-    data |= {"normals": hold.normals.tolist(), "mu": hold.mu, "force": to_dict(hold.force)}
-    return data | ({"pull": hold.pull} if hold.pull else {})
 
 
 def _body(model: BodyModel, path: Path) -> Body:

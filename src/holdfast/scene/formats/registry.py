@@ -35,8 +35,8 @@ class Format:
       options. It writes nothing itself, so that an error never leaves an incomplete file.
 
     ``mark`` says in a few words how its files are recognised. ``extra`` is the optional dependency group that the
-    functions import, and ``holds`` says that it can write what holds bodies. Raises HoldfastError if a suffix is malformed, if there is neither a reader nor a writer, or if
-    there is neither a suffix nor ``sniff``.
+    functions import, and ``holds`` says that it can write what holds bodies. Raises HoldfastError if a suffix is
+    malformed, if there is neither a reader nor a writer, or if there is neither a suffix nor ``sniff``.
     """
 
     name: str
