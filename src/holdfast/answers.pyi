@@ -1,6 +1,7 @@
 from holdfast.applications.calibration.measured_friction import MeasuredFriction as MeasuredFriction
 from holdfast.applications.carrying.result import Carried as Carried
 from holdfast.applications.disassembly.build import BuildOrder as BuildOrder
+from holdfast.applications.disassembly.least_hold import HandHold as HandHold
 from holdfast.applications.disassembly.order import Disassembly as Disassembly
 from holdfast.applications.disassembly.removal import Removal as Removal
 from holdfast.applications.monitor import Monitored as Monitored

@@ -30,7 +30,7 @@ EVERY = (
     hf.Hold("cup", FRAME, forces=((-3, 7), 2, (-INF, 40)), moments=INF),
     hf.Hold("cup", FRAME, 4.0, (0.1, 0, (0, 2))),
     hf.Grip("cup", [(0.05, 0, 1), (-0.05, 0, 1)], [(-1, 0, 0), (1, 0, 0)], 0.5, (20, INF), pull=3.0),
-    hf.Grip.suction("box", hf.pose(0.3, 0, 0.1), force=40.0, radius=0.02, mu=0.6, points=8),
+    hf.Grip.suction("box", hf.pose(0.3, 0, 0.1), force=40.0, radius=0.02, mu=0.6, sides=8),
 )
 
 

@@ -66,12 +66,12 @@ class ContactNodes(Value):
     @property
     def blocks(self) -> Float:
         """The wrenches (K, 3, 2, 6) of the K nodes of holds."""
-        return np.empty((0, 3, 2, 6))
+        return _NO_BLOCKS
 
     @property
     def usual(self) -> Float:
         """The usual normal forces (K,) [N] of the nodes of holds."""
-        return np.empty(0)
+        return _EMPTY
 
     def under(self, wrench: Float) -> Float:
         """Return ``wrench`` (6J,) with what holds exert in any case, and the equations of fasteners: (6(J + F),)."""
@@ -104,7 +104,8 @@ class ContactNodes(Value):
         return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
-_EMPTY, _NONE = np.empty(0), np.empty(0, dtype=np.int64)
+_EMPTY, _NONE = frozen(np.empty(0)), np.empty(0, dtype=np.int64)
+_NO_BLOCKS = frozen(np.empty((0, 3, 2, 6)))
 NO_NODES = ContactNodes(_EMPTY.reshape(0, 3), _EMPTY.reshape(0, 3, 3), _EMPTY, _EMPTY, _NONE, _NONE, _NONE)
 
 

@@ -17,7 +17,7 @@ from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.excluded import Excluded, excluded_among
 from holdfast.scene.friction import Friction
-from holdfast.scene.hold import AnyHold
+from holdfast.scene.hold import AnyHold, holds_among
 from holdfast.scene.scene import Scene
 
 
@@ -91,7 +91,7 @@ def _part(whole: Assembly, group: tuple[str, ...]) -> Part:
     table = whole.scene.friction.among(named | materials_of([*still, *moving]))
     excluded = excluded_among(whole.scene.excluded, named)
     about = (whole.scene.gravity.tobytes(), whole.scene.name, whole.tolerances.rule, whole.detected)
-    holds = whole.scene.holds_of(names)
+    holds = holds_among(whole.scene.holds, names)
     key = (*map(Same, (*still, *moving, *interfaces)), overlaps, occluded, table, excluded, holds, *about)
 
     def canonical() -> _Canonical:

@@ -18,6 +18,7 @@ from holdfast.base.arrays import (
     checked_name,
     checked_number,
     checked_rows,
+    checked_whole,
     frozen,
 )
 from holdfast.base.errors import SceneError, message, nearest_of
@@ -28,7 +29,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, altered, seal
 from holdfast.scene.body import Body
 
-RING = 16  # points of the seal of a suction cup
+RING, MOST_SIDES = 16, 1000  # points of the seal of a suction cup
 
 Range: TypeAlias = tuple[float, float]
 Bounds: TypeAlias = float | tuple[Range, Range, Range]  # the radius of a ball, or a range for each axis
@@ -68,10 +69,6 @@ class Hold(Value):
         if all(bounds in (0.0, ((0.0, 0.0),) * 3) for bounds in (self.forces, self.moments)):
             raise SceneError(message(where, "holds nothing: all bounds are 0", "give forces=, moments= or both"))
         seal(self)
-
-    def moved(self, motion: Float) -> Hold:
-        """Return the hold after its body was displaced by ``motion`` (4, 4), world to world."""
-        return altered(self, frame=frozen(motion @ self.frame))
 
 
 @archived
@@ -127,24 +124,20 @@ class Grip(Value):
         seal(self)
 
     @classmethod
-    def suction(cls, body: str, frame: ArrayLike, force: float, radius: float, mu: float, points: int = RING) -> Grip:
+    def suction(cls, body: str, frame: ArrayLike, force: float, radius: float, mu: float, sides: int = RING) -> Grip:
         """Return a suction cup at the origin of ``frame`` (4, 4), whose z axis is the outward normal of the face.
 
         Vacuum draws the body to the cup with ``force`` [N], and the cup presses on the body along its seal, a ring of
-        ``radius`` [m], which is cut down to so many ``points``: a polygon inside it, so answers are cautious. It comes
+        ``radius`` [m], for which a polygon of so many ``sides`` inside it stands, so answers are cautious. It comes
         off at the pull ``force`` in the middle, and peels off at force · radius / (radius + a) for a pull at the
         distance a.
         """
         axes = checked_pose(frame, f"suction cup on {quoted(body)}: frame")
+        count = checked_whole(sides, f"suction cup on {quoted(body)}: sides", 3, MOST_SIDES)
         reach = checked_number(radius, f"suction cup on {quoted(body)}: radius", above=0, within=LENGTH)
-        angle = 2 * np.pi * np.arange(points) / points
-        ring = reach * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(points)])
-        return cls(body, transform(axes, ring), np.tile(-axes[:3, 2], (points, 1)), mu, pull=force)
-
-    def moved(self, motion: Float) -> Grip:
-        """Return the grip after its body was displaced by ``motion`` (4, 4), world to world."""
-        turned = self.normals @ motion[:3, :3].T
-        return altered(self, points=frozen(transform(motion, self.points)), normals=frozen(turned))
+        angle = 2 * np.pi * np.arange(count) / count
+        ring = reach * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(count)])
+        return cls(body, transform(axes, ring), np.tile(-axes[:3, 2], (count, 1)), mu, pull=force)
 
 
 AnyHold: TypeAlias = Hold | Grip
@@ -167,6 +160,19 @@ def checked_holds(holds: Iterable[Any], bodies: Collection[Body]) -> tuple[AnyHo
         if fixed[hold.body]:
             raise SceneError(message("scene", f"holds names {quoted(hold.body)}, which is fixed", "hold what can move"))
     return found
+
+
+def holds_among(holds: Iterable[AnyHold], names: Collection[str]) -> tuple[AnyHold, ...]:
+    """Return the holds of the bodies with these names."""
+    return tuple(hold for hold in holds if hold.body in names)
+
+
+def moved_hold(hold: AnyHold, motion: Float) -> AnyHold:
+    """Return a hold whose body was displaced by ``motion`` (4, 4), world to world."""
+    if isinstance(hold, Hold):
+        return altered(hold, frame=frozen(motion @ hold.frame))
+    turned = hold.normals @ motion[:3, :3].T
+    return altered(hold, points=frozen(transform(motion, hold.points)), normals=frozen(turned))
 
 
 def refuse_holds(holds: Collection[AnyHold], where: str, remedy: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -31,7 +31,7 @@ from holdfast.scene.excluded import (
 )
 from holdfast.scene.friction import Friction, joined_friction
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.hold import AnyHold, checked_holds
+from holdfast.scene.hold import AnyHold, checked_holds, holds_among, moved_hold
 from holdfast.scene.level import directions_around, tilted_gravity
 
 DIRECTIONS = 100  # number of directions on the default circle (Nadeau & Kelly, Fig. 15)
@@ -217,12 +217,8 @@ class Scene(Value):
         left = tuple(body for body in self.bodies if body.name not in gone)
         known = {body.name for body in left} | materials_of(left)
         excluded = excluded_among(self.excluded, {body.name for body in left})
-        holds = self.holds_of({body.name for body in left})
+        holds = holds_among(self.holds, {body.name for body in left})
         return replace(self, bodies=left, friction=self.friction.among(known), excluded=excluded, holds=holds)
-
-    def holds_of(self, names: Collection[str]) -> tuple[AnyHold, ...]:
-        """Return the holds of the bodies with these names."""
-        return tuple(hold for hold in self.holds if hold.body in names)
 
     def __add__(self, other: Scene) -> Scene:
         """Return the scene with the bodies of both, their friction tables, excluded pairs, holds and notes.
@@ -295,7 +291,7 @@ def with_notes(scene: Scene, notes: Iterable[str]) -> Scene:
 
 def _carried_along(hold: AnyHold, before: Float, after: Float) -> AnyHold:
     """Return a hold whose body goes from the pose ``before`` to the pose ``after`` (4, 4)."""
-    return hold if before is after else hold.moved(after @ np.linalg.inv(before))
+    return hold if before is after else moved_hold(hold, after @ np.linalg.inv(before))
 
 
 def _checked_notes(notes: Iterable[str]) -> Iterator[str]:

@@ -22,6 +22,7 @@ from holdfast.base.rigid import wrench_at
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
+from holdfast.scene.hold import holds_among
 
 MOST_TRIED = 8  # bodies that hands are tried at in one step: those held already, the neighbours, those that would move
 PROPS = 2  # bodies that falsework is tried for beside the hands
@@ -37,7 +38,7 @@ def held_still(assembly: Assembly, names: State) -> Assembly:
     scene = assembly.scene
     bodies = tuple(replace(body, fixed=True) if body.name in names else body for body in scene.bodies)
     fixed = {body.name for body in bodies if body.fixed}
-    still = replace(scene, bodies=bodies, holds=scene.holds_of({body.name for body in bodies} - fixed))
+    still = replace(scene, bodies=bodies, holds=holds_among(scene.holds, {body.name for body in bodies} - fixed))
     kept = tuple(one for one in assembly.interfaces if not fixed.issuperset(one.bodies))
     return replace(assembly, scene=still, interfaces=kept)
 
