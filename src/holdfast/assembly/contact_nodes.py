@@ -59,6 +59,11 @@ class ContactNodes(Value):
         return 0
 
     @property
+    def asked(self) -> Float | None:
+        """Which equations (6J,) of bodies count, 1 or 0: none in which a hold is as strong as needed; None for all."""
+        return None
+
+    @property
     def contacts(self) -> ContactNodes:
         """The nodes of contacts alone."""
         return self
@@ -81,13 +86,13 @@ class ContactNodes(Value):
         """Return columns (6J, ...) of bodies with zeros for fasteners: (6(J + F), ...)."""
         return columns
 
+    def moving(self, twists: Float) -> Float:
+        """Return motions (..., 6J) of bodies without what holds forbid that are as strong as needed."""
+        return twists if self.asked is None else twists * self.asked
+
     def scaled(self, scale: Float) -> Float:
         """Return scales (6J,) of bodies, and for each fastener that of forces on its body: (6(J + F),)."""
         return scale
-
-    def wrench_of(self, forces: Float) -> Float:
-        """Return the wrench (6J,) of holds in ``forces`` (I, 3) at the nodes; only where there are holds."""
-        raise NotImplementedError
 
     def world(self, forces: Float) -> Float:
         """Convert forces (I, 3) from the axes of their nodes to the world axes."""
@@ -207,6 +212,14 @@ def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
         force = sign * own.axes
         blocks[: len(own), :, side, :3] = force
         blocks[: len(own), :, side, 3:] = cross(arms(assembly, own, body)[:, None], force)
+    return asked_of(nodes, blocks)
+
+
+def asked_of(nodes: ContactNodes, blocks: Float) -> Float:
+    """Return ``blocks`` (I, 3, 2, 6) with 0 in the equations that do not count."""
+    if nodes.asked is not None:
+        every = np.vstack([nodes.asked.reshape(-1, 6), np.ones((nodes.fasteners + 1, 6))])  # FIXED is -1
+        blocks *= every[np.stack([nodes.b, nodes.a], axis=1)][:, None]
     return blocks
 
 

@@ -5,6 +5,9 @@ whose coefficient is r / c. The normal force of that node acts on no body. An eq
 the six equations of a *fastener*, which stands beside those of the bodies as if it were one more body. The power of c
 along the motion of a fastener is then what the hold can do against a motion, so whatever is proved of cones and bodies,
 by forces or by motions, holds for bounded sets as it stands.
+
+Where a hold bears any moment, the three equations of moments of its body say nothing, and are left out. Other axes
+without bounds are two cones against each other.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross, tangents
 from holdfast.scene.hold import AnyHold, Bounds, Grip, Hold
 
+ENDLESS = (np.inf, ((-np.inf, np.inf),) * 3)  # bounds of as much as is needed
 USUAL = 0.25  # share of the weight of the body held that counts as the usual force of what has no bound
 
 
@@ -31,6 +35,7 @@ class HoldData:
     ``blocks`` (K, 3, 2, 6) are the wrenches of a unit force along each axis of such a node, on its body b and on its
     fastener a. ``owner`` (F,) is the body of each fastener and ``amounts`` (6F,) the right-hand side of its equations.
     ``constant`` (6J,) are wrenches that holds exert in any case, and ``usual`` (K,) [N] the usual normal forces.
+    ``asked`` (6J,) is 0 for equations that are left out, else 1.
     """
 
     blocks: Float
@@ -38,6 +43,7 @@ class HoldData:
     amounts: Float
     constant: Float
     usual: Float
+    asked: Float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,6 +56,11 @@ class HeldNodes(ContactNodes):
     def fasteners(self) -> int:
         """The number F of fasteners."""
         return len(self.data.owner)
+
+    @property
+    def asked(self) -> Float:
+        """Which equations (6J,) of bodies count, 1 or 0."""
+        return self.data.asked
 
     @property
     def blocks(self) -> Float:
@@ -68,21 +79,16 @@ class HeldNodes(ContactNodes):
 
     def under(self, wrench: Float) -> Float:
         """Return ``wrench`` (6J,) with what holds exert in any case, and the equations of fasteners: (6(J + F),)."""
-        return np.concatenate([wrench + self.data.constant, -self.data.amounts])
+        return np.concatenate([self.asked * (wrench + self.data.constant), -self.data.amounts])
 
     def beside(self, columns: Float) -> Float:
-        """Return columns (6J, ...) of bodies with zeros for fasteners: (6(J + F), ...)."""
-        return np.concatenate([columns, np.zeros((6 * self.fasteners, *columns.shape[1:]))])
+        """Return loads (6J, ...) on bodies, where they count, with none on fasteners: (6(J + F), ...)."""
+        own = (columns.T * self.asked).T
+        return np.concatenate([own, np.zeros((6 * self.fasteners, *columns.shape[1:]))])
 
     def scaled(self, scale: Float) -> Float:
         """Return scales (6J,) of bodies, and for each fastener that of forces on its body: (6(J + F),)."""
         return np.concatenate([scale, np.repeat(scale[6 * self.data.owner], 6)])
-
-    def wrench_of(self, forces: Float) -> Float:
-        """Return the wrench (6J,) of holds with these ``forces`` (I, 3) at the nodes."""
-        found, first = self.data.constant.copy().reshape(-1, 6), len(self.contacts)
-        np.add.at(found, self.b[first:], np.einsum("ki,kij->kj", forces[first:], self.blocks[:, :, 0]))
-        return found.ravel()
 
 
 def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
@@ -95,9 +101,10 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
     counts = [one.fasteners for one in made]
     first = len(assembly.movable) + np.cumsum([0, *counts[:-1]])
     owner = np.repeat([one.body for one in made], counts).astype(np.int64)
-    constant = np.zeros((len(assembly.movable), 6))
+    constant, asked = np.zeros((len(assembly.movable), 6)), np.ones((len(assembly.movable), 6))
     for one in made:
         constant[one.body] += one.constant
+        asked[one.body, 3:] *= not one.turns
     body = np.repeat([one.body for one in made], [len(one.mu) for one in made]).astype(np.int64)
     at = np.concatenate([start + np.array(one.at, dtype=np.int64) for start, one in zip(first, made, strict=True)])
     held = np.concatenate([np.array(one.equations, dtype=bool) for one in made])
@@ -116,6 +123,7 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
             amounts=np.concatenate([one.amounts for one in made]),
             constant=constant.ravel(),
             usual=np.concatenate([np.array(one.usual, dtype=np.float64) for one in made]),
+            asked=asked.ravel(),
         ),
     )
 
@@ -136,7 +144,7 @@ class _Making:
     def __post_init__(self) -> None:
         self.body = self.assembly.index[self.hold.body]
         self.unit = float(self.assembly.mass[self.body] * np.linalg.norm(self.assembly.scene.gravity))
-        self.constant = np.zeros(6)
+        self.constant, self.turns = np.zeros(6), False  # whether it bears any moment
         if isinstance(self.hold, Grip):
             self._grip(self.hold)
         else:
@@ -156,7 +164,10 @@ class _Making:
         pushes = [np.concatenate([axis, cross(arm, axis)]) for axis in axes]
         turns = [np.concatenate([np.zeros(3), size * axis]) for axis in axes]
         self._bounded(hold.forces, pushes, 1.0)
-        self._bounded(hold.moments, turns, size)
+        if hold.moments in ENDLESS:
+            self.turns = True
+        else:
+            self._bounded(hold.moments, turns, size)
 
     def _bounded(self, bounds: Bounds, wrenches: list[Float], size: float) -> None:
         """Take forces along three unit ``wrenches`` (6,), within bounds that are larger by a factor ``size``."""

@@ -209,7 +209,7 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, whole: Float)
 
     Also returns the motion at the scale of the mechanism.
     """
-    twists = whole[: len(assembly.movable)]
+    twists = nodes.moving(whole[: len(assembly.movable)].ravel()).reshape(-1, 6)
     velocity = relative_velocity(nodes, assembly.com, twists)
     mode = modes_of(assembly, nodes.contacts, twists[None], velocity[None], dual=True)[0]
     mechanism = describe(Kinematics.of(assembly, nodes), twists, mode, dual=True)

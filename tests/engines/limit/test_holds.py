@@ -252,3 +252,29 @@ def test_bounds_far_from_the_weight(scale: float) -> None:
         assert hf.stability(scene, engine=LIMIT).status is hf.Status.UNSTABLE
     else:
         assert pushed(scene, (0, 0, 1), (0, 0, -1)) == pytest.approx(scale * 5 - 0.3 * G, **CLOSE)
+
+
+@pytest.mark.parametrize(("share", "status"), [(0.999, "unstable"), (1.01, "stable"), (1.3, "stable"), (5.0, "stable")])
+def test_a_hand_on_a_slope_that_is_too_steep(share: float, status: str) -> None:
+    """F = m g sin(θ - φ) is needed along the edge of the friction cone; with more, the weight may grow as much."""
+    ramp = hf.pose(0, 0, 0, pitch=40)
+    needed = G * np.sin(np.radians(40) - np.arctan(0.5))
+    hand = hf.Hold("block", ramp @ hf.pose(0, 0, 0.05), forces=share * needed, moments=INF)
+    bodies = [
+        hf.Body("ramp", hf.Box((2, 1, 0.1)), fixed=True, pose=ramp @ hf.pose(0, 0, -0.05)),
+        hf.Body("block", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=ramp @ hf.pose(0, 0, 0.05)),
+    ]
+    scene = hf.Scene(bodies, 0.5, holds=[hand])
+    assert str(hf.stability(scene, engine=LIMIT).status) == status
+    if status == "stable":
+        assert pushed(scene, tuple((ramp @ [0, 0, 0.05, 1])[:3]), (0, 0, -1), "block") == pytest.approx(
+            G * (share - 1), **CLOSE
+        )
+
+
+def test_a_faint_hand_does_not_vouch_for_forces_that_nothing_brings_about() -> None:
+    """The wedged block rests on self-stress alone; a hand of 1 mN is no reason to say that it stands."""
+    wedged = hf.assemble(hf.shipped_scene("wedged"))
+    (name,) = (body.name for body in wedged.movable)
+    faint = wedged.with_holds(hf.Hold(name, hf.pose(*wedged.com[0]), forces=1e-3, moments=1e-3))
+    assert hf.stability(faint, engine=LIMIT).status is hf.Status.UNDECIDED

@@ -102,7 +102,10 @@ class Balance:
 
         Among holds, that counts even where no force enters an equation: two fingers let a body turn about their line.
         """
-        free = self._free | ~self.rows if len(self.equilibrium.nodes.blocks) else self._free
+        free, asked = self._free, self.equilibrium.nodes.asked
+        if asked is not None:
+            free = free | ~self.rows
+            free[: len(asked)] &= asked > 0
         return np.asarray(free.reshape(-1, 6).any(1))
 
     @property

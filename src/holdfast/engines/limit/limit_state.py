@@ -176,7 +176,7 @@ class LimitState:
         """The collapse mechanisms of dual twists (k, 6(J + F))."""
         nodes = self.rest.nodes.contacts
         velocities = (self.proofs.equilibrium.gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
-        twists = twists[:, : 6 * len(self.assembly.movable)]
+        twists = self.rest.nodes.moving(twists[:, : 6 * len(self.assembly.movable)])
         modes = modes_of(self.assembly, nodes, twists, velocities[:, : len(nodes)], dual=True)
         return describe_all(self.kinematics, twists, modes, dual=True)
 
@@ -192,7 +192,7 @@ class LimitState:
         if found is None or limit.twists is None:
             remedy = "there are derivatives only where a finite push moves something"
             raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
-        nodes, twists = self.rest.nodes.contacts, limit.twists[: len(load)]
+        nodes, twists = self.rest.nodes.contacts, self.rest.nodes.moving(limit.twists[: len(load)])
         return gradient(self.assembly, nodes, twists, found.forces[::3][: len(nodes)], self._answers([limit]))
 
     def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:

@@ -17,7 +17,14 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes, arms, by_bodies, dense_by_bodies, equilibrium_blocks
+from holdfast.assembly.contact_nodes import (
+    ContactNodes,
+    arms,
+    asked_of,
+    by_bodies,
+    dense_by_bodies,
+    equilibrium_blocks,
+)
 from holdfast.base.arrays import Float
 from holdfast.base.rounding import UNIT
 
@@ -93,6 +100,9 @@ class Equilibrium:
             node = np.arange(len(own))
             G[node, :, body] += sign * np.concatenate([axes, np.cross(arm, axes)], axis=2)
             H[node, :, body] += np.concatenate([np.abs(axes), np.stack(around, axis=2)], axis=2)
+        if self.nodes.asked is not None:
+            for m in (G, H):
+                m[:, :, : len(self.com)] *= self.nodes.asked.reshape(-1, 6)
         unit = np.finfo(np.longdouble).eps
         gather, spread = (m[:, :, :bodies].reshape(3 * count, 6 * bodies) for m in (G, H))
         return gather, gamma(12) / UNIT * unit * spread
@@ -137,4 +147,4 @@ def _magnitude(assembly: Assembly, nodes: ContactNodes) -> Float:
         x, y, z = np.abs(arms(assembly, own, body)).T[:, :, None]
         blocks[:, :, side, 3], blocks[:, :, side, 4] = y * fz + z * fy, z * fx + x * fz
         blocks[:, :, side, 5] = x * fy + y * fx
-    return np.concatenate([blocks, np.abs(nodes.blocks)])
+    return asked_of(nodes, np.concatenate([blocks, np.abs(nodes.blocks)]))
