@@ -87,7 +87,7 @@ class Limit(Value):
 
 
 def _judged(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
-    """Return the rest of a state, STABLE only where its forces come about, else UNDECIDED although an equilibrium exists.
+    """Return the rest of a state, STABLE only where its forces come about, else UNDECIDED though an equilibrium exists.
 
     Forces that build up on elastic contacts without any slip do. Where some contacts have to slip, forces in balance
     may press bodies together that nothing presses, and friction with the ground may hold them so, whatever the contacts
