@@ -108,6 +108,7 @@ QUESTIONS = {
     "engine 'compliant'": lambda s, _: hf.stability(s),
     "engine 'graph'": lambda s, _: hf.robustness(s, "box", (0.3, 0, 0.1), (0, 0, -1), engine="graph"),
     "settle": lambda s, _: hf.settle(s),
+    "view": lambda s, _: hf.view(s, engine="limit", browser=False),
     "stability_of_poses": lambda s, _: hf.stability_of_poses(s, "box", s.body("box").pose[None], engine="limit"),
     "robustness_of_poses": lambda s, _: hf.robustness_of_poses(
         s, "box", s.body("box").pose[None], (0.3, 0, 0.1), (0, 0, -1), engine="limit"
