@@ -40,6 +40,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
     If ``nodes`` is None, the nodes are all corners of all patches. If there is no equilibrium on the given nodes, the
     corners of the patches decide, because they can carry every load that the whole patches can carry.
     """
+    wrench = with_pull(assembly, wrench)
     given = nodes is not None
     nodes = contact_nodes(assembly, 4, "corners") if nodes is None else nodes
     nothing = np.zeros((len(nodes), 3))
@@ -69,8 +70,13 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
     return Rest(nodes, nothing, undecided("the force program was not solved: " + "; then ".join(tried)))
 
 
+def with_pull(assembly: Assembly, wrench: Float) -> Float:
+    """Return ``wrench`` (6J,) with what tension pulls on all faces, beside which forces are in plain cones."""
+    return wrench + assembly.joining_wrench if assembly.joined else wrench
+
+
 def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> ContactForces:
-    """Return local forces (I, 3) [N] as the ``ContactForces`` of a verdict, in the world frame."""
+    """Return local forces (I, 3) [N] in plain cones as the ``ContactForces`` of a verdict, in the world frame."""
     tangential = np.linalg.norm(forces[:, 1:], axis=1)
     limit = nodes.mu * forces[:, 0]
     loaded = forces[:, 0] > 1e-9 * max(assembly.weight, 1e-300)
@@ -78,7 +84,7 @@ def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Co
     return ContactForces(
         points=nodes.points,
         normal=nodes.normals,
-        force=nodes.world(forces),
+        force=nodes.world(forces - np.outer(nodes.pull, [1.0, 0.0, 0.0])),
         interface=nodes.interface,
         usage=usage,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import checked_number
@@ -49,4 +50,4 @@ def with_own(table: Friction, bodies: Sequence[Body], objects: Sequence[Body], m
         for other in bodies
         if other is not one and number_between(table.pairs, one.name, other.name, materials) is None
     }
-    return Friction(table.default, {**own, **table.pairs}, table.values, table.combine)
+    return replace(table, pairs={**own, **table.pairs})

@@ -12,6 +12,7 @@ from holdfast.base.arrays import Float
 from holdfast.conic.solve import Outcome
 from holdfast.engines.contract import Engine, State
 from holdfast.engines.forces import solve_forces
+from holdfast.engines.rest import with_pull
 from holdfast.engines.verdict import Status, Verdict
 
 SETS = 8  # largest number of sets of absent contacts that are sought
@@ -162,7 +163,7 @@ class Absences:
             wrench = part.weight_wrench(self.acceleration if self._seen_loaded else None)
             if self._seen_loaded and self.standing is not None:
                 wrench = wrench + self.standing
-            self._rests[absent] = not part.hanging and _may_balance(part, wrench)
+            self._rests[absent] = not part.hanging and _may_balance(part, with_pull(part, wrench))
         return self._rests[absent]
 
 

@@ -31,7 +31,7 @@ from holdfast.engines.limit.proof import Proofs
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.limit.standing import proved_rest
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of
-from holdfast.engines.rest import Rest, find_rest
+from holdfast.engines.rest import Rest, find_rest, with_pull
 from holdfast.engines.verdict import Status, Verdict
 
 NAME, CLAIM = "limit", Claim.EXISTS
@@ -43,6 +43,8 @@ UNPROVED = (
 @dataclass(frozen=True, eq=False)
 class LimitState:
     """Limit analysis over a friction ``cone`` with one program, set up once, for all loads of an assembly.
+
+    ``wrench`` (6J,) is that of weights, standing loads and the pull of tension.
 
     Several threads may ask one state. Exact answers are the same as from one thread; those ``Within`` a gap depend on
     what was asked before, because bounds draw on all earlier solves, and such calls wait for each other.
@@ -220,5 +222,6 @@ def balanced_under(
 
     If ``nodes`` is None, they are all corners of all patches.
     """
-    rest = proved_rest(assembly, find_rest(assembly, wrench, nodes, cone), wrench, cone)
-    return LimitState(cone, assembly, wrench, rest)
+    pulled = with_pull(assembly, wrench)
+    rest = proved_rest(assembly, find_rest(assembly, wrench, nodes, cone), pulled, cone)
+    return LimitState(cone, assembly, pulled, rest)
