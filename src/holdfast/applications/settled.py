@@ -156,6 +156,7 @@ def settle(
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"
         raise HoldfastError(message("settle", problem, "needs a Scene: hf.load_scene(path) reads one from a file"))
+    scene.friction.refuse_strengths("settle", "leave out tension and cohesion, or give the poses of rest")
     parts = next((pair for pair in scene.excluded if not all(isinstance(end, str) for end in pair)), None)
     if parts is not None:
         problem = f"parts {quoted(parts)} do not touch, though others of the same bodies do"

@@ -137,6 +137,11 @@ class Assembly(Value):
         """Whether something joins the faces of an interface: tension or cohesion."""
         return any(strength != NOTHING for strength in self.strengths)
 
+    def refuse_strengths(self, where: str, remedy: str) -> None:
+        """Raise SceneError, with ``where`` and ``remedy`` in its message, if something joins faces."""
+        if self.joined:
+            self.scene.friction.refuse_strengths(where, remedy)
+
     @cached_property
     def joining_wrench(self) -> Float:
         """The wrenches (6J,) with which tension pulls bodies together: that of -tension on the area of all faces.
@@ -485,6 +490,8 @@ def assemble(
         )
     if interfaces is None:
         check_copies(scene)
+    if pose_sigma is not None:
+        scene.friction.refuse_strengths("assemble: pose_sigma", "leave out pose_sigma, or the strengths")
     sigma = None if pose_sigma is None else checked_pose_sigma(pose_sigma, "assemble")
     tolerances = tolerances_of(scene, gap, angle_degrees, sigma)
     if not checked_truth(allow_large, "assemble: allow_large"):

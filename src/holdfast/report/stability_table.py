@@ -10,16 +10,25 @@ from rich.table import Table
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.text import LONGEST_NAME, one_line
+from holdfast.engines.verdict import Status
 from holdfast.queries.stability import Stability
 from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
+
+SHOWN = 10  # largest number of bodies with a limit that are listed, those nearest to it
 
 
 def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
     """Return a table with the verdict, its reason and the contacts."""
     word, style = WORDS[result.status], STYLES[result.status]
+    if result.crushed:
+        word, style = f"{word}, but {len(result.crushed)} crushed", STYLES[Status.UNSTABLE]
     name = assembly.scene.name or "scene"
     head = headline(name, (word, style), f"  (engine {result.engine}: {result.claim.words})")
     lines: list[RenderableType] = [head, sentence(result.reason, "dim")]
+    lines += [
+        sentence(f"crushed: {one.text}", "red") if one.crushed else sentence(f"bearing: {one.text}", "dim")
+        for one in result.bearing[:SHOWN]
+    ]
     lines += [sentence(f"note: {note}", "yellow") for note in result.notes]
     lines.append(_contacts(assembly, result))
     return Group(*lines)
@@ -43,7 +52,7 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
             pressing = (result.forces.force[here] * result.forces.normal[here]).sum()
             tangential = np.linalg.norm(result.forces.force[here].sum(0) - _along(result, here))
             force = f"{pressing:.3g}"
-            limit = assembly.mu[k] * pressing
+            limit = assembly.mu[k] * (pressing + assembly.strengths[k].tension * interface.area)
             usage = f"{tangential / limit:.0%}" if limit > 1e-9 * assembly.weight else "-"
         a, b = (one_line(name, LONGEST_NAME) for name in interface.bodies)
         said = interface.flags if interface.certain else (*interface.flags, "may not exist")

@@ -185,7 +185,9 @@ def joined_friction(first: Friction, second: Friction, names: Collection[str], o
             for pair, value in ours.items():
                 if {*pair} <= set(known) and theirs.get(pair) != value:
                     what = "" if table == "pairs" else f"the {table} of "
-                    problem = f"{what}{quoted(pair)} is {value:g} in one scene and {theirs.get(pair, rest)} in the other"
+                    problem = (
+                        f"{what}{quoted(pair)} is {value:g} in one scene and {theirs.get(pair, rest)} in the other"
+                    )
                     raise SceneError(message(where, problem, "give both the same, or other names of materials"))
     return Friction(
         first.default if second.default is None else second.default,

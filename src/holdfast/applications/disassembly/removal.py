@@ -113,6 +113,9 @@ class Removals:
     """
 
     def __init__(self, assembly: Assembly, engine: Engine, lift: Float) -> None:
+        assembly.refuse_strengths(
+            "removal", "leave out tension and cohesion: what it takes to tear bodies off is not told"
+        )
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")

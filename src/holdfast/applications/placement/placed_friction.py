@@ -25,6 +25,7 @@ def friction_with(
     SceneError if there is no coefficient between an object and one of the ``supports``.
     """
     table = given if isinstance(given, Friction) else assembly.scene.friction
+    table.refuse_strengths("plan_placement", "leave out tension and cohesion")
     bodies = [*assembly.bodies, *objects]
     if given is not None and not isinstance(given, Friction):
         table = with_own(table, bodies, objects, given)

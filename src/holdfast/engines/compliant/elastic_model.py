@@ -51,6 +51,7 @@ class Springs:
         stiffness = stiffness_of(assembly, self.stiffness)
         if self.faces is None:
             return elastic_model(places, wrench, self.ratio, stiffness)
+        assembly.refuse_strengths("imperfect faces", "leave out tension and cohesion, or imperfect=")
         stiffness = stiffness * self.faces.stiffness(assembly)
         total = float(stiffness[sheets.owner] @ sheets.weights)
         most = ROUGHEST * force_unit(assembly, wrench) / max(total, 1e-300)

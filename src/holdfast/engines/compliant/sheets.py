@@ -26,10 +26,10 @@ class Sheets(NamedTuple):
     """The P flat sheets of the I nodes of an assembly.
 
     Nodes ``first[p]`` to ``first[p + 1] - 1`` belong to sheet p and have the places ``x`` and ``y`` (I,) in its plane,
-    in sizes of the assembly, and the ``weights`` (I,) [m²] and the ``pull`` (I,) [N] of tension. It belongs to one ``interface`` (P,) and lies between
-    bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents, and the arms ``arm_a`` and ``arm_b``
-    (P, 3) from their centres of mass to its origin are along the assembly's own axes; arms are in sizes of the
-    assembly, and zero of fixed bodies.
+    in sizes of the assembly, the ``weights`` (I,) [m²], and the ``pull`` (I,) [N] of tension. It belongs to one
+    ``interface`` (P,) and lies between bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents, and
+    the arms ``arm_a`` and ``arm_b`` (P, 3) from their centres of mass to its origin are along the assembly's own axes;
+    arms are in sizes of the assembly, and zero of fixed bodies.
     """
 
     first: Int

@@ -82,7 +82,7 @@ class Graph(Value):
 
         The arguments are those of ``Engine.prepare``.
         """
-        assembly.scene.friction.refuse_strengths("engine graph", "use engine='limit' or engine='compliant'")
+        assembly.refuse_strengths("engine graph", "use engine='limit' or engine='compliant'")
         wrench = (1 - self.mass_margin) * assembly.weight_wrench(acceleration)
         if standing is not None:
             wrench = wrench + standing

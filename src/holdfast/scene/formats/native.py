@@ -205,6 +205,8 @@ class BodyModel(Model):
     inertia: Matrix3 | None = Field(None, description="about the centre of mass, body axes [kg m²]")
     material: str | None = None
     fixed: Truth = False
+    top_load: Number | None = Field(None, description="the most that may press down on it [N]")
+    pressure: Number | None = Field(None, description="the most that a face of it may bear [Pa]")
 
     @model_validator(mode="after")
     def _one_pose(self) -> BodyModel:
@@ -221,14 +223,22 @@ class BodyModel(Model):
 
 
 class PairModel(Model):
-    """Friction between two bodies or materials."""
+    """What holds between two bodies or materials: friction, and what joins their faces."""
 
     between: tuple[str, str]
-    mu: Number
+    mu: Number | None = None
+    tension: Number | None = Field(None, description="strength against being pulled apart [Pa]")
+    cohesion: Number | None = Field(None, description="strength against sliding without pressure [Pa]")
+
+    @model_validator(mode="after")
+    def _says_something(self) -> PairModel:
+        if (self.mu, self.tension, self.cohesion) == (None, None, None):
+            raise ValueError("needs mu, tension or cohesion")
+        return self
 
 
 class FrictionModel(Model):
-    """Static Coulomb friction."""
+    """Static Coulomb friction, and what joins faces."""
 
     default: Number | None = None
     pairs: list[PairModel] = Field([], fail_fast=True)
@@ -334,6 +344,8 @@ def _built(model: BodyModel, path: Path) -> Body:
         inertia=_array(model.inertia),
         material=model.material,
         fixed=model.fixed,
+        top_load=model.top_load,
+        pressure=model.pressure,
     )
 
 
@@ -376,18 +388,30 @@ def friction_of(model: float | FrictionModel) -> Friction:
     """Return the friction table of a scene file."""
     if not isinstance(model, FrictionModel):
         return Friction(default=model)
-    pairs: dict[tuple[str, str], float] = {}
+    seen: set[tuple[str, str]] = set()
     for pair in model.pairs:
-        if pair.between in pairs or pair.between[::-1] in pairs:
+        if {pair.between, pair.between[::-1]} & seen:
             raise SceneError(message("friction", f"pair {quoted(pair.between)} stands twice", "give each pair once"))
-        pairs[pair.between] = pair.mu
-    return Friction(model.default, pairs, model.values, model.combine)
+        seen.add(pair.between)
+    given = [(each.between, each) for each in model.pairs]
+    return Friction(
+        model.default,
+        {between: each.mu for between, each in given if each.mu is not None},
+        model.values,
+        model.combine,
+        {between: each.tension for between, each in given if each.tension is not None},
+        {between: each.cohesion for between, each in given if each.cohesion is not None},
+    )
 
 
 def friction_data(friction: Friction) -> dict[str, Any]:
     """Return a friction table as a scene file holds it."""
     table: dict[str, Any] = {"default": friction.default}
-    table["pairs"] = [{"between": list(pair), "mu": mu} for pair, mu in friction.pairs.items()]
+    tables = {"mu": friction.pairs, "tension": friction.tension, "cohesion": friction.cohesion}
+    table["pairs"] = [
+        {"between": list(pair)} | {name: given[pair] for name, given in tables.items() if pair in given}
+        for pair in dict.fromkeys(pair for given in tables.values() for pair in given)
+    ]
     table["values"] = dict(friction.values)
     table["combine"] = friction.combine
     return {key: value for key, value in table.items() if value not in (None, [], {})}
@@ -408,7 +432,13 @@ def _body_data(body: Body, path: Path) -> dict[str, Any]:
         data["material"] = body.material
     if body.fixed:
         data["fixed"] = True
-    return data
+    return data | limits_data(body)
+
+
+def limits_data(body: Body) -> dict[str, float]:
+    """Return what a body may bear as plain data, without limits that it does not have."""
+    limits = {"top_load": body.top_load, "pressure": body.pressure}
+    return {name: limit for name, limit in limits.items() if limit is not None}
 
 
 def _part_data(part: Part, path: Path | None) -> dict[str, Any]:

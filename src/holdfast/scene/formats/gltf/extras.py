@@ -32,6 +32,7 @@ from holdfast.scene.formats.native import (
     Truth,
     excluded_data,
     friction_data,
+    limits_data,
     shape_data,
     shape_of,
 )
@@ -68,6 +69,8 @@ class BodyWords(Model):
     inertia: Matrix3 | None = None
     material: str | None = None
     fixed: Truth = False
+    top_load: Number | None = None
+    pressure: Number | None = None
 
 
 class Drawn(NamedTuple):
@@ -113,7 +116,7 @@ def body_data(body: Body, shown: Drawn) -> dict[str, Any]:
         data["shape"] = shape_data(body.shape, None)
     data |= {"mass": body.mass} if density is None else {"density": density}
     data |= {"com": None if com is None else com.tolist(), "inertia": None if inertia is None else inertia.tolist()}
-    data |= {"material": body.material, "fixed": body.fixed or None}
+    data |= {"material": body.material, "fixed": body.fixed or None} | limits_data(body)
     return {KEY: {key: value for key, value in data.items() if value is not None}}
 
 

@@ -123,7 +123,7 @@ def read(
     held = [*inside.fixed, *(name for name in names if said[name].fixed)]
     whole = inside.scene
     standard = USUAL_GRAVITY if whole is None else whole.gravity
-    return scene_of_nodes(
+    scene = scene_of_nodes(
         nodes,
         weights,
         friction,
@@ -137,6 +137,7 @@ def read(
         known=known,
         excluded=inside.excluded(set(names), known, notes),
     )
+    return inside.limited(scene)
 
 
 def _beside(source: Source) -> Path:
