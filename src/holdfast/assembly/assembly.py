@@ -37,7 +37,6 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
-from holdfast.scene.friction import NOTHING, Strength
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
 
@@ -122,43 +121,6 @@ class Assembly(Value):
     def mu(self) -> tuple[float, ...]:
         """The friction coefficient of every interface."""
         return tuple(self.scene.mu(*i.bodies) if i.mu is None else i.mu for i in self.interfaces)
-
-    @cached_property
-    def strengths(self) -> tuple[Strength, ...]:
-        """What joins the faces of every interface, per area."""
-        table, materials = self.scene.friction, self.scene.materials
-        if not table.joins:
-            return (NOTHING,) * len(self.interfaces)
-        pairs = zip(self.interfaces, self.mu, strict=True)
-        return tuple(table.strength(*interface.bodies, materials, mu) for interface, mu in pairs)
-
-    @property
-    def joined(self) -> bool:
-        """Whether something joins the faces of an interface: tension or cohesion."""
-        return any(strength != NOTHING for strength in self.strengths)
-
-    def refuse_strengths(self, where: str, remedy: str) -> None:
-        """Raise SceneError, with ``where`` and ``remedy`` in its message, if something joins faces."""
-        if self.joined:
-            self.scene.friction.refuse_strengths(where, remedy)
-
-    @cached_property
-    def joining_wrench(self) -> Float:
-        """The wrenches (6J,) with which tension pulls bodies together: that of -tension on the area of all faces.
-
-        A cone of forces that is moved along its axis is a plain cone beside this constant pull. Spread over a whole
-        face, it is exact whatever nodes the face has.
-        """
-        found = np.zeros((len(self.movable) + 1, 6))  # the last row collects fixed bodies, whose number FIXED is -1
-        for interface, (a, b), strength in zip(self.interfaces, self.ends, self.strengths, strict=True):
-            for patch in interface.patches if strength.tension > 0 else ():
-                points, areas = patch.areas
-                pull = -strength.tension * areas
-                for body, sign in ((b, 1.0), (a, -1.0)):
-                    found[body, :3] += sign * pull.sum(axis=0)
-                    if body != FIXED:
-                        found[body, 3:] += sign * np.cross(points - self.com[body], pull).sum(axis=0)
-        return frozen(found[:-1].ravel())
 
     @cached_property
     def com(self) -> Float:

@@ -11,6 +11,7 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.axes import contact_axes
+from holdfast.assembly.strengths import strengths_of
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.entries import Entries
@@ -121,6 +122,7 @@ def contact_nodes(
     ``count`` is one number, or one for each interface. With ``among``, only the interfaces with these numbers get
     nodes. ``seed`` is the random seed of the sampling "paper".
     """
+    strengths = strengths_of(assembly)
     counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
     chosen = range(len(counts)) if among is None else among
     points, weights, bent, pulls = [], [], [], []
@@ -134,7 +136,7 @@ def contact_nodes(
                 bent.append((sum(sizes), patch.normals_at(nodes)))
             points.append(nodes)
             weights.append(areas)
-            pulls.append(_pull(patch, nodes, areas, assembly.strengths[number].tension))
+            pulls.append(_pull(patch, nodes, areas, strengths[number].tension))
             owner.append(number)
             sizes.append(len(nodes))
     if not points:

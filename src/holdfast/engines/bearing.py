@@ -17,11 +17,11 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.public import number
 from holdfast.base.values import Value
+from holdfast.engines.forces import NO_FORCE
+from holdfast.engines.near_falls import BELOW
 from holdfast.engines.verdict import ContactForces, GroupVerdict
 from holdfast.scene.body import Body
 
-LEVEL = np.sin(np.radians(1.0))  # of a normal's angle to the level, up to which friction on a side is no load on top
-NOISE = 1e-6  # of the weight of all movable bodies: a force that is no more than rounding
 UNITS = {"top_load": "N", "pressure": "Pa"}
 
 
@@ -48,7 +48,7 @@ class Bearing(Value):
     @property
     def crushed(self) -> bool:
         """Whether the load is above the limit, by more than rounding."""
-        return self.share > 1 + NOISE
+        return self.share > 1 + NO_FORCE
 
     @property
     def text(self) -> str:
@@ -99,7 +99,7 @@ def _concerns(assembly: Assembly, group: Sequence[str], name: str) -> bool:
 class _Pressing:
     """By interface: the normal force (P,) [N], and the downward forces (P,) [N] on the second and on the first body.
 
-    Downward forces are those at nodes that press the body from above.
+    Downward forces are those at nodes that press the body from above, not from its sides.
     """
 
     normal: Float
@@ -112,15 +112,15 @@ class _Pressing:
         for each in forces:
             rising, along = each.force @ up, each.normal @ up
             np.add.at(normal, each.interface, (each.force * each.normal).sum(axis=1))
-            np.add.at(on_second, each.interface, np.where(along < -LEVEL, -rising, 0.0))
-            np.add.at(on_first, each.interface, np.where(along > LEVEL, rising, 0.0))
+            np.add.at(on_second, each.interface, np.where(along < -BELOW, -rising, 0.0))
+            np.add.at(on_first, each.interface, np.where(along > BELOW, rising, 0.0))
         return cls(normal, (on_second, on_first))
 
 
 def _borne(assembly: Assembly, press: _Pressing, body: Body, standing: Float | None) -> Iterable[Bearing]:
     touching = [k for k, interface in enumerate(assembly.interfaces) if body.name in interface.bodies]
     other = {k: next(name for name in assembly.interfaces[k].bodies if name != body.name) for k in touching}
-    none = NOISE * assembly.weight
+    none = NO_FORCE * assembly.weight
     if body.top_load is not None:
         side = {k: int(assembly.interfaces[k].bodies[1] != body.name) for k in touching}
         down = {k: max(float(press.down[side[k]][k]), 0.0) for k in touching}

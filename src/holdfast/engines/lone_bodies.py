@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 from holdfast.contacts.interface import Interface
@@ -52,9 +53,9 @@ def lone(assembly: Assembly) -> Int:
     Nothing joins these faces.
     """
     deep = {name for overlap in assembly.overlaps for name in overlap.bodies}
-    found = []
+    found, strengths = [], strengths_of(assembly)
     for number, (body, contacts) in enumerate(zip(assembly.movable, assembly.interfaces_of, strict=True)):
-        plain = all(FIXED in assembly.ends[k] and assembly.strengths[k] == NOTHING for k in contacts)
+        plain = all(FIXED in assembly.ends[k] and strengths[k] == NOTHING for k in contacts)
         if contacts and body.name not in deep and plain:
             found += [number] if all(_flat(assembly.interfaces[k]) for k in contacts) else []
     return np.array(found, dtype=np.int64)

@@ -9,6 +9,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, contact_nodes
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.base.text import listed
@@ -68,11 +69,6 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
         reason = f"{slow.verdict.reason}, but so slowly that rounding may be why"
         return replace(slow, verdict=undecided(reason, mechanism=slow.verdict.mechanism))
     return Rest(nodes, nothing, undecided("the force program was not solved: " + "; then ".join(tried)))
-
-
-def with_pull(assembly: Assembly, wrench: Float) -> Float:
-    """Return ``wrench`` (6J,) with what tension pulls on all faces, beside which forces are in plain cones."""
-    return wrench + assembly.joining_wrench if assembly.joined else wrench
 
 
 def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> ContactForces:

@@ -22,6 +22,7 @@ import numpy as np
 from holdfast.applications.disassembly.exits import Exits
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.connected import components
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.errors import no_truth
@@ -113,8 +114,8 @@ class Removals:
     """
 
     def __init__(self, assembly: Assembly, engine: Engine, lift: Float) -> None:
-        assembly.refuse_strengths(
-            "removal", "leave out tension and cohesion: what it takes to tear bodies off is not told"
+        refuse_joined(
+            assembly, "removal", "leave out tension and cohesion: what it takes to tear bodies off is not told"
         )
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)

@@ -8,11 +8,11 @@ from functools import cached_property
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import contact_nodes
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.conic.solve import Outcome
 from holdfast.engines.contract import Engine, State
 from holdfast.engines.forces import solve_forces
-from holdfast.engines.rest import with_pull
 from holdfast.engines.verdict import Status, Verdict
 
 SETS = 8  # largest number of sets of absent contacts that are sought

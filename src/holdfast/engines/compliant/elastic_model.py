@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import snapped
 from holdfast.elastic.law import bond
@@ -51,7 +52,7 @@ class Springs:
         stiffness = stiffness_of(assembly, self.stiffness)
         if self.faces is None:
             return elastic_model(places, wrench, self.ratio, stiffness)
-        assembly.refuse_strengths("imperfect faces", "leave out tension and cohesion, or imperfect=")
+        refuse_joined(assembly, "imperfect faces", "leave out tension and cohesion, or imperfect=")
         stiffness = stiffness * self.faces.stiffness(assembly)
         total = float(stiffness[sheets.owner] @ sheets.weights)
         most = ROUGHEST * force_unit(assembly, wrench) / max(total, 1e-300)

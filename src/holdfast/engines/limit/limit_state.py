@@ -11,6 +11,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict, joined, only_balanced
@@ -31,7 +32,7 @@ from holdfast.engines.limit.proof import Proofs
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.limit.standing import proved_rest
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of
-from holdfast.engines.rest import Rest, find_rest, with_pull
+from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.verdict import Status, Verdict
 
 NAME, CLAIM = "limit", Claim.EXISTS

@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import (
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     Tag,
@@ -27,37 +26,16 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.formats import plain_data
 from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.friction_entries import FrictionModel, friction_data, friction_of
+from holdfast.scene.formats.models_shared import Matrix3, Matrix4, Model, Number, Quadruple, Triple, Truth, Whole
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
-from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
 FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
-
-
-def _no_other_type(value: Any) -> Any:  # noqa: ANN401
-    """Refuse texts and truth values, which pydantic would convert to numbers."""
-    if isinstance(value, bool | str | bytes):
-        raise ValueError("needs a number")
-    return value
-
-
-def _truth_value(value: Any) -> Any:  # noqa: ANN401
-    """Refuse 0 and 1, "yes" and "no", which pydantic would convert to truth values."""
-    if not isinstance(value, bool):
-        raise ValueError("needs true or false")
-    return value
-
-
-def _numbers(value: Any) -> Any:  # noqa: ANN401
-    """Refuse a map of numbers with a value that is not a number, and name the first one."""
-    wrong = [key for key, item in value.items() if isinstance(item, bool | str)] if isinstance(value, dict) else []
-    if wrong:
-        raise ValueError(f"needs a number for {quoted(wrong[0])}, got {quoted(value[wrong[0]])}")
-    return value
 
 
 def _quaternion(value: Any) -> Any:  # noqa: ANN401
@@ -71,32 +49,6 @@ def _quaternion(value: Any) -> Any:  # noqa: ANN401
 
 def _friction_kind(value: Any) -> str:  # noqa: ANN401
     return "table" if isinstance(value, dict | BaseModel) else "number"
-
-
-Number = Annotated[float, BeforeValidator(_no_other_type)]
-Whole = Annotated[int, BeforeValidator(_no_other_type)]
-Truth = Annotated[bool, BeforeValidator(_truth_value)]
-Triple = tuple[Number, Number, Number]
-Quadruple = tuple[Number, Number, Number, Number]
-Matrix3 = tuple[Triple, Triple, Triple]
-Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
-
-
-MOST_KEYS = 100  # largest number of keys of one map, because pydantic collects the errors of all of them
-
-
-class Model(BaseModel):
-    """Base class of the models of a scene file, without unknown keys and infinite numbers."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _few_keys(cls, data: Any) -> Any:  # noqa: ANN401
-        if isinstance(data, dict) and len(data) > MOST_KEYS:
-            unknown = next(key for key in data if key not in cls.model_fields)
-            raise ValueError(f"has {len(data):,} keys; {quoted(unknown)} and others are unknown")
-        return data
 
 
 class BoxModel(Model):
@@ -220,32 +172,6 @@ class BodyModel(Model):
             unit = ", ".join(f"{part / length:.6g}" for part in self.orientation) if length > 0 else "1, 0, 0, 0"
             raise ValueError(f"orientation has length {length:.4g}, needs a unit quaternion, as in [{unit}]")
         return self
-
-
-class PairModel(Model):
-    """What holds between two bodies or materials: friction, and what joins their faces."""
-
-    between: tuple[str, str]
-    mu: Number | None = None
-    tension: Number | None = Field(None, description="strength against being pulled apart [Pa]")
-    cohesion: Number | None = Field(None, description="strength against sliding without pressure [Pa]")
-
-    @model_validator(mode="after")
-    def _says_something(self) -> PairModel:
-        if (self.mu, self.tension, self.cohesion) == (None, None, None):
-            raise ValueError("needs mu, tension or cohesion")
-        return self
-
-
-class FrictionModel(Model):
-    """Static Coulomb friction, and what joins faces."""
-
-    default: Number | None = None
-    pairs: list[PairModel] = Field([], fail_fast=True)
-    values: Annotated[dict[str, Number], BeforeValidator(_numbers)] = Field(
-        {}, description="one coefficient a body, for imported scenes; needs combine"
-    )
-    combine: Combine | None = Field(None, description="how two values make a pair's")
 
 
 EndModel = str | tuple[str, Whole]
@@ -382,39 +308,6 @@ def _solid(model: SolidModel, path: Path | None, name: str) -> Solid:
                 raise SceneError(message(f"body {quoted(name)}", problem, "needs vertices and faces"))
             return Mesh.from_file(path.parent / file, scale=model.scale, noise=model.noise)
     return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, label=f"body {quoted(name)}: mesh")
-
-
-def friction_of(model: float | FrictionModel) -> Friction:
-    """Return the friction table of a scene file."""
-    if not isinstance(model, FrictionModel):
-        return Friction(default=model)
-    seen: set[tuple[str, str]] = set()
-    for pair in model.pairs:
-        if {pair.between, pair.between[::-1]} & seen:
-            raise SceneError(message("friction", f"pair {quoted(pair.between)} stands twice", "give each pair once"))
-        seen.add(pair.between)
-    given = [(each.between, each) for each in model.pairs]
-    return Friction(
-        model.default,
-        {between: each.mu for between, each in given if each.mu is not None},
-        model.values,
-        model.combine,
-        {between: each.tension for between, each in given if each.tension is not None},
-        {between: each.cohesion for between, each in given if each.cohesion is not None},
-    )
-
-
-def friction_data(friction: Friction) -> dict[str, Any]:
-    """Return a friction table as a scene file holds it."""
-    table: dict[str, Any] = {"default": friction.default}
-    tables = {"mu": friction.pairs, "tension": friction.tension, "cohesion": friction.cohesion}
-    table["pairs"] = [
-        {"between": list(pair)} | {name: given[pair] for name, given in tables.items() if pair in given}
-        for pair in dict.fromkeys(pair for given in tables.values() for pair in given)
-    ]
-    table["values"] = dict(friction.values)
-    table["combine"] = friction.combine
-    return {key: value for key, value in table.items() if value not in (None, [], {})}
 
 
 def _body_data(body: Body, path: Path) -> dict[str, Any]:

@@ -19,23 +19,10 @@ from holdfast.base.errors import SceneError
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.friction_entries import FrictionModel, friction_data
+from holdfast.scene.formats.models_shared import Matrix3, Model, Number, Triple, Truth
 from holdfast.scene.formats.named_meshes import Known
-from holdfast.scene.formats.native import (
-    FORMAT,
-    AnyModel,
-    EndModel,
-    FrictionModel,
-    Matrix3,
-    Model,
-    Number,
-    Triple,
-    Truth,
-    excluded_data,
-    friction_data,
-    limits_data,
-    shape_data,
-    shape_of,
-)
+from holdfast.scene.formats.native import FORMAT, AnyModel, EndModel, excluded_data, limits_data, shape_data, shape_of
 from holdfast.scene.meshes.foreign import Node
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh

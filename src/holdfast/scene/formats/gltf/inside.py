@@ -13,9 +13,9 @@ import numpy as np
 from holdfast.base.text import listed
 from holdfast.scene.compound import Compound
 from holdfast.scene.excluded import Excluded, excluded_among
+from holdfast.scene.formats.friction_entries import friction_of
 from holdfast.scene.formats.gltf.extras import BodyWords, SceneWords, body_words, checksum, known_of, scene_words
 from holdfast.scene.formats.named_meshes import Known, Weight, split
-from holdfast.scene.formats.native import friction_of
 from holdfast.scene.friction import STRENGTHS, Friction
 from holdfast.scene.meshes.foreign import Node
 from holdfast.scene.scene import Scene
