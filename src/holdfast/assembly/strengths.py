@@ -6,16 +6,27 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Float
+from holdfast.base.errors import SceneError, message
+from holdfast.base.text import quoted
 from holdfast.scene.friction import NOTHING, Strength
 
 
 def strengths_of(assembly: Assembly) -> tuple[Strength, ...]:
-    """Return what joins the faces of every interface, per area."""
+    """Return what joins the faces of every interface, per area.
+
+    Raises SceneError for a cohesion beyond μ tension, which no engine knows yet.
+    """
     table, materials = assembly.scene.friction, assembly.scene.materials
     if not table.joins:
         return (NOTHING,) * len(assembly.interfaces)
     pairs = zip(assembly.interfaces, assembly.mu, strict=True)
-    return tuple(table.strength(*interface.bodies, materials, mu) for interface, mu in pairs)
+    found = tuple(table.strength(*interface.bodies, materials, mu) for interface, mu in pairs)
+    for interface, strength in zip(assembly.interfaces, found, strict=True):
+        if strength.shear > 0:
+            problem = f"the cohesion is {strength.shear:g} Pa above friction times tension"
+            remedy = "give a tension of at least cohesion / μ, or a lower cohesion"
+            raise SceneError(message(f"friction of {quoted(interface.bodies)}", problem, remedy))
+    return found
 
 
 def is_joined(assembly: Assembly) -> bool:
