@@ -8,7 +8,7 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, message
 from holdfast.base.text import quoted
-from holdfast.scene.friction import NOTHING, Strength
+from holdfast.scene.friction import NOTHING, Strength, refuse_strengths, strength_between
 
 
 def strengths_of(assembly: Assembly) -> tuple[Strength, ...]:
@@ -20,7 +20,7 @@ def strengths_of(assembly: Assembly) -> tuple[Strength, ...]:
     if not table.joins:
         return (NOTHING,) * len(assembly.interfaces)
     pairs = zip(assembly.interfaces, assembly.mu, strict=True)
-    found = tuple(table.strength(*interface.bodies, materials, mu) for interface, mu in pairs)
+    found = tuple(strength_between(table, *interface.bodies, materials, mu) for interface, mu in pairs)
     for interface, strength in zip(assembly.interfaces, found, strict=True):
         if strength.shear > 0:
             problem = f"the cohesion is {strength.shear:g} Pa above friction times tension"
@@ -37,7 +37,7 @@ def is_joined(assembly: Assembly) -> bool:
 def refuse_joined(assembly: Assembly, where: str, remedy: str) -> None:
     """Raise SceneError, with ``where`` and ``remedy`` in its message, if something joins faces of the assembly."""
     if is_joined(assembly):
-        assembly.scene.friction.refuse_strengths(where, remedy)
+        refuse_strengths(assembly.scene.friction, where, remedy)
 
 
 def with_pull(assembly: Assembly, wrench: Float) -> Float:

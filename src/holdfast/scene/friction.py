@@ -116,30 +116,10 @@ class Friction(Value):
             )
         return self.default
 
-    def strength(self, a: str, b: str, materials: Mapping[str, str | None], mu: float) -> Strength:
-        """Return what joins bodies ``a`` and ``b``, which have the friction coefficient ``mu``.
-
-        ``materials`` is as in ``between``.
-        """
-        tension = number_between(self.tension, a, b, materials) or 0.0
-        cohesion = number_between(self.cohesion, a, b, materials)
-        if cohesion is None:
-            return Strength(tension, 0.0)
-        if mu * tension > cohesion:
-            tension = cohesion / mu
-        return Strength(tension, max(cohesion - mu * tension, 0.0))
-
     @property
     def joins(self) -> bool:
         """Whether some pair has a strength."""
         return any(value > 0 for name in STRENGTHS for value in getattr(self, name).values())
-
-    def refuse_strengths(self, where: str, remedy: str) -> None:
-        """Raise SceneError, with ``where`` and ``remedy`` in its message, if some pair has a strength."""
-        if self.joins:
-            first = next(pair for name in STRENGTHS for pair, value in getattr(self, name).items() if value > 0)
-            problem = f"{quoted(first)} has a tension or a cohesion, of which it knows nothing"
-            raise SceneError(message(where, problem, remedy))
 
     def among(self, names: Collection[str]) -> Friction:
         """Return the part of the table that concerns these bodies and materials."""
@@ -161,6 +141,28 @@ class Friction(Value):
             if name not in bodies:
                 remedy = nearest_of(name, sorted(bodies))
                 raise SceneError(message("friction", f"value for unknown body {quoted(name)}", remedy))
+
+
+def strength_between(table: Friction, a: str, b: str, materials: Mapping[str, str | None], mu: float) -> Strength:
+    """Return what joins bodies ``a`` and ``b``, which have the friction coefficient ``mu``.
+
+    ``materials`` is as in ``Friction.between``.
+    """
+    tension = number_between(table.tension, a, b, materials) or 0.0
+    cohesion = number_between(table.cohesion, a, b, materials)
+    if cohesion is None:
+        return Strength(tension, 0.0)
+    if mu * tension > cohesion:
+        tension = cohesion / mu
+    return Strength(tension, max(cohesion - mu * tension, 0.0))
+
+
+def refuse_strengths(table: Friction, where: str, remedy: str) -> None:
+    """Raise SceneError, with ``where`` and ``remedy`` in its message, if some pair has a strength."""
+    if table.joins:
+        first = next(pair for name in STRENGTHS for pair, value in getattr(table, name).items() if value > 0)
+        problem = f"{quoted(first)} has a tension or a cohesion, of which it knows nothing"
+        raise SceneError(message(where, problem, remedy))
 
 
 def _among(pairs: Mapping[tuple[str, str], float], names: Collection[str]) -> dict[tuple[str, str], float]:

@@ -11,7 +11,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import FRICTION
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
-from holdfast.scene.friction import Friction
+from holdfast.scene.friction import Friction, refuse_strengths
 from holdfast.scene.pairs import number_between
 
 
@@ -25,7 +25,7 @@ def friction_with(
     SceneError if there is no coefficient between an object and one of the ``supports``.
     """
     table = given if isinstance(given, Friction) else assembly.scene.friction
-    table.refuse_strengths("plan_placement", "leave out tension and cohesion")
+    refuse_strengths(table, "plan_placement", "leave out tension and cohesion")
     bodies = [*assembly.bodies, *objects]
     if given is not None and not isinstance(given, Friction):
         table = with_own(table, bodies, objects, given)

@@ -9,6 +9,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float
 from holdfast.scene.body import Body
 from holdfast.scene.excluded import by_bodies
+from holdfast.scene.friction import refuse_strengths
 from holdfast.scene.scene import Scene
 
 
@@ -36,7 +37,7 @@ def table_of(scene: Scene, units: list[Unit]) -> tuple[Float, Bool]:
 
     Raises SceneError if a pair has a tension or a cohesion.
     """
-    scene.friction.refuse_strengths("the file's format", "write .yaml, .json or .glb")
+    refuse_strengths(scene.friction, "the file's format", "write .yaml, .json or .glb")
     mu, touch = np.zeros((len(units), len(units))), np.zeros((len(units), len(units)), dtype=bool)
     excluded = by_bodies(scene.excluded)
     for i, (a, like_a, _) in enumerate(units):

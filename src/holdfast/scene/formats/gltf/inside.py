@@ -83,14 +83,13 @@ class Inside:
 
     def limited(self, scene: Scene) -> Scene:
         """Return the scene with what its bodies may bear."""
-        limits = {
-            name: {"top_load": words.top_load, "pressure": words.pressure}
-            for name, words in self.bodies.items()
-            if (words.top_load, words.pressure) != (None, None)
-        }
-        if not limits:
+        if all((words.top_load, words.pressure) == (None, None) for words in self.bodies.values()):
             return scene
-        return replace(scene, bodies=[replace(body, **limits.get(body.name, {})) for body in scene.bodies])
+        bodies = []
+        for body in scene.bodies:
+            words = self.bodies.get(body.name)
+            bodies.append(body if words is None else replace(body, top_load=words.top_load, pressure=words.pressure))
+        return replace(scene, bodies=tuple(bodies))
 
     def excluded(self, names: Collection[str], known: Mapping[str, Known], notes: list[str]) -> list[Excluded]:
         """Return the excluded pairs of which both bodies, or parts of compounds, still exist."""
