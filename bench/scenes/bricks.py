@@ -6,11 +6,11 @@ being pulled apart by a tension; all other faces are apart by a gap that nobody 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 from scipy.optimize import linprog
 
 import holdfast as hf
@@ -20,6 +20,9 @@ DENSITY = 570.0  # [kg/m³] of a brick with its hollows: 2 x 4 studs weigh 2.3 g
 SIZES = ((2, 4), (4, 2), (2, 2), (1, 2), (2, 1), (1, 4), (4, 1), (2, 6), (6, 2))
 MU, GRAVITY = 0.5, 9.81
 BASE = 8  # studs along each side of the plate on which all stands
+
+
+Place: TypeAlias = NDArray[np.float64]
 
 
 class Brick(NamedTuple):
@@ -72,7 +75,7 @@ def _volume(brick: Brick) -> float:
     return brick.wide * brick.deep * PITCH**2 * LAYER
 
 
-def _corners(brick: Brick) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _corners(brick: Brick) -> tuple[Place, Place]:
     low = np.array([brick.x * PITCH + GAP / 2, brick.y * PITCH + GAP / 2, brick.z * LAYER])
     size = np.array([brick.wide * PITCH - GAP, brick.deep * PITCH - GAP, LAYER])
     return low, low + size
@@ -102,15 +105,15 @@ def least_tension(bricks: list[Brick], sides: int, *, inside: bool) -> float:
     A = np.column_stack([np.array(columns).T * unit, pull * tension]) * scale[:, None]
     c = np.zeros(A.shape[1])
     c[-1] = 1.0
-    found = linprog(c, A_eq=sparse.csr_matrix(A), b_eq=-weight.ravel() * scale, method="highs")
+    found = linprog(c, A_eq=A, b_eq=-weight.ravel() * scale, method="highs")
     if found.status == 2:
         return np.inf
-    if found.status != 0:
+    if found.status != 0 or found.x is None:
         raise RuntimeError(found.message)
     return float(found.x[-1]) * tension
 
 
-def _rectangles(bricks: list[Brick]):  # noqa: ANN202 - a generator of tuples
+def _rectangles(bricks: list[Brick]) -> Iterator[tuple[int, int, Place, Place]]:
     """Yield what touches: the number of the lower brick (-1: the plate) and of the upper one, and two corners."""
     for k, above in enumerate(bricks):
         low, high = _corners(above)
@@ -125,9 +128,7 @@ def _rectangles(bricks: list[Brick]):  # noqa: ANN202 - a generator of tuples
                 yield j, k, np.array([first[0], first[1], low[2]]), np.array([last[0], last[1], low[2]])
 
 
-def _wrench(
-    bricks: list[Brick], below: int, above: int, point: NDArray[np.float64], force: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _wrench(bricks: list[Brick], below: int, above: int, point: Place, force: Place) -> Place:
     """What a force at a point on the upper brick, and its opposite on the lower one, do to all bricks."""
     found = np.zeros((len(bricks), 6))
     for number, sign in ((above, 1.0), (below, -1.0)):

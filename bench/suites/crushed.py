@@ -78,7 +78,7 @@ def range_of(assembly: hf.answers.Assembly, name: str) -> tuple[float, float]:
     ends = []
     for sign in (1.0, -1.0):
         found = linprog(sign * np.array(on_top), A_eq=np.array(columns).T, b_eq=weight.ravel(), method="highs")
-        ends.append(sign * found.fun if found.status == 0 else np.nan)
+        ends.append(sign * float(found.fun or 0.0) if found.status == 0 else np.nan)
     return ends[0], ends[1]
 
 
