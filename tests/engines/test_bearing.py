@@ -85,15 +85,15 @@ def test_a_shelf_board_bears_what_all_that_stands_on_it_weighs() -> None:
     assert verdict.crushed == ("shelf",)
 
 
-def test_an_edge_has_no_area_to_bear_on() -> None:
-    """A cylinder that lies on a line presses on no area: its pressure is infinite, and its limit is exceeded."""
+def test_a_line_has_no_area_to_bear_on() -> None:
+    """A drum in a groove touches along lines: no pressure can be said of them, and a limit does not pass silently."""
     drum = hf.Body("drum", hf.Cylinder(0.1, 0.3), 2.0, position=(0, 0, 0.1), rpy_degrees=(90, 0, 0), pressure=1e9)
     walls = [hf.Body(f"wall{x}", hf.Box((0.1, 1, 1)), position=(x * 0.15, 0, 0.5), fixed=True) for x in (-1, 1)]
     floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
     verdict = hf.stability(hf.Scene([floor, *walls, drum], 0.5), engine="limit")
-    if verdict.bearing:
-        assert verdict.bearing[0].load == np.inf
-        assert not verdict.stable
+    assert verdict.verdict.stable
+    assert verdict.bearing[0].load == np.inf
+    assert verdict.crushed == ("drum",)
 
 
 def test_limits_are_checked_saved_and_told(tmp_path: Path) -> None:
@@ -111,6 +111,14 @@ def test_limits_are_checked_saved_and_told(tmp_path: Path) -> None:
     assert verdict.to_dict()["bearing"][0]["share"] == pytest.approx(30 * G / 250)
     with pytest.raises(hf.HoldfastError, match="top_load"):
         column(top_load=-1.0)
+
+
+def test_a_table_of_boxes_has_limits(tmp_path: Path) -> None:
+    table = tmp_path / "boxes.csv"
+    table.write_text("name,dx,dy,dz,x,y,z,mass,top_load\nlow,.4,.3,.3,0,0,.15,10,50\nhigh,.4,.3,.3,0,0,.45,10,\n")
+    verdict = hf.stability(hf.load_scene(table, friction=0.5, floor=True))
+    assert verdict.crushed == ("low",)
+    assert [one.body for one in verdict.bearing] == ["low"]
 
 
 def test_answers_that_look_at_no_limit_say_so() -> None:
