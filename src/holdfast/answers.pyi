@@ -24,6 +24,7 @@ from holdfast.contacts.interface import Interface as Interface
 from holdfast.contacts.interface import Patch as Patch
 from holdfast.engines.answers import Bound as Bound
 from holdfast.engines.answers import Claim as Claim
+from holdfast.engines.bearing import Bearing as Bearing
 from holdfast.engines.mechanism import Mechanism as Mechanism
 from holdfast.engines.verdict import Certificate as Certificate
 from holdfast.engines.verdict import ContactForces as ContactForces

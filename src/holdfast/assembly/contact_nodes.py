@@ -11,17 +11,20 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.axes import contact_axes
+from holdfast.assembly.strengths import strengths_of
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.entries import Entries
 from holdfast.base.kinds import shaped
 from holdfast.base.rigid import cross
 from holdfast.base.values import Value, seal
+from holdfast.contacts.interface import Patch
 from holdfast.contacts.patch_nodes import Sampling, interface_nodes
+from holdfast.contacts.weights import corrected
 
 
 @archived
-@shaped(points="I 3", axes="I 3 3", mu="I", weights="I", interface="I", a="I", b="I")
+@shaped(points="I 3", axes="I 3 3", mu="I", weights="I", interface="I", a="I", b="I", pull="I")
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactNodes(Value):
     """The I contact nodes of an assembly; contact forces act at the nodes.
@@ -29,7 +32,9 @@ class ContactNodes(Value):
     The force at node i is (f_n, f_t1, f_t2) along the rows of ``axes[i]``. It acts on body b, and its negative acts on
     body a. ``points`` (I, 3) [m] are in the world frame. ``axes`` (I, 3, 3) holds the rows normal (pointing into b), t1
     and t2. ``mu`` (I,) are the friction coefficients, ``weights`` (I,) the tributary areas [m²] and ``interface`` (I,)
-    the index of each node's interface. ``a`` and ``b`` (I,) are body numbers, FIXED for fixed bodies.
+    the index of each node's interface. ``a`` and ``b`` (I,) are body numbers, FIXED for fixed bodies. ``pull`` (I,) [N]
+    is what the tension of each node's face can pull there: friction is at most μ (f_n + pull), and f_n >= -pull. Forces
+    of programs and models are those of the plain cone, f_n + pull beside f_t; only answers show f_n itself.
     """
 
     points: Float
@@ -39,6 +44,7 @@ class ContactNodes(Value):
     interface: Int
     a: Int
     b: Int
+    pull: Float
 
     def __post_init__(self) -> None:
         seal(self)
@@ -101,7 +107,8 @@ class ContactNodes(Value):
     def chosen(self, keep: Bool) -> ContactNodes:
         """Return only the nodes for which ``keep`` (I,) is true."""
         points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
-        return ContactNodes(points, axes, mu, weights, self.interface[keep], self.a[keep], self.b[keep])
+        ends = self.a[keep], self.b[keep]
+        return ContactNodes(points, axes, mu, weights, self.interface[keep], *ends, self.pull[keep])
 
     @cached_property
     def spans(self) -> Int:
@@ -111,7 +118,7 @@ class ContactNodes(Value):
 
 _EMPTY, _NONE = frozen(np.empty(0)), np.empty(0, dtype=np.int64)
 _NO_BLOCKS = frozen(np.empty((0, 3, 2, 6)))
-NO_NODES = ContactNodes(_EMPTY.reshape(0, 3), _EMPTY.reshape(0, 3, 3), _EMPTY, _EMPTY, _NONE, _NONE, _NONE)
+NO_NODES = ContactNodes(_EMPTY.reshape(0, 3), _EMPTY.reshape(0, 3, 3), _EMPTY, _EMPTY, _NONE, _NONE, _NONE, _EMPTY)
 
 
 def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodies: Sequence[int]) -> ContactNodes:
@@ -128,6 +135,7 @@ def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodie
         interface=np.concatenate([part.interface + start for part, start in zip(parts, first, strict=True)]),
         a=np.concatenate([np.where(part.a < 0, -1, part.a + k) for part, k in zip(parts, body, strict=True)]),
         b=np.concatenate([np.where(part.b < 0, -1, part.b + k) for part, k in zip(parts, body, strict=True)]),
+        pull=np.concatenate([part.pull for part in parts]),
     )
 
 
@@ -146,6 +154,7 @@ def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> Contac
         interface=renumbered[order],
         a=np.where(nodes.a < 0, -1, bodies[nodes.a])[order],
         b=np.where(nodes.b < 0, -1, bodies[nodes.b])[order],
+        pull=nodes.pull[order],
     )
 
 
@@ -157,9 +166,10 @@ def contact_nodes(
     ``count`` is one number, or one for each interface. With ``among``, only the interfaces with these numbers get
     nodes. ``seed`` is the random seed of the sampling "paper".
     """
+    strengths = strengths_of(assembly)
     counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
     chosen = range(len(counts)) if among is None else among
-    points, weights, bent = [], [], []
+    points, weights, bent, pulls = [], [], [], []
     owner: list[int] = []
     sizes: list[int] = []
     for number in chosen:
@@ -170,6 +180,7 @@ def contact_nodes(
                 bent.append((sum(sizes), patch.normals_at(nodes)))
             points.append(nodes)
             weights.append(areas)
+            pulls.append(_pull(patch, nodes, areas, strengths[number].tension))
             owner.append(number)
             sizes.append(len(nodes))
     if not points:
@@ -191,7 +202,20 @@ def contact_nodes(
         interface_of,
         ends[:, 0],
         ends[:, 1],
+        np.concatenate(pulls),
     )
+
+
+def _pull(patch: Patch, nodes: Float, areas: Float, tension: float) -> Float:
+    """Return the shares (n,) [N] of nodes with tributary ``areas`` (n,) in the pull of a patch, about its centroid."""
+    if not tension * patch.area > 0:
+        return np.zeros(len(nodes))
+    shares, scale = areas * (patch.area / areas.sum()), max(float(np.ptp(nodes, axis=0).max()), 1e-300)
+    if patch.bent:
+        return np.asarray(tension * shares)
+    basis = np.vstack([np.ones(len(nodes)), (nodes - patch.centroid).T / scale])
+    wanted = patch.area * np.array([1.0, 0.0, 0.0, 0.0])
+    return np.asarray(tension * corrected(shares, basis, wanted, (4, 1)))
 
 
 def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:

@@ -117,6 +117,7 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
         interface=np.concatenate([nodes.interface, np.full(K, len(assembly.interfaces), dtype=np.int64)]),
         a=np.concatenate([nodes.a, np.where(held, at, FIXED)]),
         b=np.concatenate([nodes.b, body]),
+        pull=np.concatenate([nodes.pull, np.zeros(K)]),
         data=HoldData(
             blocks=np.array([block for one in made for block in one.blocks]).reshape(K, 3, 2, 6),
             owner=owner,

@@ -27,6 +27,7 @@ from holdfast.engines import cached_states
 from holdfast.engines.amendments import doubtful_contacts
 from holdfast.engines.amendments.negligible import without_negligible
 from holdfast.engines.answers import Answers, joined_notes, weakest_bound
+from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.capabilities import Judging, held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.joint_verdict import joint
@@ -217,14 +218,19 @@ class Groups:
         groups = [self.group(number) for number in reported("rest", numbers)]
         if len(groups) == 1 and loaded.any(0).all():
             found = self._answers(groups[0], W, accuracy)
-            notes = joined_notes([self.assembly.scene.notes, found.notes, _reasons(groups)])
+            notes = joined_notes([self._said, found.notes, _reasons(groups)])
             return replace(found, verdict=joint([group.said for group in groups]), notes=notes)
         table = _Smallest(count)
         for number, group in zip(numbers, groups, strict=True):
             columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
             table.add(columns, self._answers(group, W[:, columns], accuracy))
         found = table.answers(self.engine, joint([group.said for group in groups]), _reasons(groups))
-        return replace(found, notes=joined_notes([self.assembly.scene.notes, found.notes]))
+        return replace(found, notes=joined_notes([self._said, found.notes]))
+
+    @property
+    def _said(self) -> tuple[str, ...]:
+        """What answers for loads say of the scene: the notes of its reader, and that nobody looks at who is crushed."""
+        return (*self.assembly.scene.notes, *unchecked_limits(self.assembly.bodies))
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where ``load_factor`` has to be asked.

@@ -10,6 +10,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, contact_nodes, held_velocity
 from holdfast.assembly.hold_nodes import with_holds
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.base.text import listed
@@ -44,6 +45,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
     corners of the patches decide, because they can carry every load that the whole patches can carry. The holds of the
     scene come with either.
     """
+    wrench = with_pull(assembly, wrench)
     given = nodes is not None
     nodes = corner_nodes(assembly) if nodes is None else with_holds(assembly, nodes)
     wrench, nothing = nodes.under(wrench), np.zeros((len(nodes), 3))
@@ -79,7 +81,10 @@ def corner_nodes(assembly: Assembly) -> ContactNodes:
 
 
 def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> ContactForces:
-    """Return local forces (I, 3) [N] as the ``ContactForces`` of a verdict, in the world frame; holds have none."""
+    """Return local forces (I, 3) [N] in plain cones as the ``ContactForces`` of a verdict, in the world frame.
+
+    Holds have none.
+    """
     nodes = nodes.contacts
     forces = forces[: len(nodes)]
     tangential = np.linalg.norm(forces[:, 1:], axis=1)
@@ -89,7 +94,7 @@ def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Co
     return ContactForces(
         points=nodes.points,
         normal=nodes.normals,
-        force=nodes.world(forces),
+        force=nodes.world(forces - np.outer(nodes.pull, [1.0, 0.0, 0.0])),
         interface=nodes.interface,
         usage=usage,
     )

@@ -23,6 +23,7 @@ from holdfast.applications.disassembly.exits import Exits
 from holdfast.applications.disassembly.least_hold import HandHold
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.connected import components
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.errors import no_truth
@@ -118,6 +119,9 @@ class Removals:
     """
 
     def __init__(self, assembly: Assembly, engine: Engine, lift: Float) -> None:
+        refuse_joined(
+            assembly, "removal", "leave out tension and cohesion: what it takes to tear bodies off is not told"
+        )
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.conic.solve import Outcome
 from holdfast.engines.contract import Engine, State
@@ -162,7 +163,7 @@ class Absences:
             wrench = part.weight_wrench(self.acceleration if self._seen_loaded else None)
             if self._seen_loaded and self.standing is not None:
                 wrench = wrench + self.standing
-            self._rests[absent] = not part.hanging and _may_balance(part, wrench)
+            self._rests[absent] = not part.hanging and _may_balance(part, with_pull(part, wrench))
         return self._rests[absent]
 
 

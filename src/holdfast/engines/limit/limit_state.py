@@ -11,6 +11,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict, joined, only_balanced
@@ -43,6 +44,8 @@ UNPROVED = (
 @dataclass(frozen=True, eq=False)
 class LimitState:
     """Limit analysis over a friction ``cone`` with one program, set up once, for all loads of an assembly.
+
+    ``wrench`` (6J,) is that of weights, standing loads and the pull of tension.
 
     Several threads may ask one state. Exact answers are the same as from one thread; those ``Within`` a gap depend on
     what was asked before, because bounds draw on all earlier solves, and such calls wait for each other.
@@ -231,5 +234,5 @@ def balanced_under(
     If ``nodes`` is None, they are all corners of all patches.
     """
     found = find_rest(assembly, wrench, nodes, cone)
-    whole = found.nodes.under(wrench)
+    whole = found.nodes.under(with_pull(assembly, wrench))
     return LimitState(cone, assembly, whole, proved_rest(assembly, found, whole, cone))

@@ -18,6 +18,7 @@ from holdfast.base.kinds import shaped
 from holdfast.base.public import MOST_ROWS, PublicValue, Summary, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
+from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.verdict import Status
 from holdfast.queries.poses.decisions import Decided, Groups, Locals, Whole, quiet
 from holdfast.queries.poses.given_poses import given_poses
@@ -144,7 +145,7 @@ def stability_of_poses(
         status=objects([one.status for one in found]),
         reason=objects([one.reason for one in found]),
         moving=objects([one.moving for one in found]),
-        notes=assembly.scene.notes,
+        notes=(*assembly.scene.notes, *unchecked_limits(assembly.bodies)),
         asked=asked,
     )
 

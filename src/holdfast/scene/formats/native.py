@@ -26,25 +26,17 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.formats import plain_data
 from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.friction_entries import FrictionModel, friction_data, friction_of
 from holdfast.scene.formats.hold_entries import AnyHoldModel, hold_data, hold_of
 from holdfast.scene.formats.models_shared import Matrix3, Matrix4, Model, Number, Quadruple, Triple, Truth, Whole
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
-from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
 FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
-
-
-def _numbers(value: Any) -> Any:  # noqa: ANN401
-    """Refuse a map of numbers with a value that is not a number, and name the first one."""
-    wrong = [key for key, item in value.items() if isinstance(item, bool | str)] if isinstance(value, dict) else []
-    if wrong:
-        raise ValueError(f"needs a number for {quoted(wrong[0])}, got {quoted(value[wrong[0]])}")
-    return value
 
 
 def _quaternion(value: Any) -> Any:  # noqa: ANN401
@@ -166,6 +158,8 @@ class BodyModel(Model):
     inertia: Matrix3 | None = Field(None, description="about the centre of mass, body axes [kg m²]")
     material: str | None = None
     fixed: Truth = False
+    top_load: Number | None = Field(None, description="the most that may press down on it [N]")
+    pressure: Number | None = Field(None, description="the most that a face of it may bear [Pa]")
 
     @model_validator(mode="after")
     def _one_pose(self) -> BodyModel:
@@ -179,24 +173,6 @@ class BodyModel(Model):
             unit = ", ".join(f"{part / length:.6g}" for part in self.orientation) if length > 0 else "1, 0, 0, 0"
             raise ValueError(f"orientation has length {length:.4g}, needs a unit quaternion, as in [{unit}]")
         return self
-
-
-class PairModel(Model):
-    """Friction between two bodies or materials."""
-
-    between: tuple[str, str]
-    mu: Number
-
-
-class FrictionModel(Model):
-    """Static Coulomb friction."""
-
-    default: Number | None = None
-    pairs: list[PairModel] = Field([], fail_fast=True)
-    values: Annotated[dict[str, Number], BeforeValidator(_numbers)] = Field(
-        {}, description="one coefficient a body, for imported scenes; needs combine"
-    )
-    combine: Combine | None = Field(None, description="how two values make a pair's")
 
 
 EndModel = str | tuple[str, Whole]
@@ -297,6 +273,8 @@ def _built(model: BodyModel, path: Path) -> Body:
         inertia=_array(model.inertia),
         material=model.material,
         fixed=model.fixed,
+        top_load=model.top_load,
+        pressure=model.pressure,
     )
 
 
@@ -335,27 +313,6 @@ def _solid(model: SolidModel, path: Path | None, name: str) -> Solid:
     return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, label=f"body {quoted(name)}: mesh")
 
 
-def friction_of(model: float | FrictionModel) -> Friction:
-    """Return the friction table of a scene file."""
-    if not isinstance(model, FrictionModel):
-        return Friction(default=model)
-    pairs: dict[tuple[str, str], float] = {}
-    for pair in model.pairs:
-        if pair.between in pairs or pair.between[::-1] in pairs:
-            raise SceneError(message("friction", f"pair {quoted(pair.between)} stands twice", "give each pair once"))
-        pairs[pair.between] = pair.mu
-    return Friction(model.default, pairs, model.values, model.combine)
-
-
-def friction_data(friction: Friction) -> dict[str, Any]:
-    """Return a friction table as a scene file holds it."""
-    table: dict[str, Any] = {"default": friction.default}
-    table["pairs"] = [{"between": list(pair), "mu": mu} for pair, mu in friction.pairs.items()]
-    table["values"] = dict(friction.values)
-    table["combine"] = friction.combine
-    return {key: value for key, value in table.items() if value not in (None, [], {})}
-
-
 def _body_data(body: Body, path: Path) -> dict[str, Any]:
     data: dict[str, Any] = {"name": body.name, "shape": shape_data(body.shape, path)}
     if body.density is not None:
@@ -371,7 +328,13 @@ def _body_data(body: Body, path: Path) -> dict[str, Any]:
         data["material"] = body.material
     if body.fixed:
         data["fixed"] = True
-    return data
+    return data | limits_data(body)
+
+
+def limits_data(body: Body) -> dict[str, float]:
+    """Return what a body may bear as plain data, without limits that it does not have."""
+    limits = {"top_load": body.top_load, "pressure": body.pressure}
+    return {name: limit for name, limit in limits.items() if limit is not None}
 
 
 def _part_data(part: Part, path: Path | None) -> dict[str, Any]:
