@@ -12,21 +12,20 @@ from holdfast.scene.friction import NOTHING, Strength, refuse_strengths, strengt
 
 
 def strengths_of(assembly: Assembly) -> tuple[Strength, ...]:
-    """Return what joins the faces of every interface, per area.
-
-    Raises SceneError for a cohesion beyond μ tension, which no engine knows yet.
-    """
+    """Return what joins the faces of every interface, per area."""
     table, materials = assembly.scene.friction, assembly.scene.materials
     if not table.joins:
         return (NOTHING,) * len(assembly.interfaces)
     pairs = zip(assembly.interfaces, assembly.mu, strict=True)
-    found = tuple(strength_between(table, *interface.bodies, materials, mu) for interface, mu in pairs)
-    for interface, strength in zip(assembly.interfaces, found, strict=True):
+    return tuple(strength_between(table, *interface.bodies, materials, mu) for interface, mu in pairs)
+
+
+def refuse_shear(assembly: Assembly, where: str, remedy: str) -> None:
+    """Raise SceneError, with ``where`` and ``remedy`` in its message, for a cohesion beyond friction times tension."""
+    for interface, strength in zip(assembly.interfaces, strengths_of(assembly), strict=True):
         if strength.shear > 0:
-            problem = f"the cohesion is {strength.shear:g} Pa above friction times tension"
-            remedy = "give a tension of at least cohesion / μ, or a lower cohesion"
-            raise SceneError(message(f"friction of {quoted(interface.bodies)}", problem, remedy))
-    return found
+            problem = f"the cohesion of {quoted(interface.bodies)} is above friction times tension"
+            raise SceneError(message(where, problem, remedy))
 
 
 def is_joined(assembly: Assembly) -> bool:
