@@ -1,4 +1,4 @@
-"""Cohesion beyond friction times tension, engine limit: sliding, twisting and lifting, on one side and between bodies."""
+"""Cohesion beyond friction times tension, by engine limit: sliding, twisting, lifting, and between two bodies."""
 
 from __future__ import annotations
 

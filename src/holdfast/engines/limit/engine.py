@@ -115,15 +115,12 @@ def _judged(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
 
 
 def _with_holds(state: LimitState, wrench: Float) -> Float:
-    """Return ``wrench`` (6J,) with what holds and cohesive faces exert: on their bodies, all that contacts do not balance.
-
-    Contacts are those with their tension, of which engine ``compliant`` knows.
-    """
+    """Return ``wrench`` (6J,) with what holds and cohesion exert: on their bodies, all that contacts do not balance."""
     assembly, own, inside = state.assembly, state.rest.nodes.contacts, state.proofs.resting
     forces = state.rest.forces if inside is None else inside.reshape(-1, 3)
-    pressed = wrenches_of(assembly, own, forces[: len(own)])
+    pressed = with_pull(assembly, wrenches_of(assembly, own, forces[: len(own)]))
     names = {hold.body for hold in assembly.scene.holds}
     for interface, strength in zip(assembly.interfaces, strengths_of(assembly), strict=True):
         names |= set(interface.bodies) if strength.shear > 0 else set()
     held = np.repeat([body.name in names for body in assembly.movable], 6)
-    return np.where(held, -pressed - with_pull(assembly, np.zeros(len(wrench))), wrench)
+    return np.where(held, -pressed, wrench)
