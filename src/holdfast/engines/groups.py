@@ -17,6 +17,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.one_group import Part, part_of
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
@@ -47,8 +48,11 @@ def prepared(
 
     The arguments are those of ``Engine.prepare``. What is prepared is kept in the memory of the assembly, which its
     edits share, so that the next question about a group costs the solve alone. Answers do not depend on it: they are
-    the same, to the last digit, whatever was asked before and by whichever thread.
+    the same, to the last digit, whatever was asked before and by whichever thread. Raises SceneError if poses are
+    uncertain and something joins faces.
     """
+    if assembly.tolerances.capped:
+        refuse_joined(assembly, "pose_sigma", "leave it out: what joins faces is known for poses that are known")
     standing, acceleration = (None if given is None or not given.any() else given for given in (standing, acceleration))
     return Groups(engine, assembly, standing, acceleration)
 
