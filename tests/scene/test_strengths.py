@@ -94,7 +94,7 @@ REFUSING: dict[str, Callable[[hf.Scene], object]] = {
     "settle": hf.settle,
     "removal": lambda scene: hf.can_remove(scene, "two"),
     "plan_placement": lambda scene: hf.plan_placement(scene, hf.Body("new", hf.Box((0.01,) * 3), 0.01)),
-    "assemble: pose_sigma": lambda scene: hf.assemble(scene, pose_sigma=1e-4),
+    "pose_sigma": lambda scene: hf.stability(hf.assemble(scene, pose_sigma=1e-4)),
     "imperfect faces": lambda scene: hf.robustness(
         scene, "two", (0, 0, 0.02), (0, 0, -1), imperfect=hf.Imperfect(1e-5, bed=1e10, samples=1)
     ),

@@ -37,7 +37,6 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
-from holdfast.scene.friction import refuse_strengths
 from holdfast.scene.hold import AnyHold
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
@@ -462,8 +461,6 @@ def assemble(
         )
     if interfaces is None:
         check_copies(scene)
-    if pose_sigma is not None:
-        refuse_strengths(scene.friction, "assemble: pose_sigma", "leave out pose_sigma, or the strengths")
     sigma = None if pose_sigma is None else checked_pose_sigma(pose_sigma, "assemble")
     tolerances = tolerances_of(scene, gap, angle_degrees, sigma)
     if not checked_truth(allow_large, "assemble: allow_large"):

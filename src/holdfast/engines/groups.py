@@ -17,6 +17,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.one_group import Part, part_of
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
@@ -49,12 +50,14 @@ def prepared(
     The arguments are those of ``Engine.prepare``. What is prepared is kept in the memory of the assembly, which its
     edits share, so that the next question about a group costs the solve alone. Answers do not depend on it: they are
     the same, to the last digit, whatever was asked before and by whichever thread. Raises SceneError if the scene has
-    holds and the engine does not say that it ``takes_holds``, or poses are uncertain.
+    holds and the engine does not say that it ``takes_holds``, or if poses are uncertain and something holds or joins
+    bodies.
     """
     if not getattr(engine, "takes_holds", False):
         refuse_holds(assembly.scene.holds, f"engine {engine.name!r}", "use engine=hf.Limit()")
     if assembly.tolerances.capped:
         refuse_holds(assembly.scene.holds, "pose_sigma", "hold bodies at poses that are known")
+        refuse_joined(assembly, "pose_sigma", "leave it out: what joins faces is known for poses that are known")
     standing, acceleration = (None if given is None or not given.any() else given for given in (standing, acceleration))
     return Groups(engine, assembly, standing, acceleration)
 
