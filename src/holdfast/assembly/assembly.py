@@ -224,10 +224,9 @@ class Assembly(Value):
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
         """The groups of bodies that no chain of interfaces connects to a fixed body, and that nothing holds."""
-        ends = (*self.ends, *((self.index[hold.body], FIXED) for hold in self.scene.holds))
-        return tuple(
-            tuple(self.movable[k].name for k in group) for group in components(len(self.movable), ends) if group
-        )
+        held = ((self.index[hold.body], FIXED) for hold in self.scene.holds)
+        groups = components(len(self.movable), (*self.ends, *held))
+        return tuple(tuple(self.movable[k].name for k in group) for group in groups)
 
     @cached_property
     def unmodelled(self) -> tuple[tuple[str, str], ...]:
@@ -245,13 +244,9 @@ class Assembly(Value):
                 (a.name, b.name)
                 for a, b in near
                 if frozenset((a.name, b.name)) not in known
-                and distance(a, b, 1.001 * self._gap(a.name, b.name)) is not None
+                and distance(a, b, 1.001 * self._between((a.name, b.name)).gap) is not None
             )
         )
-
-    def _gap(self, a: str, b: str) -> float:
-        """Return the gap [m] up to which two bodies touch."""
-        return self.tolerances.between(self.scene.body(a), self.scene.body(b)).gap
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:
