@@ -90,11 +90,11 @@ def _parts(patch: Patch) -> Iterator[tuple[Float, float]]:
             yield patch.centroid, patch.area
         return
     outline = flat.shapely_polygon(patch.rings)
-    x, y, wide, deep = (*outline.bounds[:2], *np.subtract(outline.bounds[2:], outline.bounds[:2]) / PARTS)
+    low, high = np.array(outline.bounds).reshape(2, 2)
+    step = (high - low) / PARTS
     for i in range(PARTS):
         for j in range(PARTS):
-            piece = outline.intersection(
-                shapely.box(x + i * wide, y + j * deep, x + (i + 1) * wide, y + (j + 1) * deep)
-            )
+            corner = low + step * (i, j)
+            piece = outline.intersection(shapely.box(*corner, *(corner + step)))
             if piece.area > 0:
                 yield patch.lifted(np.array(piece.centroid.coords))[0], float(piece.area)

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.assembly.cohesion_nodes import cohesive_faces
+from holdfast.assembly.cohesion_nodes import Cohesive, cohesive_faces
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross, tangents
@@ -95,7 +95,7 @@ class HeldNodes(ContactNodes):
 def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
     """Return contact nodes together with those of the holds of the scene and of cohesive faces, if there are any."""
     holds = [_Making(assembly, hold) for hold in assembly.scene.holds]
-    made = [*holds, *cohesive_faces(assembly)]
+    made: list[_Making | Cohesive] = [*holds, *cohesive_faces(assembly)]
     if not made:
         return nodes
     K = sum(len(one.mu) for one in made)
