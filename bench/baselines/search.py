@@ -160,7 +160,8 @@ def grid_nodes(assembly: Assembly, side: int) -> ContactNodes:
     ends = np.array(assembly.ends, dtype=np.int64)[of]
     frame = np.stack([normal, *tangents(normal)], axis=1)
     mu = np.array(assembly.mu)[of]
-    return ContactNodes(np.vstack(points), frame, mu, np.concatenate(areas), of, ends[:, 0], ends[:, 1])
+    none = np.zeros(len(of))
+    return ContactNodes(np.vstack(points), frame, mu, np.concatenate(areas), of, ends[:, 0], ends[:, 1], none)
 
 
 def _rectangle(patch: Patch, bodies: tuple[str, str]) -> tuple[Float, Float, Float]:

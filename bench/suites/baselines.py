@@ -117,7 +117,9 @@ def _polygons(courses: int, bricks: int) -> list[Row]:
             begin = time.perf_counter()
             ours = state.solve(load).factor
             between = time.perf_counter()
-            column = sparse.csr_matrix(np.r_[scaled_wrench(assembly, load), np.zeros(len(base.b) - equations)][:, None])
+            column = sparse.csr_matrix(
+                np.r_[scaled_wrench(assembly, state.rest.nodes, load), np.zeros(len(base.b) - equations)][:, None]
+            )
             whole = sparse.csr_matrix(sparse.hstack([base.A, column]))
             found = milp(cost, bounds=Bounds(-np.inf, np.inf), constraints=LinearConstraint(whole, low, base.b))
             times += (between - begin, time.perf_counter() - between)

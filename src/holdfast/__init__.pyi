@@ -53,6 +53,8 @@ from holdfast.scene.formats.simulators.newton_model import from_newton as from_n
 from holdfast.scene.formats.simulators.pybullet_world import from_pybullet as from_pybullet
 from holdfast.scene.friction import Friction as Friction
 from holdfast.scene.halfspace import HalfSpace as HalfSpace
+from holdfast.scene.hold import Grip as Grip
+from holdfast.scene.hold import Hold as Hold
 from holdfast.scene.round_shapes import Capsule as Capsule
 from holdfast.scene.round_shapes import Ellipsoid as Ellipsoid
 from holdfast.scene.scene import Scene as Scene

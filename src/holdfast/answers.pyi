@@ -1,6 +1,7 @@
 from holdfast.applications.calibration.measured_friction import MeasuredFriction as MeasuredFriction
 from holdfast.applications.carrying.result import Carried as Carried
 from holdfast.applications.disassembly.build import BuildOrder as BuildOrder
+from holdfast.applications.disassembly.least_hold import HandHold as HandHold
 from holdfast.applications.disassembly.order import Disassembly as Disassembly
 from holdfast.applications.disassembly.removal import Removal as Removal
 from holdfast.applications.monitor import Monitored as Monitored
@@ -23,6 +24,7 @@ from holdfast.contacts.interface import Interface as Interface
 from holdfast.contacts.interface import Patch as Patch
 from holdfast.engines.answers import Bound as Bound
 from holdfast.engines.answers import Claim as Claim
+from holdfast.engines.bearing import Bearing as Bearing
 from holdfast.engines.mechanism import Mechanism as Mechanism
 from holdfast.engines.verdict import Certificate as Certificate
 from holdfast.engines.verdict import ContactForces as ContactForces

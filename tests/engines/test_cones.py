@@ -15,7 +15,7 @@ def nodes(mu: np.ndarray[tuple[int], np.dtype[np.float64]]) -> ContactNodes:
     count = len(mu)
     axes = np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
     zeros = np.zeros(count, dtype=np.int64)
-    return ContactNodes(np.zeros((count, 3)), axes, mu, np.ones(count), zeros, zeros - 1, zeros)
+    return ContactNodes(np.zeros((count, 3)), axes, mu, np.ones(count), zeros, zeros - 1, zeros, np.zeros(count))
 
 
 @pytest.mark.parametrize(("kind", "sides"), [("exact", 8), ("inscribed", 8), ("circumscribed", 5)])

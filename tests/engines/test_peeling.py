@@ -34,7 +34,9 @@ def groove(normals: np.ndarray, mu: float, *, second: bool) -> ContactNodes:
     axes[:, 0] = sign * normals
     body, fixed = np.zeros(count, dtype=np.int64), np.full(count, -1)
     a, b = (fixed, body) if second else (body, fixed)
-    return ContactNodes(np.zeros((count, 3)), axes, np.full(count, mu), np.ones(count), np.arange(count), a, b)
+    return ContactNodes(
+        np.zeros((count, 3)), axes, np.full(count, mu), np.ones(count), np.arange(count), a, b, np.zeros(count)
+    )
 
 
 @pytest.mark.parametrize("second", [True, False])

@@ -25,7 +25,7 @@ LOOK = 200  # steps from one look to the next
 class Native:
     """A scene in MuJoCo, at rest under its weight where it ``stands``."""
 
-    def __init__(self, scene: Scene, step: float) -> None:
+    def __init__(self, scene: Scene, step: float, settle: float = SETTLE) -> None:
         self.mujoco, self.step = mujoco_module(), step
         self.model: Any = self.mujoco.MjModel.from_xml_string(described(scene, step))
         self.data: Any = self.mujoco.MjData(self.model)
@@ -33,7 +33,7 @@ class Native:
         self.movable = [self.number[body.name] for body in scene.movable]
         self.mujoco.mj_forward(self.model, self.data)
         before = self._places()
-        for _ in range(round(SETTLE / step)):
+        for _ in range(round(settle / step)):
             self.mujoco.mj_step(self.model, self.data)
         self.stands = float(np.abs(self._places() - before).max()) < STILL
         self.data.qvel[:] = 0

@@ -26,6 +26,8 @@ from holdfast.contacts.tolerances import Tolerances
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
 from holdfast.queries.stability import Stability, stability
+from holdfast.scene.friction import refuse_strengths
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 from holdfast.settling.motion import CALM, NARROW, TOUCH, End, Limits, Motion, come_to_rest
 from holdfast.settling.moved_surfaces import turn_between, upright_pose
@@ -156,6 +158,8 @@ def settle(
     if not hasattr(scene, "movable"):
         problem = f"got a {type(scene).__name__}"
         raise HoldfastError(message("settle", problem, "needs a Scene: hf.load_scene(path) reads one from a file"))
+    refuse_holds(scene.holds, "settle", "settle the scene without them, and hold it then")
+    refuse_strengths(scene.friction, "settle", "leave out tension and cohesion, or give the poses of rest")
     parts = next((pair for pair in scene.excluded if not all(isinstance(end, str) for end in pair)), None)
     if parts is not None:
         problem = f"parts {quoted(parts)} do not touch, though others of the same bodies do"

@@ -37,6 +37,7 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
+from holdfast.scene.hold import AnyHold
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
 
@@ -155,6 +156,13 @@ class Assembly(Value):
         contacts = (replace(i, mu=value) for i, value in zip(self.interfaces, mu, strict=True))
         return replace(self, interfaces=tuple(contacts))
 
+    def with_holds(self, *holds: AnyHold) -> Assembly:
+        """Return the assembly with these holds on some of its bodies, beside those that it has.
+
+        The contacts stay the same. Raises SceneError for a hold of a body that is unknown or fixed.
+        """
+        return replace(self, scene=replace(self.scene, holds=(*self.scene.holds, *holds)))
+
     def without_interfaces(self, numbers: Collection[int]) -> Assembly:
         """Return the assembly without the interfaces with these numbers, as if the bodies did not touch there.
 
@@ -215,10 +223,10 @@ class Assembly(Value):
 
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
-        """The groups of bodies that no chain of interfaces connects to a fixed body."""
-        return tuple(
-            tuple(self.movable[k].name for k in group) for group in components(len(self.movable), self.ends) if group
-        )
+        """The groups of bodies that no chain of interfaces connects to a fixed body, and that nothing holds."""
+        held = ((self.index[hold.body], FIXED) for hold in self.scene.holds)
+        groups = components(len(self.movable), (*self.ends, *held))
+        return tuple(tuple(self.movable[k].name for k in group) for group in groups)
 
     @cached_property
     def unmodelled(self) -> tuple[tuple[str, str], ...]:
@@ -236,13 +244,9 @@ class Assembly(Value):
                 (a.name, b.name)
                 for a, b in near
                 if frozenset((a.name, b.name)) not in known
-                and distance(a, b, 1.001 * self._gap(a.name, b.name)) is not None
+                and distance(a, b, 1.001 * self._between((a.name, b.name)).gap) is not None
             )
         )
-
-    def _gap(self, a: str, b: str) -> float:
-        """Return the gap [m] up to which two bodies touch."""
-        return self.tolerances.between(self.scene.body(a), self.scene.body(b)).gap
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:

@@ -11,17 +11,20 @@ from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.axes import contact_axes
+from holdfast.assembly.strengths import strengths_of
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.entries import Entries
 from holdfast.base.kinds import shaped
 from holdfast.base.rigid import cross
 from holdfast.base.values import Value, seal
+from holdfast.contacts.interface import Patch
 from holdfast.contacts.patch_nodes import Sampling, interface_nodes
+from holdfast.contacts.weights import corrected
 
 
 @archived
-@shaped(points="I 3", axes="I 3 3", mu="I", weights="I", interface="I", a="I", b="I")
+@shaped(points="I 3", axes="I 3 3", mu="I", weights="I", interface="I", a="I", b="I", pull="I")
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactNodes(Value):
     """The I contact nodes of an assembly; contact forces act at the nodes.
@@ -29,7 +32,9 @@ class ContactNodes(Value):
     The force at node i is (f_n, f_t1, f_t2) along the rows of ``axes[i]``. It acts on body b, and its negative acts on
     body a. ``points`` (I, 3) [m] are in the world frame. ``axes`` (I, 3, 3) holds the rows normal (pointing into b), t1
     and t2. ``mu`` (I,) are the friction coefficients, ``weights`` (I,) the tributary areas [m²] and ``interface`` (I,)
-    the index of each node's interface. ``a`` and ``b`` (I,) are body numbers, FIXED for fixed bodies.
+    the index of each node's interface. ``a`` and ``b`` (I,) are body numbers, FIXED for fixed bodies. ``pull`` (I,) [N]
+    is what the tension of each node's face can pull there: friction is at most μ (f_n + pull), and f_n >= -pull. Forces
+    of programs and models are those of the plain cone, f_n + pull beside f_t; only answers show f_n itself.
     """
 
     points: Float
@@ -39,6 +44,7 @@ class ContactNodes(Value):
     interface: Int
     a: Int
     b: Int
+    pull: Float
 
     def __post_init__(self) -> None:
         seal(self)
@@ -51,6 +57,49 @@ class ContactNodes(Value):
     def __len__(self) -> int:
         return len(self.points)
 
+    # The following differ only if there are holds (hold_nodes.py).
+
+    @property
+    def fasteners(self) -> int:
+        """The number F of fasteners, which have six equations each like the J bodies, after those."""
+        return 0
+
+    @property
+    def asked(self) -> Float | None:
+        """Which equations (6J,) of bodies count, 1 or 0: none in which a hold is as strong as needed; None for all."""
+        return None
+
+    @property
+    def contacts(self) -> ContactNodes:
+        """The nodes of contacts alone."""
+        return self
+
+    @property
+    def blocks(self) -> Float:
+        """The wrenches (K, 3, 2, 6) of the K nodes of holds."""
+        return _NO_BLOCKS
+
+    @property
+    def usual(self) -> Float:
+        """The usual normal forces (K,) [N] of the nodes of holds."""
+        return _EMPTY
+
+    def under(self, wrench: Float) -> Float:
+        """Return ``wrench`` (6J,) with what holds exert in any case, and the equations of fasteners: (6(J + F),)."""
+        return wrench
+
+    def beside(self, columns: Float) -> Float:
+        """Return columns (6J, ...) of bodies with zeros for fasteners: (6(J + F), ...)."""
+        return columns
+
+    def moving(self, twists: Float) -> Float:
+        """Return motions (..., 6J) of bodies without what holds forbid that are as strong as needed."""
+        return twists if self.asked is None else twists * self.asked
+
+    def scaled(self, scale: Float) -> Float:
+        """Return scales (6J,) of bodies, and for each fastener that of forces on its body: (6(J + F),)."""
+        return scale
+
     def world(self, forces: Float) -> Float:
         """Convert forces (I, 3) from the axes of their nodes to the world axes."""
         return np.asarray(np.einsum("ik,ikx->ix", forces, self.axes))
@@ -58,7 +107,8 @@ class ContactNodes(Value):
     def chosen(self, keep: Bool) -> ContactNodes:
         """Return only the nodes for which ``keep`` (I,) is true."""
         points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
-        return ContactNodes(points, axes, mu, weights, self.interface[keep], self.a[keep], self.b[keep])
+        ends = self.a[keep], self.b[keep]
+        return ContactNodes(points, axes, mu, weights, self.interface[keep], *ends, self.pull[keep])
 
     @cached_property
     def spans(self) -> Int:
@@ -66,8 +116,9 @@ class ContactNodes(Value):
         return frozen(np.searchsorted(self.interface, np.arange(self.interface.max(initial=-1) + 2)))
 
 
-_EMPTY, _NONE = np.empty(0), np.empty(0, dtype=np.int64)
-NO_NODES = ContactNodes(_EMPTY.reshape(0, 3), _EMPTY.reshape(0, 3, 3), _EMPTY, _EMPTY, _NONE, _NONE, _NONE)
+_EMPTY, _NONE = frozen(np.empty(0)), np.empty(0, dtype=np.int64)
+_NO_BLOCKS = frozen(np.empty((0, 3, 2, 6)))
+NO_NODES = ContactNodes(_EMPTY.reshape(0, 3), _EMPTY.reshape(0, 3, 3), _EMPTY, _EMPTY, _NONE, _NONE, _NONE, _EMPTY)
 
 
 def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodies: Sequence[int]) -> ContactNodes:
@@ -84,6 +135,7 @@ def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodie
         interface=np.concatenate([part.interface + start for part, start in zip(parts, first, strict=True)]),
         a=np.concatenate([np.where(part.a < 0, -1, part.a + k) for part, k in zip(parts, body, strict=True)]),
         b=np.concatenate([np.where(part.b < 0, -1, part.b + k) for part, k in zip(parts, body, strict=True)]),
+        pull=np.concatenate([part.pull for part in parts]),
     )
 
 
@@ -102,6 +154,7 @@ def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> Contac
         interface=renumbered[order],
         a=np.where(nodes.a < 0, -1, bodies[nodes.a])[order],
         b=np.where(nodes.b < 0, -1, bodies[nodes.b])[order],
+        pull=nodes.pull[order],
     )
 
 
@@ -113,9 +166,10 @@ def contact_nodes(
     ``count`` is one number, or one for each interface. With ``among``, only the interfaces with these numbers get
     nodes. ``seed`` is the random seed of the sampling "paper".
     """
+    strengths = strengths_of(assembly)
     counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
     chosen = range(len(counts)) if among is None else among
-    points, weights, bent = [], [], []
+    points, weights, bent, pulls = [], [], [], []
     owner: list[int] = []
     sizes: list[int] = []
     for number in chosen:
@@ -126,6 +180,7 @@ def contact_nodes(
                 bent.append((sum(sizes), patch.normals_at(nodes)))
             points.append(nodes)
             weights.append(areas)
+            pulls.append(_pull(patch, nodes, areas, strengths[number].tension))
             owner.append(number)
             sizes.append(len(nodes))
     if not points:
@@ -147,7 +202,20 @@ def contact_nodes(
         interface_of,
         ends[:, 0],
         ends[:, 1],
+        np.concatenate(pulls),
     )
+
+
+def _pull(patch: Patch, nodes: Float, areas: Float, tension: float) -> Float:
+    """Return the shares (n,) [N] of nodes with tributary ``areas`` (n,) in the pull of a patch, about its centroid."""
+    if not tension * patch.area > 0:
+        return np.zeros(len(nodes))
+    shares, scale = areas * (patch.area / areas.sum()), max(float(np.ptp(nodes, axis=0).max()), 1e-300)
+    if patch.bent:
+        return np.asarray(tension * shares)
+    basis = np.vstack([np.ones(len(nodes)), (nodes - patch.centroid).T / scale])
+    wanted = patch.area * np.array([1.0, 0.0, 0.0, 0.0])
+    return np.asarray(tension * corrected(shares, basis, wanted, (4, 1)))
 
 
 def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
@@ -156,16 +224,26 @@ def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_
     The forces are (f_n, f_t1, f_t2) at the nodes. The wrenches are (force [N], torque [N m] about the centre of mass),
     along the world axes.
     """
-    return by_bodies(len(assembly.movable), nodes, equilibrium_blocks(assembly, nodes))
+    return by_bodies(len(assembly.movable) + nodes.fasteners, nodes, equilibrium_blocks(assembly, nodes))
 
 
 def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
     """Return the wrenches (I, 3, 2, 6) of a unit force along each axis of a node, on body b first, then on body a."""
+    own = nodes.contacts
     blocks = np.empty((len(nodes), 3, 2, 6))
-    for side, (body, sign) in enumerate(((nodes.b, 1.0), (nodes.a, -1.0))):
-        force = sign * nodes.axes
-        blocks[:, :, side, :3] = force
-        blocks[:, :, side, 3:] = cross(arms(assembly, nodes, body)[:, None], force)
+    blocks[len(own) :] = nodes.blocks
+    for side, (body, sign) in enumerate(((own.b, 1.0), (own.a, -1.0))):
+        force = sign * own.axes
+        blocks[: len(own), :, side, :3] = force
+        blocks[: len(own), :, side, 3:] = cross(arms(assembly, own, body)[:, None], force)
+    return asked_of(nodes, blocks)
+
+
+def asked_of(nodes: ContactNodes, blocks: Float) -> Float:
+    """Return ``blocks`` (I, 3, 2, 6) with 0 in the equations that do not count."""
+    if nodes.asked is not None:
+        every = np.vstack([nodes.asked.reshape(-1, 6), np.ones((nodes.fasteners + 1, 6))])  # FIXED is -1
+        blocks *= every[np.stack([nodes.b, nodes.a], axis=1)][:, None]
     return blocks
 
 
@@ -178,6 +256,13 @@ def wrenches_of(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Float
         rows = 6 * (body % (count + 1))[:, None] + np.arange(6)
         found += sign * np.bincount(rows.ravel(), acting.ravel(), len(found))
     return found[: 6 * count]
+
+
+def held_velocity(nodes: ContactNodes, motion: Float) -> Float:
+    """Return the velocity (K, 3) at the nodes of holds, along the axes of their forces, in a motion (J + F, 6)."""
+    first = len(nodes.contacts)
+    ends = np.stack([motion[nodes.b[first:]], motion[nodes.a[first:]]], axis=1)  # FIXED has no entries
+    return np.asarray(np.einsum("kisj,ksj->ki", nodes.blocks, ends))
 
 
 def arms(assembly: Assembly, nodes: ContactNodes, body: Int) -> Float:

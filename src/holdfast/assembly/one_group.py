@@ -17,6 +17,7 @@ from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.excluded import Excluded, excluded_among
 from holdfast.scene.friction import Friction
+from holdfast.scene.hold import AnyHold, holds_among
 from holdfast.scene.scene import Scene
 
 
@@ -65,8 +66,9 @@ class _Canonical:
 def part_of(whole: Assembly, group: tuple[str, ...]) -> Part:
     """Return the part of the assembly ``whole`` that consists of one of its groups, given by the names of its bodies.
 
-    At least one body of the group touches a fixed body. The part is cached in the assembly. Its content is cached in
-    the memory that the assembly shares with its edits, and is the same object as long as nothing in it changes.
+    At least one body of the group touches a fixed body or is held. The part is cached in the assembly. Its content is
+    cached in the memory that the assembly shares with its edits, and is the same object as long as nothing in it
+    changes.
     """
     part: Part | None = whole.parts.get(group)
     if part is None:
@@ -82,17 +84,18 @@ def _part(whole: Assembly, group: tuple[str, ...]) -> Part:
     occluded = tuple(p for p in whole.occluded if not names.isdisjoint(p) and _still(whole, p, names))
     pairs = (*(whole.interfaces[k].bodies for k in chosen), *(o.bodies for o in overlaps), *occluded)
     touched = {name for pair in pairs for name in pair} - names
-    still = [body for body in whole.fixed if body.name in touched]
+    still = [body for body in whole.fixed if body.name in touched] or list(whole.fixed[:1])  # if it is held in the air
     moving = [whole.movable[k] for k in given.tolist()]
     interfaces = [whole.interfaces[k] for k in chosen]
     named = {body.name for body in (*still, *moving)}
     table = whole.scene.friction.among(named | materials_of([*still, *moving]))
     excluded = excluded_among(whole.scene.excluded, named)
     about = (whole.scene.gravity.tobytes(), whole.scene.name, whole.tolerances.rule, whole.detected)
-    key = (*map(Same, (*still, *moving, *interfaces)), overlaps, occluded, table, excluded, *about)
+    holds = holds_among(whole.scene.holds, names)
+    key = (*map(Same, (*still, *moving, *interfaces)), overlaps, occluded, table, excluded, holds, *about)
 
     def canonical() -> _Canonical:
-        return _canonical(whole, still, moving, interfaces, (overlaps, occluded, table, excluded))
+        return _canonical(whole, still, moving, interfaces, (overlaps, occluded, table, excluded, holds))
 
     content = whole.memory.recalled(("part", *key), len(group), canonical)
     assembly = content.assembly
@@ -112,7 +115,7 @@ def _canonical(
     still: list[Body],
     moving: list[Body],
     interfaces: list[Interface],
-    about: tuple[tuple[Overlap, ...], tuple[tuple[str, str], ...], Friction, tuple[Excluded, ...]],
+    about: tuple[tuple[Overlap, ...], tuple[tuple[str, str], ...], Friction, tuple[Excluded, ...], tuple[AnyHold, ...]],
 ) -> _Canonical:
     """Return the canonical form of a group of ``moving`` bodies and the fixed bodies ``still`` that they touch."""
     up = whole.scene.up
@@ -126,9 +129,9 @@ def _canonical(
         same = interface.canonical(frame, flipped=flipped)
         found.append((*_place(same, rank, frame), k, flipped, same))
     found.sort(key=lambda entry: entry[:-1])
-    overlaps, occluded, table, excluded = about
+    overlaps, occluded, table, excluded, holds = about
     bodies = [*still, *(moving[k] for k in order.tolist())]
-    scene = Scene(bodies, table, whole.scene.gravity, whole.scene.name, excluded)
+    scene = Scene(bodies, table, whole.scene.gravity, whole.scene.name, excluded, holds=holds)
     kept = tuple(entry[-1] for entry in found)
     part = Assembly(scene, kept, whole.tolerances.on(scene), overlaps, occluded, whole.detected, whole.known_names)
     part.__dict__["axes"] = frame.axes

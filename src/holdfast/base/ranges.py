@@ -35,6 +35,7 @@ ACCELERATION = Range(1e-6, 1e6, "m/s²")  # gravity, and how fast a support acce
 TURNING = Range(0.0, 1e6, "rad/s or rad/s²")
 FORCE = Range(0.0, 1e15, "N or N m")
 STIFFNESS = Range(1e-9, 1e15)
+PRESSURE = Range(0.0, 1e12, "Pa")
 SCALE = Range(1e-9, 1e9)
 EXPONENT = Range(0.0, 1e3)
 ANGLE = Range(0.0, 1e4, "degrees")

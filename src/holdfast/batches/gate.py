@@ -89,6 +89,8 @@ def judged(row: Row, rules: Rules) -> tuple[Result, str]:
     if rules.stands and row["status"] != "stable":
         reason = f"{row['status']}: {row['reason']}"
         return (FAILED if row["status"] == "unstable" else UNDECIDED), reason
+    if rules.stands and row.get("crushed"):
+        return FAILED, f"crushed: {listed(row['crushed'], NAMED)}"
     if rules.min_force is None:
         return PASSED, ""
     wanted, weakest, lower = rules.min_force, row["weakest"], row["weakest_lower"]

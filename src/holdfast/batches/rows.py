@@ -191,12 +191,15 @@ def _add_verdict(found: Stability, tables: Tables) -> None:
         "reason": found.reason,
         "equilibrium_exists": found.equilibrium_exists,
         "moving": list(found.moving),
+        "crushed": list(found.crushed),
         "engine": found.engine,
         "notes": list(found.notes),
     }
     group_of = {name: group.verdict.status.value for group in found.groups for name in group.bodies}
+    most = {one.body: one.share for one in reversed(found.bearing)}  # the largest share of a body comes last
     for row in tables["bodies"]:
         row["status"] = group_of.get(row["body"])
+        row["bearing"] = most.get(row["body"])
     if found.forces is not None:
         _add_forces(found.forces, tables["interfaces"])
 

@@ -64,6 +64,7 @@ SCENES = (
     Column("reason", "text", "", "the reason for the verdict, in words"),
     Column("equilibrium_exists", "flag", "", "true or false with evidence; null if it is not known"),
     Column("moving", "texts", "", "names of the bodies that move in a scene that does not stand"),
+    Column("crushed", "texts", "", "names of the bodies that bear more than they may, the most crushed first"),
     Column("engine", "text", "", "the engine of the verdict"),
     Column("bodies", "whole", "", "number of movable bodies"),
     Column("fixed", "whole", "", "number of fixed bodies"),
@@ -98,6 +99,7 @@ BODIES = (
     Column("qw", "number", "", ""),
     Column("group", "whole", "", "number of its group of bodies that touch each other; null for a fixed body"),
     Column("status", "text", "", "verdict on its group; null if it was not asked"),
+    Column("bearing", "number", "", "what it bears over what it may bear, above 1: crushed; null without a limit"),
     Column("weakest", "number", "N", "the smallest decided force of all pushes and map points on it"),
 )
 INTERFACES = (

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import refuse_shear, with_pull
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates.exact_forces import NONE, ExactContacts, Vector, exact
@@ -255,6 +256,9 @@ class Provable:
         return self._scene(self._parts([]))
 
     def _parts(self, columns: Sequence[Float]) -> list[_Exact]:
+        refuse_shear(
+            self.question.assembly, "certificate", "give a tension of cohesion / μ: certificates hold cones alone"
+        )
         groups = prepared(Limit(), self.question.assembly, self.question.standing, self.question.acceleration)
         return [self._exact(groups.group(k)) for k in self._asked(columns)]
 
@@ -277,10 +281,15 @@ class Provable:
             rows = (6 * numbers[:, None] + np.arange(6)).ravel()
         pull = plus(exact(assembly.scene.gravity), self._accelerated, -1)
         standing = []
-        for body, own in zip(assembly.movable, _rows(self.question.standing[rows]), strict=True):
+        for body, own in zip(assembly.movable, _rows(self._standing[rows]), strict=True):
             mass = _mass(body)
             standing.append(plus((*(mass * g for g in pull), *NONE), own))
         return _Exact(assembly, rows, state if isinstance(state, LimitState) else None, group.verdict, standing)
+
+    @cached_property
+    def _standing(self) -> Float:
+        """What acts beside the weight (6J,): standing loads, and the pull of tension, beside which cones are plain."""
+        return with_pull(self.question.assembly, self.question.standing)
 
     @property
     def _accelerated(self) -> Vector:
@@ -291,7 +300,7 @@ class Provable:
             "format": FORMAT,
             "units": UNITS,
             "acceleration": _texts(self._accelerated),
-            "standing": self._wrenches(self.question.standing, parts),
+            "standing": self._wrenches(self._standing, parts),
             **self._scene(parts),
             **_shown("rest", "resting holds", [part.rest for part in parts if part.rest is not None]),
         }

@@ -12,6 +12,7 @@ from holdfast.base.files import checked_path, write_atomically
 from holdfast.base.values import sealed
 from holdfast.certificates.question import Question
 from holdfast.engines.verdict import Status, Verdict
+from holdfast.scene.hold import refuse_holds
 
 T = TypeVar("T")
 
@@ -82,6 +83,7 @@ class CertifiedStates(Asked):
 def _proved(question: Question, where: str, rows: Sequence[int] | None = None) -> dict[str, Any]:
     from holdfast.certificates.certificate import Provable  # proofs are for those who ask for them
 
+    refuse_holds(question.assembly.scene.holds, where, "certificates hold contact forces alone: ask without holds")
     count = 0 if question.loads is None else question.loads.shape[1]
     return Provable(question).data(where, range(count) if rows is None else rows)
 

@@ -8,6 +8,7 @@ from holdfast.cli.common import EXIT, AsJson, EngineName, Margin, Nodes, Proof, 
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
+from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.stability import stability
 from holdfast.report.data import stability_data
@@ -33,4 +34,4 @@ def assess(
     else:
         out.print(stability_report(assembly, result))
     certify(result.save_certificate, certificate, as_json=as_json)
-    raise typer.Exit(EXIT[result.status])
+    raise typer.Exit(EXIT[Status.UNSTABLE if result.crushed else result.status])

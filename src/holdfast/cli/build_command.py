@@ -8,7 +8,17 @@ import typer
 
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import SOLVES
-from holdfast.cli.common import AsJson, EngineName, Nodes, Proof, SaveAnswer, certify, engine_with, order_exit_code
+from holdfast.cli.common import (
+    AsJson,
+    EngineName,
+    Hands,
+    Nodes,
+    Proof,
+    SaveAnswer,
+    certify,
+    engine_with,
+    order_exit_code,
+)
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -28,6 +38,7 @@ def build(
     solves: Annotated[int, typer.Option(help="stop after this many checks by contact forces")] = SOLVES,
     engine: EngineName = DEFAULT_ENGINE,
     save: SaveAnswer = None,
+    hands: Hands = 0,
     nodes: Nodes = None,
     certificate: Proof = None,
     as_json: AsJson = False,
@@ -36,7 +47,7 @@ def build(
     method = engine_with(engine, nodes=nodes)
     with progress():
         assembly = scene.assembled()
-        result = build_order(assembly, lift=lift, pushes=pushes, solves=solves, engine=method)
+        result = build_order(assembly, lift=lift, pushes=pushes, solves=solves, engine=method, hands=hands)
     if save is not None:
         result.save(save)
     if as_json:

@@ -28,6 +28,7 @@ Margin = Annotated[float, typer.Option(help="reduce all masses by this share, 0 
 MaxCuts = Annotated[int, typer.Option(help="refuse scenes with more feasible cuts than this")]
 SaveAnswer = Annotated[Path | None, typer.Option("--save", help="write the answer to this file (.json or .npz)")]
 Proof = Annotated[Path | None, typer.Option("--certificate", metavar="FILE", help="also write a proof for others")]
+Hands = Annotated[int, typer.Option(help="hands that may hold other bodies where they are")]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
 
 

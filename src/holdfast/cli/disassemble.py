@@ -11,6 +11,7 @@ from holdfast.applications.disassembly.order import SOLVES, disassembly_order
 from holdfast.cli.common import (
     AsJson,
     EngineName,
+    Hands,
     Nodes,
     Proof,
     certify,
@@ -37,6 +38,7 @@ def disassemble(
     engine: EngineName = DEFAULT_ENGINE,
     png: Annotated[Path | None, typer.Option(help="write a PNG of the sequence to this file")] = None,
     solves: Annotated[int, typer.Option(help="stop after this many checks by contact forces")] = SOLVES,
+    hands: Hands = 0,
     nodes: Nodes = None,
     certificate: Proof = None,
     as_json: AsJson = False,
@@ -46,7 +48,7 @@ def disassemble(
     method = engine_with(engine, nodes=nodes)
     with progress():
         assembly = scene.assembled()
-        result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, solves=solves)
+        result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, solves=solves, hands=hands)
     if png is not None:
         result.save_png(png)
     if as_json:

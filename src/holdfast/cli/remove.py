@@ -8,7 +8,7 @@ import typer
 
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.applications.disassembly.removal_check import can_remove
-from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, Proof, certify, engine_with
+from holdfast.cli.common import EXIT, AsJson, EngineName, Hands, Nodes, Proof, certify, engine_with
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -25,6 +25,7 @@ def remove(
     body: Annotated[str, typer.Argument(help="the body that is to be taken out")],
     lift: Annotated[tuple[float, float, float], typer.Option(help="direction in which it leaves: X Y Z")] = (0, 0, 1),
     engine: EngineName = DEFAULT_ENGINE,
+    hands: Hands = 0,
     nodes: Nodes = None,
     certificate: Proof = None,
     as_json: AsJson = False,
@@ -33,7 +34,7 @@ def remove(
     method = engine_with(engine, nodes=nodes)
     with progress():
         assembly = scene.assembled()
-        result = can_remove(assembly, body, lift=lift, engine=method)
+        result = can_remove(assembly, body, lift=lift, engine=method, hands=hands)
     if as_json:
         print_json(noted(result.to_dict(), assembly.scene.notes))
     else:

@@ -20,7 +20,6 @@ from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and
 from holdfast.cli.fields import options_of, value_of
 from holdfast.scene.formats.registry import format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source
-from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
@@ -251,7 +250,7 @@ def paired(scene: Scene, given: dict[str, float], option: str) -> Scene:
     pairs = dict(old.pairs)
     for text, mu in given.items():
         pairs[_pair(text, scene, option)] = mu
-    return replace(scene, friction=Friction(old.default, pairs, old.values, old.combine))
+    return replace(scene, friction=replace(old, pairs=pairs))
 
 
 def _pair(text: str, scene: Scene, option: str) -> tuple[str, str]:

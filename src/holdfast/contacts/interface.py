@@ -119,6 +119,18 @@ class Patch(Value):
         return float(self.moments[0]) if self.kind == "face" else 0.0
 
     @property
+    def areas(self) -> tuple[Float, Float]:
+        """Points (n, 3) [m] and vector areas (n, 3) [m²], along the normals, that stand for the area in all sums.
+
+        They are exact for pressures that are the same everywhere. A line or a point has none.
+        """
+        if self.spots is not None:
+            share = self.area / self.measure * self.spots.shares
+            return self.spots.points, share[:, None] * self.normals_at(self.spots.points)
+        count = 1 if self.kind == "face" else 0
+        return self.centroid[None][:count], (self.area * self.normal)[None][:count]
+
+    @property
     def length(self) -> float:
         """The length of a line [m]; 0 for a face or a point."""
         return float(np.linalg.norm(self.polygon[1] - self.polygon[0])) if self.kind == "line" else 0.0

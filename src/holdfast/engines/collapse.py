@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes, equilibrium_operator
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
@@ -16,7 +16,7 @@ NEGLIGIBLE = 1e-6  # speed of a body, relative to the fastest one, below which i
 
 
 def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Float | None:
-    """Find the twists (J, 6) with the least total momentum that no contact can resist.
+    """Find the twists (J + F, 6) with the least total momentum of the bodies that no contact can resist.
 
     They are scaled so that the power of ``wrench`` (6J,) is 1, and solve
 
@@ -25,14 +25,14 @@ def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Floa
     Any feasible q proves that no equilibrium exists (Farkas' lemma). The certificate of the force program is feasible
     too, but it may move bodies that need not move. Returns None if the solver gave no answer.
     """
-    J = len(assembly.movable)
-    gather = sparse.csr_matrix(scaled_operator(assembly, equilibrium_operator(assembly, nodes)).T)
+    J, count = len(assembly.movable), len(wrench)
+    gather = sparse.csr_matrix(scaled_operator(assembly, nodes).T)
     weight = np.ones((len(nodes), 3))
     weight[:, 1:] = nodes.mu[:, None]
     contacts = sparse.diags(weight.ravel()) @ gather
-    power = sparse.csr_matrix(scaled_wrench(assembly, wrench)[None])
+    power = sparse.csr_matrix(scaled_wrench(assembly, nodes, wrench)[None])
     rows, columns = np.arange(7 * J).reshape(J, 7), np.arange(6 * J).reshape(J, 6)
-    motion = sparse.csr_matrix((-np.ones(6 * J), (rows[:, 1:].ravel(), columns.ravel())), shape=(7 * J, 6 * J))
+    motion = sparse.csr_matrix((-np.ones(6 * J), (rows[:, 1:].ravel(), columns.ravel())), shape=(7 * J, count))
     speed = sparse.csr_matrix((-np.ones(J), (rows[:, 0], np.arange(J))), shape=(7 * J, J))
     A = sparse.csc_matrix(
         sparse.hstack(
@@ -44,12 +44,12 @@ def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Floa
     )
     b = np.zeros(A.shape[0])
     b[0] = 1.0
-    q = np.concatenate([np.zeros(6 * J), np.ones(J)])
+    q = np.concatenate([np.zeros(count), np.ones(J)])
     cones = (("zero", 1), *((("second_order", 3),) * len(nodes)), *((("second_order", 7),) * J))
-    solution = solve(ConeProgram(sparse.csc_matrix((7 * J, 7 * J)), q, A, b, cones), tolerance=1e-9)  # type: ignore[arg-type]
+    solution = solve(ConeProgram(sparse.csc_matrix((len(q), len(q))), q, A, b, cones), tolerance=1e-9)  # type: ignore[arg-type]
     if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
         return None
-    scaled = solution.x[: 6 * J].reshape(J, 6)
-    size = np.linalg.norm(scaled, axis=1)
-    scaled[size < NEGLIGIBLE * size.max(initial=0)] = 0.0
-    return np.asarray((assembly.equation_scale * scaled.ravel()).reshape(J, 6))
+    scaled = solution.x[:count].reshape(-1, 6)
+    size = np.linalg.norm(scaled[:J], axis=1)
+    scaled[:J][size < NEGLIGIBLE * size.max(initial=0)] = 0.0
+    return np.asarray((nodes.scaled(assembly.equation_scale) * scaled.ravel()).reshape(-1, 6))

@@ -8,7 +8,12 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes, entries_by_bodies, equilibrium_blocks
+from holdfast.assembly.contact_nodes import (
+    ContactNodes,
+    entries_by_bodies,
+    equilibrium_blocks,
+    equilibrium_operator,
+)
 from holdfast.base.arrays import Float
 from holdfast.base.entries import diagonal, together
 from holdfast.conic.program import ConeProgram
@@ -47,26 +52,27 @@ def force_program(assembly: Assembly, nodes: ContactNodes, wrench: Float, cone: 
     6J rows are the equilibrium, the others the friction cones (``FrictionCone.rows``). ``wrench`` (6J,) is in [N, N m].
     """
     count, (friction, cones) = len(wrench), cone.entries(nodes)
-    balance = entries_by_bodies(nodes, equilibrium_blocks(assembly, nodes)).scaled(assembly.equation_scale).stored
+    scale = nodes.scaled(assembly.equation_scale)
+    balance = entries_by_bodies(nodes, equilibrium_blocks(assembly, nodes)).scaled(scale).stored
     b = np.zeros(count + size_of(cones))
-    b[:count] = -scaled_wrench(assembly, wrench)
+    b[:count] = -scaled_wrench(assembly, nodes, wrench)
     share = nodes.weights / nodes.weights.mean() if len(nodes) else nodes.weights
     A = together(balance, friction.stored.below(count)).matrix((len(b), 3 * len(nodes)))
     P = diagonal(np.repeat(1 / share, 3))
     return ConeProgram(P, np.zeros(A.shape[1]), A, b, (("zero", count), *cones))
 
 
-def scaled_operator(assembly: Assembly, G: sparse.csc_matrix) -> sparse.csc_matrix:
+def scaled_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_matrix:
     """Return G with the rows of every body in units of its own weight and size, so that all are of order one."""
-    scaled = G.copy()
-    scaled.data *= assembly.equation_scale[G.indices]
+    scaled = equilibrium_operator(assembly, nodes)
+    scaled.data *= nodes.scaled(assembly.equation_scale)[scaled.indices]
     scaled.eliminate_zeros()
     return scaled
 
 
-def scaled_wrench(assembly: Assembly, wrench: Float) -> Float:
+def scaled_wrench(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Float:
     """Return ``wrench`` (6J,) in the units that ``scaled_operator`` gives to forces in units of the total weight."""
-    return assembly.equation_scale * wrench / assembly.weight
+    return nodes.scaled(assembly.equation_scale) * wrench / assembly.weight
 
 
 def solve_forces(
@@ -81,7 +87,7 @@ def solve_forces(
     program = force_program(assembly, nodes, wrench, cone)
     solution = solve(program, tolerance=tolerance)
     if solution.outcome is Outcome.INFEASIBLE:
-        twists = (assembly.equation_scale * solution.z[: len(wrench)]).reshape(-1, 6)
+        twists = (nodes.scaled(assembly.equation_scale) * solution.z[: len(wrench)]).reshape(-1, 6)
         return ForceSolution(solution.outcome, None, twists, np.inf, 0.0, solution.iterations)
     if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
         return ForceSolution(solution.outcome, None, None, np.inf, 0.0, solution.iterations)
@@ -98,17 +104,17 @@ def solve_forces(
 
 def lighter_share(assembly: Assembly, nodes: ContactNodes) -> Float:
     """Return (I,) the mass of the lighter body of each node over the total mass: the scale of forces at that node."""
-    mass = np.append(assembly.mass, np.inf)  # FIXED is -1
+    mass = np.append(assembly.mass, np.full(1 + nodes.fasteners, np.inf))  # FIXED is -1
     return np.asarray(np.minimum(mass[nodes.a], mass[nodes.b]) / assembly.mass.sum())
 
 
 def _dilatancy(assembly: Assembly, nodes: ContactNodes, solution: ConeSolution) -> float:
-    """Return the largest normal force that slip adds at a loaded node, relative to the weight of its lighter body."""
+    """Return the largest normal force that slip adds at a loaded contact, relative to its lighter body's weight."""
     rough = np.flatnonzero(nodes.mu > 0)
     if not len(rough):
         return 0.0
     share = (nodes.weights / nodes.weights.mean())[rough]
     light = lighter_share(assembly, nodes)[rough]
     opening = np.maximum(np.minimum(nodes.mu[rough], 1.0) * solution.z[-3 * len(rough) :].reshape(-1, 3)[:, 0], 0)
-    pressed = solution.x.reshape(-1, 3)[rough, 0] > NO_FORCE * light
+    pressed = (solution.x.reshape(-1, 3)[rough, 0] > NO_FORCE * light) & (rough < len(nodes.contacts))
     return float((share * opening / light)[pressed].max(initial=0.0))

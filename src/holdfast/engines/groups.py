@@ -17,6 +17,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.one_group import Part, part_of
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
@@ -27,6 +28,7 @@ from holdfast.engines import cached_states
 from holdfast.engines.amendments import doubtful_contacts
 from holdfast.engines.amendments.negligible import without_negligible
 from holdfast.engines.answers import Answers, joined_notes, weakest_bound
+from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.capabilities import Judging, held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.joint_verdict import joint
@@ -35,6 +37,7 @@ from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.near_falls import Reach
 from holdfast.engines.rest import doubt_of, hanging, undecided
 from holdfast.engines.verdict import GroupVerdict, Status, Verdict
+from holdfast.scene.hold import refuse_holds
 
 MOST_NAMED = 3  # largest number of overlaps that one reason names
 
@@ -46,8 +49,15 @@ def prepared(
 
     The arguments are those of ``Engine.prepare``. What is prepared is kept in the memory of the assembly, which its
     edits share, so that the next question about a group costs the solve alone. Answers do not depend on it: they are
-    the same, to the last digit, whatever was asked before and by whichever thread.
+    the same, to the last digit, whatever was asked before and by whichever thread. Raises SceneError if the scene has
+    holds and the engine does not say that it ``takes_holds``, or if poses are uncertain and something holds or joins
+    bodies.
     """
+    if not getattr(engine, "takes_holds", False):
+        refuse_holds(assembly.scene.holds, f"engine {engine.name!r}", "use engine=hf.Limit()")
+    if assembly.tolerances.capped:
+        refuse_holds(assembly.scene.holds, "pose_sigma", "hold bodies at poses that are known")
+        refuse_joined(assembly, "pose_sigma", "leave it out: what joins faces is known for poses that are known")
     standing, acceleration = (None if given is None or not given.any() else given for given in (standing, acceleration))
     return Groups(engine, assembly, standing, acceleration)
 
@@ -211,14 +221,19 @@ class Groups:
         groups = [self.group(number) for number in reported("rest", numbers)]
         if len(groups) == 1 and loaded.any(0).all():
             found = self._answers(groups[0], W, accuracy)
-            notes = joined_notes([self.assembly.scene.notes, found.notes, _reasons(groups)])
+            notes = joined_notes([self._said, found.notes, _reasons(groups)])
             return replace(found, verdict=joint([group.said for group in groups]), notes=notes)
         table = _Smallest(count)
         for number, group in zip(numbers, groups, strict=True):
             columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
             table.add(columns, self._answers(group, W[:, columns], accuracy))
         found = table.answers(self.engine, joint([group.said for group in groups]), _reasons(groups))
-        return replace(found, notes=joined_notes([self.assembly.scene.notes, found.notes]))
+        return replace(found, notes=joined_notes([self._said, found.notes]))
+
+    @property
+    def _said(self) -> tuple[str, ...]:
+        """What answers for loads say of the scene: the notes of its reader, and that nobody looks at who is crushed."""
+        return (*self.assembly.scene.notes, *unchecked_limits(self.assembly.bodies))
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where ``load_factor`` has to be asked.

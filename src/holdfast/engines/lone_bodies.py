@@ -13,10 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 from holdfast.contacts.interface import Interface
 from holdfast.engines.verdict import Look, Status, Verdict
+from holdfast.scene.friction import NOTHING
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,16 @@ def firm_verdict(reason: str) -> Verdict:
 
 
 def lone(assembly: Assembly) -> Int:
-    """Return the numbers of the movable bodies that touch fixed bodies alone, certainly, and on flat faces alone."""
+    """Return the numbers of the movable bodies that touch fixed bodies alone, certainly, and on flat faces alone.
+
+    Nothing joins these faces, and nothing holds the bodies.
+    """
     deep = {name for overlap in assembly.overlaps for name in overlap.bodies}
-    found = []
+    deep |= {hold.body for hold in assembly.scene.holds}
+    found, strengths = [], strengths_of(assembly)
     for number, (body, contacts) in enumerate(zip(assembly.movable, assembly.interfaces_of, strict=True)):
-        if contacts and body.name not in deep and all(FIXED in assembly.ends[k] for k in contacts):
+        plain = all(FIXED in assembly.ends[k] and strengths[k] == NOTHING for k in contacts)
+        if contacts and body.name not in deep and plain:
             found += [number] if all(_flat(assembly.interfaces[k]) for k in contacts) else []
     return np.array(found, dtype=np.int64)
 

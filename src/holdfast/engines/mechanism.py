@@ -76,7 +76,7 @@ class Kinematics(Value):
             count=len(assembly.movable),
             size=assembly.size,
             pairs=tuple(interface.bodies for interface in assembly.interfaces),
-            nodes=nodes,
+            nodes=nodes.contacts,
         )
 
     @classmethod
@@ -180,10 +180,11 @@ class Mechanism(Value):
 
 
 def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
-    """Return the velocity (..., I, 3) of body b relative to body a at every node, along (normal, t1, t2): u = Gᵀ q.
+    """Return the velocity (..., I, 3) of body b relative to body a at every contact, along (normal, t1, t2): u = Gᵀ q.
 
     ``com`` (J, 3) [m] are the centres of mass, about which ``twists`` (..., J, 6) are taken, all in the world frame.
     """
+    nodes = nodes.contacts
     velocity = np.zeros((*twists.shape[:-2], len(nodes), 3))
     for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
         free = np.flatnonzero(body >= 0)

@@ -20,6 +20,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.rest import find_rest
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.body import materials_of
+from holdfast.scene.hold import holds_among
 from holdfast.scene.scene import Scene
 
 LEVELS = (1e-3, 3e-3, DOUBTFUL_GAP)  # [m] gaps at which contacts are sought, one after another
@@ -149,7 +150,7 @@ class Reach:
             return None
         bodies = [*others, *members]
         table = whole.friction.among({body.name for body in bodies} | materials_of(bodies))
-        scene = Scene(bodies, table, whole.gravity)
+        scene = Scene(bodies, table, whole.gravity, holds=holds_among(whole.holds, names))
         overlaps = tuple(o for o in self.assembly.overlaps if scene.names.issuperset(o.bodies))
         known = self.assembly.known_names
         return Assembly(scene, tuple(touching), self.assembly.tolerances, overlaps, detected=False, absent=known)

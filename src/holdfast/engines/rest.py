@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, contact_nodes
+from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, contact_nodes, held_velocity
+from holdfast.assembly.hold_nodes import with_holds
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.base.text import listed
@@ -24,29 +26,33 @@ NO_DILATANCY = 1e-6  # ``ForceSolution.dilatancy`` up to which no force counts a
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """The contact nodes, the contact forces at rest, and the verdict.
+    """The nodes of contacts and holds, the forces at rest, and the verdict.
 
-    ``forces`` (I, 3) [N] are along the local axes of each node, and zero if the assembly does not stand.
+    ``forces`` (I, 3) [N] are along the local axes of each node, and zero if the assembly does not stand. ``fall``
+    (6(J + F),) is then the motion that proves it, of bodies and fasteners (hold_nodes.py), if one does.
     """
 
     nodes: ContactNodes
     forces: Float
     verdict: Verdict
+    fall: Float | None = None
 
 
 def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, cone: FrictionCone = EXACT) -> Rest:
     """Find contact forces at ``nodes`` that balance ``wrench`` (6J,) [N, N m], and the verdict that follows.
 
     If ``nodes`` is None, the nodes are all corners of all patches. If there is no equilibrium on the given nodes, the
-    corners of the patches decide, because they can carry every load that the whole patches can carry.
+    corners of the patches decide, because they can carry every load that the whole patches can carry. The holds of the
+    scene come with either.
     """
+    wrench = with_pull(assembly, wrench)
     given = nodes is not None
-    nodes = contact_nodes(assembly, 4, "corners") if nodes is None else nodes
-    nothing = np.zeros((len(nodes), 3))
+    nodes = corner_nodes(assembly) if nodes is None else with_holds(assembly, nodes)
+    wrench, nothing = nodes.under(wrench), np.zeros((len(nodes), 3))
     if not assembly.movable:
         return Rest(nodes, nothing, _stable(assembly, nodes, nothing, 0.0, 0.0))
     if assembly.hanging:
-        return Rest(nodes, nothing, hanging(assembly, assembly.hanging, wrench))
+        return Rest(nodes, nothing, hanging(assembly, assembly.hanging, wrench[: 6 * len(assembly.movable)]))
     tried: list[str] = []
     points, slow = nodes, None
     for tolerance in (1e-10, 1e-10, 1e-7) if given else (1e-10, 1e-7):
@@ -54,23 +60,33 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
         if solution.forces is not None and solution.residual <= ACCEPTED_RESIDUAL:
             forces, residual = solution.forces, solution.residual
             return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))
-        verdict = None if given or solution.forces is not None else _fall(assembly, points, wrench, solution.twists)
-        if verdict is not None:
-            slow = Rest(points, np.zeros((len(points), 3)), verdict)
-            if not _hardly_falls(verdict, wrench):
+        fall = None if given or solution.forces is not None else _fall(assembly, points, wrench, solution.twists)
+        if fall is not None:
+            slow = Rest(points, np.zeros((len(points), 3)), *fall)
+            if not _hardly_falls(slow.verdict, wrench[: 6 * len(assembly.movable)]):
                 return slow
             continue  # forces may balance all but what an accepted residual may be, as on a ball a nanometre off
         tried.append(_trouble(solution))
         if given:
-            points, given = contact_nodes(assembly, 4, "corners"), False
+            points, given = corner_nodes(assembly), False
     if slow is not None:
         reason = f"{slow.verdict.reason}, but so slowly that rounding may be why"
         return replace(slow, verdict=undecided(reason, mechanism=slow.verdict.mechanism))
     return Rest(nodes, nothing, undecided("the force program was not solved: " + "; then ".join(tried)))
 
 
+def corner_nodes(assembly: Assembly) -> ContactNodes:
+    """Return the corners of all patches, which carry what whole patches can, with the nodes of holds."""
+    return with_holds(assembly, contact_nodes(assembly, 4, "corners"))
+
+
 def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> ContactForces:
-    """Return local forces (I, 3) [N] as the ``ContactForces`` of a verdict, in the world frame."""
+    """Return local forces (I, 3) [N] in plain cones as the ``ContactForces`` of a verdict, in the world frame.
+
+    Holds have none.
+    """
+    nodes = nodes.contacts
+    forces = forces[: len(nodes)]
     tangential = np.linalg.norm(forces[:, 1:], axis=1)
     limit = nodes.mu * forces[:, 0]
     loaded = forces[:, 0] > 1e-9 * max(assembly.weight, 1e-300)
@@ -78,7 +94,7 @@ def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Co
     return ContactForces(
         points=nodes.points,
         normal=nodes.normals,
-        force=nodes.world(forces),
+        force=nodes.world(forces - np.outer(nodes.pull, [1.0, 0.0, 0.0])),
         interface=nodes.interface,
         usage=usage,
     )
@@ -87,7 +103,8 @@ def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Co
 def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float) -> Verdict:
     contact = contact_forces(assembly, nodes, forces)
     needs_none = dilatancy <= NO_DILATANCY
-    reason = "contact forces balance every body" + (
+    forces_and = "contact forces and holds" if assembly.scene.holds else "contact forces"
+    reason = f"{forces_and} balance every body" + (
         "; no contact has to slip for them to build up"
         if needs_none
         else "; some contacts would slip while they build up: that they do build up is not shown (self_stress None)"
@@ -179,36 +196,44 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
     return f"{text}; {place} (the gap tolerance is {own.gap * 1e3:.3g} mm: {remedy})"
 
 
-def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> Verdict | None:
-    """Return the verdict that a motion proves: the least one, or ``twists`` (J, 6) of the program for the forces.
+def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> tuple[Verdict, Float] | None:
+    """Return the verdict that a motion proves, and that motion: the least one, or ``twists`` (J + F, 6) of the program.
 
-    That program may end in numerical trouble where bodies fall, as a rod on a slope that touches along a line. The
-    least motion then proves it, or nothing does, and the result is None.
+    The program for the forces may end in numerical trouble where bodies fall, as a rod on a slope that touches along a
+    line. The least motion then proves it, or nothing does, and the result is None.
     """
     least = least_motion(assembly, nodes, wrench)
-    verdict = None if least is None else _falls(assembly, nodes, wrench, least)
-    if verdict is not None and verdict.status is Status.UNSTABLE:
-        return verdict
+    found = None if least is None else _falls(assembly, nodes, wrench, least)
+    if found is not None and found[0].status is Status.UNSTABLE:
+        return found
     return None if twists is None else _falls(assembly, nodes, wrench, twists)
 
 
-def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float) -> Verdict:
-    """Return UNSTABLE if no contact can resist the motion ``twists`` (J, 6), checked anew; else UNDECIDED."""
+def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, whole: Float) -> tuple[Verdict, Float]:
+    """Return UNSTABLE if nothing can resist the motion ``whole`` (J + F, 6), checked anew; else UNDECIDED.
+
+    Also returns the motion at the scale of the mechanism.
+    """
+    twists = nodes.moving(whole[: len(assembly.movable)].ravel()).reshape(-1, 6)
     velocity = relative_velocity(nodes, assembly.com, twists)
-    mode = modes_of(assembly, nodes, twists[None], velocity[None], dual=True)[0]
+    mode = modes_of(assembly, nodes.contacts, twists[None], velocity[None], dual=True)[0]
     mechanism = describe(Kinematics.of(assembly, nodes), twists, mode, dual=True)
-    scaled = relative_velocity(nodes, assembly.com, mechanism.twists)
+    rest = whole[len(twists) :] * (np.linalg.norm(mechanism.twists) / max(float(np.linalg.norm(twists)), 1e-300))
+    motion = np.vstack([mechanism.twists, rest])
+    contacts = relative_velocity(nodes, assembly.com, mechanism.twists)
+    scaled = np.vstack([contacts, held_velocity(nodes, motion)])
     excess = float((nodes.mu * np.linalg.norm(scaled[:, 1:], axis=1) - scaled[:, 0]).max(initial=0))
-    power = float(wrench @ mechanism.twists.ravel())
+    power = float(wrench @ motion.ravel())
     certificate = Certificate(power, excess)
     if not power > 0 or certificate.violation > CERTIFIED:
         reason = f"the solver's proof of collapse does not hold up (violation {certificate.violation:.1e})"
-        return undecided(reason, mechanism=mechanism)
+        return undecided(reason, mechanism=mechanism), motion.ravel()
     doubt = doubt_of(assembly, twists)
     if doubt:
-        return undecided(f"no equilibrium on the contacts found, but {doubt}", mechanism=mechanism)
-    reason = f"no contact forces balance every body: {mechanism.text}"
-    return unstable(reason, mechanism, certificate)
+        reason = f"no equilibrium on the contacts found, but {doubt}"
+        return undecided(reason, mechanism=mechanism), motion.ravel()
+    forces = "contact forces and holds" if assembly.scene.holds else "contact forces"
+    return unstable(f"no {forces} balance every body: {mechanism.text}", mechanism, certificate), motion.ravel()
 
 
 def _hardly_falls(verdict: Verdict, wrench: Float) -> bool:

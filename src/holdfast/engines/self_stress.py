@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes, equilibrium_operator
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
@@ -32,7 +32,7 @@ def self_stressed_nodes(assembly: Assembly, nodes: ContactNodes, cone: FrictionC
 
 def _pressing(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bool | None:
     """Which nodes (I,) press where as many as can do: the optimum of the program, or None if it is not settled."""
-    G = scaled_operator(assembly, equilibrium_operator(assembly, nodes))
+    G = scaled_operator(assembly, nodes)
     C, cones = cone.rows(nodes)
     count = len(nodes)
     normal = sparse.csr_matrix((-np.ones(count), (np.arange(count), 3 * np.arange(count))), (count, 3 * count))

@@ -19,6 +19,7 @@ from holdfast.live.window_model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
 from holdfast.report.notebook import glimpse
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 PORT = 8765  # default of the port that is tried first
@@ -117,6 +118,7 @@ def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> Model
         assembly = what.assembly
     else:
         assembly = what if isinstance(what, Assembly) else assemble(what)
+    refuse_holds(assembly.scene.holds, "view", "view the scene without them")
     model = Model(assembly, engine=engine, spacing=spacing, found=found)
     model.show(steps)
     return model

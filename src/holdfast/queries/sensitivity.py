@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_direction
 from holdfast.base.errors import HoldfastError, message
@@ -95,6 +96,8 @@ def sensitivity(
     """
     assembly = checked_assembly(assembly)
     where = f"sensitivity of {quoted(body)}"
+    if assembly.scene.friction.cohesion:  # where it closes the cone, the tension depends on friction
+        refuse_joined(assembly, where, "leave out cohesion: a tension alone is taken")
     p = checked(point, (3,), f"{where}: point", within=PLACE)
     e, index = checked_direction(direction, f"{where}: direction"), body_number(assembly, body)
     method = engine_of(CERTAIN_ENGINE)

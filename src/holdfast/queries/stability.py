@@ -15,6 +15,7 @@ from holdfast.base.text import listed
 from holdfast.certificates.certified import Certified, asking
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim
+from holdfast.engines.bearing import Bearing, bearings, limited
 from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.rest import undecided
@@ -37,8 +38,9 @@ class Stability(Certified, PublicValue):
     the total weight. If it does not stand, ``moving`` holds the names of the bodies that move, ``mechanism`` says how
     they move, and ``certificate`` proves that no contact can prevent it. All of these are attributes of ``verdict``,
     the worst of the verdicts on the groups of bodies that touch each other. ``groups`` holds these verdicts, in the
-    order of ``assembly.groups``, each with the names of its ``bodies``. ``notes`` say what the reader of the scene's
-    file guessed or left out, and which simplifications the answer depends on.
+    order of ``assembly.groups``, each with the names of its ``bodies``. ``bearing`` says of every body with a limit how
+    much it bears, the one nearest to its limit first, as far as the contact forces are known. ``notes`` say what the
+    reader of the scene's file guessed or left out, and which simplifications the answer depends on.
 
     ``margin`` is worked out when it is first asked for. Answers that were saved, pickled or copied have lost it.
     """
@@ -48,6 +50,7 @@ class Stability(Certified, PublicValue):
     verdict: Verdict
     groups: tuple[GroupVerdict, ...]
     notes: tuple[str, ...]
+    bearing: tuple[Bearing, ...] = ()
     margin_asked: InitVar[Callable[[], float] | None] = None
 
     def __post_init__(self, margin_asked: Callable[[], float] | None) -> None:
@@ -59,12 +62,17 @@ class Stability(Certified, PublicValue):
 
     @property
     def stable(self) -> bool:
-        """Whether the assembly certainly stands: False also where that is undecided."""
-        return self.verdict.stable
+        """Whether the assembly certainly stands and nothing is crushed: False also where that is undecided."""
+        return self.verdict.stable and not self.crushed
+
+    @property
+    def crushed(self) -> tuple[str, ...]:
+        """The names of the bodies that bear more than they may, the most crushed first."""
+        return tuple(dict.fromkeys(one.body for one in self.bearing if one.crushed))
 
     @property
     def status(self) -> Status:
-        """The status of the verdict: STABLE, UNSTABLE or UNDECIDED."""
+        """The status of the verdict: STABLE, UNSTABLE or UNDECIDED. Rigid bodies stand, even if they are crushed."""
         return self.verdict.status
 
     @cached_property
@@ -76,6 +84,8 @@ class Stability(Certified, PublicValue):
         promises no lower bound, and for an answer that was saved, pickled or copied.
         """
         asked: Callable[[], float] | None = getattr(self, "_margin_asked", None)
+        if self.crushed:
+            return 0.0
         if asked is None:
             raise HoldfastError(message("margin", "was lost when the answer was saved or copied", "ask stability anew"))
         return asked()
@@ -128,6 +138,7 @@ class Stability(Certified, PublicValue):
         lines = [f"{self.status}, by engine {self.engine} ({self.claim.words})"]
         for group in self.groups:
             lines += [f"{listed(group.bodies)}:", *group.verdict.explained.splitlines()]
+        lines += [f"{'crushed' if one.crushed else 'bearing'}: {one.text}" for one in self.bearing]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
@@ -138,7 +149,8 @@ class Stability(Certified, PublicValue):
             {"bodies": list(g.bodies), "status": g.verdict.status.value, "reason": g.verdict.reason}
             for g in self.groups
         ]
-        return data | {"groups": groups}
+        bearing = [to_dict(one) | {"share": to_dict(one.share)} for one in self.bearing]
+        return data | {"groups": groups, "stable": self.stable, "bearing": bearing}
 
     def summary(self) -> Summary:
         """Summarise the verdict and its reason."""
@@ -148,7 +160,10 @@ class Stability(Certified, PublicValue):
             facts.append(("groups that stand", f"{standing} of {len(self.groups)}"))
         if self.mechanism is not None:
             facts.append(("moving", listed(self.moving)))
-        return Summary(f"{self.status}: {self.reason}", facts, notes=self.notes)
+        if self.bearing:
+            facts.append(("nearest to its limit", self.bearing[0].text))
+        crushed = f", but {listed(self.crushed)} crushed" if self.crushed else ""
+        return Summary(f"{self.status}{crushed}: {self.reason}", facts, notes=self.notes)
 
 
 def stability(
@@ -166,8 +181,18 @@ def stability(
     verdict = state.verdict() if assembly.movable else undecided("nothing here can move: every body is fixed")
     groups = state.verdicts
     notes = (*assembly.notes, *state.notes)
+    bearing = bearings(assembly, groups, standing)
+    lacking = {*limited(assembly.bodies)} - {one.body for one in bearing}
+    if verdict.stable and lacking:
+        notes = (*notes, f"what {listed(sorted(lacking))} may bear was not compared: contact forces are not known")
     margin = partial(margin_of, method, assembly, standing)
     found = Stability(
-        engine=method.name, claim=method.claim, verdict=verdict, groups=groups, notes=notes, margin_asked=margin
+        engine=method.name,
+        claim=method.claim,
+        verdict=verdict,
+        groups=groups,
+        notes=notes,
+        bearing=bearing,
+        margin_asked=margin,
     )
     return asking(found, Question(assembly, standing))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import strengths_of
 from holdfast.base.archive import to_dict
 from holdfast.queries.stability import Stability
 
@@ -23,9 +24,12 @@ def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
             "certain": interface.certain,
             "gap": gap,
             "mu": mu,
+            "tension": strength.tension,
             "patches": [{"polygon": p.polygon.tolist(), "normal": p.normal.tolist()} for p in interface.patches],
         }
-        for interface, mu, gap in zip(assembly.interfaces, assembly.mu, assembly.gaps, strict=True)
+        for interface, mu, gap, strength in zip(
+            assembly.interfaces, assembly.mu, assembly.gaps, strengths_of(assembly), strict=True
+        )
     ]
 
 

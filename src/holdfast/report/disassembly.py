@@ -9,6 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 
+from holdfast.applications.disassembly.least_hold import handled, hands_column
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.base.text import listed
 from holdfast.drawing.sequence import Frame, Sequence, write_sequence
@@ -23,12 +24,14 @@ def disassembly_report(result: Disassembly) -> RenderableType:
     name = result.assembly.scene.name or "scene"
     head = headline(name, _outcome(result), f"  (engine {result.engine}: {result.claim.words})")
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading, justify in (("step", "right"), ("take out", "left"), ("why it may go", "left")):
-        table.add_column(heading, justify=justify)  # type: ignore[arg-type]
+    table.add_column("step", justify="right")
+    for heading in ("take out", *hands_column(result.hands), "why it may go"):
+        table.add_column(heading)
     for k, step in enumerate(result.steps[:MOST_ROWS]):
-        table.add_row(str(k + 1), cell(step.body), sentence(step.reason))
+        held = [sentence(text) for text in handled(step.holds, result.hands)]
+        table.add_row(str(k + 1), cell(step.body), *held, sentence(step.reason))
     if len(result.steps) > MOST_ROWS:
-        table.add_row("", f"... and {len(result.steps) - MOST_ROWS} more", "")
+        table.add_row("", f"... and {len(result.steps) - MOST_ROWS} more")
     parts: list[RenderableType] = [head]
     if result.steps:
         parts.append(table)
@@ -62,6 +65,7 @@ def strip_of(result: Disassembly) -> Sequence:
         step = result.steps[k]
         gone = set(result.order[:k])
         note = "hold it against turning" if step.hold else "the rest stands without it"
+        note += f"; hands at {listed([hold.body for hold in step.holds])}" if step.holds else ""
         left = tuple(solid for name, solid in solids.items() if name not in gone)
         frames.append(Frame(left, step.body, f"{k + 1}  {step.body}", note))
     if result.remaining or not frames:
@@ -84,6 +88,8 @@ def _outcome(result: Disassembly) -> tuple[str, str]:
     count, whole = len(result.steps), len(result.assembly.movable)
     if result.reached and not result.goal:
         return f"all {whole} bodies come out one by one", "bold green"
+    if result.falsework:
+        return f"{count} of {whole} bodies come out, with props under {listed(result.falsework)}", "bold yellow"
     if result.reached:
         fewest = "no order takes fewer" if result.proven else f"no order takes fewer than {result.fewest:.0f}"
         return f"{listed(result.goal)} out after {count} removals ({fewest})", "bold green"

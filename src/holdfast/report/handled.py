@@ -9,6 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 
 from holdfast.applications.disassembly.build import BuildOrder, shown
+from holdfast.applications.disassembly.least_hold import handled, hands_column
 from holdfast.applications.disassembly.removal import Answer, Removal
 from holdfast.applications.pushing.result import Effect, SafePushes
 from holdfast.base.public import Summary, number
@@ -34,6 +35,8 @@ def build_report(result: BuildOrder) -> RenderableType:
     count, whole = len(result.steps), len(result.assembly.movable)
     if result.reached:
         outcome = f"all {whole} bodies go in one by one", "bold green"
+    elif result.falsework:
+        outcome = f"all {whole} bodies go in, with props under {listed(result.falsework)}", "bold yellow"
     else:
         doubt = "no order needs fewer" if result.proven else "whether another order needs fewer is not known"
         outcome = f"{listed(result.first)} must stand before the other {count}: {doubt}", "bold yellow"
@@ -42,10 +45,14 @@ def build_report(result: BuildOrder) -> RenderableType:
     ]
     if result.steps:
         rows = [
-            (str(k + 1), step.body, shown(step), step.weakest.body if step.weakest else "", step.reason)
+            (
+                *(str(k + 1), step.body, shown(step), step.weakest.body if step.weakest else ""),
+                *(*handled(step.holds, result.hands), step.reason),
+            )
             for k, step in enumerate(result.steps)
         ]
-        parts.append(_table(("step", "put in", "least push then", "on", "why it may go in"), rows))
+        heads = ("step", "put in", "least push then", "on", *hands_column(result.hands), "why it may go in")
+        parts.append(_table(heads, rows))
     if result.stuck:
         why = [(removal.body, str(removal.answer), removal.reason) for removal in result.stuck]
         parts.append(_table(("body", "last", "why it cannot be put in last"), why))

@@ -8,8 +8,11 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Bool, Float
+from holdfast.base.public import MOST_ROWS
 from holdfast.base.text import LONGEST_NAME, one_line
+from holdfast.engines.verdict import Status
 from holdfast.queries.stability import Stability
 from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
 
@@ -17,9 +20,15 @@ from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
 def stability_report(assembly: Assembly, result: Stability) -> RenderableType:
     """Return a table with the verdict, its reason and the contacts."""
     word, style = WORDS[result.status], STYLES[result.status]
+    if result.crushed:
+        word, style = f"{word}, but {len(result.crushed)} crushed", STYLES[Status.UNSTABLE]
     name = assembly.scene.name or "scene"
     head = headline(name, (word, style), f"  (engine {result.engine}: {result.claim.words})")
     lines: list[RenderableType] = [head, sentence(result.reason, "dim")]
+    lines += [
+        sentence(f"crushed: {one.text}", "red") if one.crushed else sentence(f"bearing: {one.text}", "dim")
+        for one in result.bearing[:MOST_ROWS]
+    ]
     lines += [sentence(f"note: {note}", "yellow") for note in result.notes]
     lines.append(_contacts(assembly, result))
     return Group(*lines)
@@ -34,7 +43,7 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
     )
     for heading in ("between", "area [cm²]", "μ", "normal force [N]", "friction used"):  # as a share of its limit
         table.add_column(cell(heading), justify="left" if heading == "between" else "right")
-    shown = range(min(interfaces, 40))
+    shown, strengths = range(min(interfaces, 40)), strengths_of(assembly)
     for k in shown:
         interface = assembly.interfaces[k]
         force, usage = "-", "-"
@@ -43,7 +52,7 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
             pressing = (result.forces.force[here] * result.forces.normal[here]).sum()
             tangential = np.linalg.norm(result.forces.force[here].sum(0) - _along(result, here))
             force = f"{pressing:.3g}"
-            limit = assembly.mu[k] * pressing
+            limit = assembly.mu[k] * (pressing + strengths[k].tension * interface.area)
             usage = f"{tangential / limit:.0%}" if limit > 1e-9 * assembly.weight else "-"
         a, b = (one_line(name, LONGEST_NAME) for name in interface.bodies)
         said = interface.flags if interface.certain else (*interface.flags, "may not exist")

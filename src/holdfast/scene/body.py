@@ -15,7 +15,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.kinds import shaped
-from holdfast.base.ranges import DENSITY, INERTIA, MASS, PLACE
+from holdfast.base.ranges import DENSITY, FORCE, INERTIA, MASS, PLACE, PRESSURE
 from holdfast.base.rigid import checked_pose, pose_at, transform
 from holdfast.base.rounding import COORDINATES
 from holdfast.base.text import quoted
@@ -42,6 +42,9 @@ class Body(Value):
     mass in the body frame, and ``inertia`` (3, 3) [kg m²] is the inertia about it, along the body axes. If they are not
     given they stay None and follow from the shape: ``com_body`` and ``inertia_com`` are the values in use. ``material``
     is a name that the friction table can use for several bodies. A ``fixed`` body never moves and needs no mass.
+    ``top_load`` [N] is the most that other bodies may press down on it, such as the box compression strength of a
+    carton, or 0 for what nothing may lie on; ``pressure`` [Pa] the most that a face of it may bear, as the mean over
+    each contact. None means no limit. They change no status; ``Stability.bearing`` says who is crushed first.
 
     ``dataclasses.replace`` makes a body with another pose, name, material and so on. To change the mass, density or
     shape of a body that was given by density, pass both values: ``mass=None, density=500``.
@@ -60,6 +63,8 @@ class Body(Value):
     inertia: Float | None
     material: str | None
     fixed: bool
+    top_load: float | None
+    pressure: float | None
 
     def __init__(
         self,
@@ -75,11 +80,16 @@ class Body(Value):
         *,
         position: ArrayLike | None = None,
         rpy_degrees: ArrayLike | None = None,
+        top_load: float | None = None,
+        pressure: float | None = None,
     ) -> None:
         where = f"body {quoted(checked_name(name, 'body: name'))}"
         set_ = object.__setattr__
         set_(self, "name", name)
         set_(self, "material", None if material is None else checked_name(material, f"{where}: material"))
+        for what, limit, within in (("top_load", top_load, FORCE), ("pressure", pressure, PRESSURE)):
+            known = None if limit is None else checked_number(limit, f"{where}: {what}", minimum=0, within=within)
+            set_(self, what, known)
         with located(where):
             set_(self, "fixed", checked_truth(fixed, f"{where}: fixed"))
             set_(self, "shape", as_shape(shape, where))

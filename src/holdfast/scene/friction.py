@@ -1,21 +1,27 @@
-"""Static Coulomb friction, one coefficient for each pair of bodies."""
+"""What holds the surfaces of each pair of bodies: static Coulomb friction, and the strength of what joins them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Literal, NamedTuple, get_args
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import checked_mapping, checked_name, checked_number, checked_word
 from holdfast.base.errors import SceneError, message, nearest_of
-from holdfast.base.ranges import FRICTION
+from holdfast.base.ranges import FRICTION, PRESSURE
 from holdfast.base.text import quoted
 from holdfast.base.values import Table, Value
 from holdfast.scene.pairs import check_known, checked_pairs, number_between
 
 Combine = Literal["max", "min", "product"]
-EXAMPLES = {"pairs": '{("cup", "table"): 0.4}', "values": '{"cup": 0.4}'}
+STRENGTHS = ("tension", "cohesion")
+EXAMPLES = {
+    "pairs": '{("cup", "table"): 0.4}',
+    "values": '{"cup": 0.4}',
+    "tension": '{("brick", "brick"): 9000.0}',
+    "cohesion": '{("brick", "brick"): 9000.0}',
+}
 
 _COMBINE: Mapping[str, Callable[[float, float], float]] = {
     "max": max,
@@ -24,10 +30,23 @@ _COMBINE: Mapping[str, Callable[[float, float], float]] = {
 }
 
 
+class Strength(NamedTuple):
+    """What faces hold per area [Pa] beyond friction: the cone of forces is moved by ``tension`` along its axis.
+
+    Friction is then |f_t| <= μ (f_n + tension) + ``shear``, and f_n >= -tension. Both are 0 where nothing joins them.
+    """
+
+    tension: float
+    shear: float
+
+
+NOTHING = Strength(0.0, 0.0)
+
+
 @archived
 @dataclass(frozen=True, eq=False, repr=False)
 class Friction(Value):
-    """The friction table: static Coulomb friction coefficients for pairs of bodies.
+    """The friction table: static Coulomb friction coefficients for pairs of bodies, and what joins their faces.
 
     The coefficient of a pair is looked up in this order:
 
@@ -37,17 +56,27 @@ class Friction(Value):
       coefficient for each body disagree on the rule, so it has no default;
     - ``default``.
 
-    Nothing is guessed: a touching pair without a coefficient raises SceneError. ``pairs`` and ``values`` are read-only
-    copies; the two names of a pair are in alphabetical order.
+    Nothing is guessed: a touching pair without a coefficient raises SceneError.
+
+    ``tension`` [Pa] says for some pairs, looked up like ``pairs``, how strongly their faces resist being pulled apart
+    (studs, glue, tape), and ``cohesion`` [Pa] how strongly they resist sliding where nothing presses them. On an area w
+    the normal force is at least -tension w, and friction is at most μ f_n + cohesion w. A pair with a tension alone has
+    the cohesion μ tension: its cone of forces is moved along its axis. A cohesion of less than that closes the cone
+    earlier, at the tension cohesion / μ. Both strengths are ductile: a face keeps its strength while it gives way.
+    Lines and points have no area, and no strength.
+
+    All tables are read-only copies; the two names of a pair are in alphabetical order.
     """
 
     default: float | None = None
     pairs: Mapping[tuple[str, str], float] = field(default_factory=dict)
     values: Mapping[str, float] = field(default_factory=dict)
     combine: Combine | None = None
+    tension: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    cohesion: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("pairs", "values"):
+        for name in ("pairs", "values", *STRENGTHS):
             checked_mapping(getattr(self, name), f"friction: {name}", EXAMPLES[name])
         pairs = checked_pairs(self.pairs, "friction", "friction", minimum=0, within=FRICTION)
         values = {
@@ -66,6 +95,9 @@ class Friction(Value):
             raise SceneError(message("friction", problem, "say how two values make a pair's: max, min or product"))
         object.__setattr__(self, "pairs", pairs)
         object.__setattr__(self, "values", Table(values))
+        for name in STRENGTHS:
+            strengths = checked_pairs(getattr(self, name), f"friction: {name}", name, minimum=0, within=PRESSURE)
+            object.__setattr__(self, name, strengths)
 
     def between(self, a: str, b: str, materials: Mapping[str, str | None]) -> float:
         """Return the friction coefficient between bodies ``a`` and ``b``.
@@ -84,19 +116,57 @@ class Friction(Value):
             )
         return self.default
 
+    @property
+    def joins(self) -> bool:
+        """Whether some pair has a strength."""
+        return any(value > 0 for name in STRENGTHS for value in getattr(self, name).values())
+
     def among(self, names: Collection[str]) -> Friction:
         """Return the part of the table that concerns these bodies and materials."""
-        pairs = {key: mu for key, mu in self.pairs.items() if key[0] in names and key[1] in names}
         values = {name: mu for name, mu in self.values.items() if name in names}
-        return Friction(self.default, pairs, values, self.combine)
+        return Friction(
+            self.default,
+            _among(self.pairs, names),
+            values,
+            self.combine,
+            _among(self.tension, names),
+            _among(self.cohesion, names),
+        )
 
     def check_names(self, bodies: Collection[str], materials: Collection[str]) -> None:
         """Raise SceneError if the table names something that is neither a body nor a material."""
-        check_known(self.pairs, {*bodies, *materials}, "friction")
+        for name, what in (("pairs", "friction"), *zip(STRENGTHS, STRENGTHS, strict=True)):
+            check_known(getattr(self, name), {*bodies, *materials}, what)
         for name in self.values:
             if name not in bodies:
                 remedy = nearest_of(name, sorted(bodies))
                 raise SceneError(message("friction", f"value for unknown body {quoted(name)}", remedy))
+
+
+def strength_between(table: Friction, a: str, b: str, materials: Mapping[str, str | None], mu: float) -> Strength:
+    """Return what joins bodies ``a`` and ``b``, which have the friction coefficient ``mu``.
+
+    ``materials`` is as in ``Friction.between``.
+    """
+    tension = number_between(table.tension, a, b, materials) or 0.0
+    cohesion = number_between(table.cohesion, a, b, materials)
+    if cohesion is None:
+        return Strength(tension, 0.0)
+    if mu * tension > cohesion:
+        tension = cohesion / mu
+    return Strength(tension, max(cohesion - mu * tension, 0.0))
+
+
+def refuse_strengths(table: Friction, where: str, remedy: str) -> None:
+    """Raise SceneError, with ``where`` and ``remedy`` in its message, if some pair has a strength."""
+    if table.joins:
+        first = next(pair for name in STRENGTHS for pair, value in getattr(table, name).items() if value > 0)
+        problem = f"{quoted(first)} has a tension or a cohesion, of which it knows nothing"
+        raise SceneError(message(where, problem, remedy))
+
+
+def _among(pairs: Mapping[tuple[str, str], float], names: Collection[str]) -> dict[tuple[str, str], float]:
+    return {pair: value for pair, value in pairs.items() if pair[0] in names and pair[1] in names}
 
 
 def joined_friction(first: Friction, second: Friction, names: Collection[str], others: Collection[str]) -> Friction:
@@ -112,13 +182,20 @@ def joined_friction(first: Friction, second: Friction, names: Collection[str], o
             remedy = "needs one for both" if what == "combine" else "give both the same, and what differs as pairs"
             raise SceneError(message(where, f"{what} is {one} and {two}", remedy))
     for own, its, known in ((first, second, others), (second, first, names)):
-        for pair, mu in own.pairs.items():
-            if {*pair} <= set(known) and its.pairs.get(pair) != mu:
-                problem = f"{quoted(pair)} is {mu:g} in one scene and {its.pairs.get(pair, its.default)} in the other"
-                raise SceneError(message(where, problem, "give both the same, or other names of materials"))
+        for table, rest in (("pairs", its.default), *((name, 0.0) for name in STRENGTHS)):
+            ours, theirs = getattr(own, table), getattr(its, table)
+            for pair, value in ours.items():
+                if {*pair} <= set(known) and theirs.get(pair) != value:
+                    what = "" if table == "pairs" else f"the {table} of "
+                    problem = (
+                        f"{what}{quoted(pair)} is {value:g} in one scene and {theirs.get(pair, rest)} in the other"
+                    )
+                    raise SceneError(message(where, problem, "give both the same, or other names of materials"))
     return Friction(
         first.default if second.default is None else second.default,
         {**first.pairs, **second.pairs},
         {**first.values, **second.values},
         first.combine if second.combine is None else second.combine,
+        {**first.tension, **second.tension},
+        {**first.cohesion, **second.cohesion},
     )

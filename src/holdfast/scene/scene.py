@@ -31,6 +31,7 @@ from holdfast.scene.excluded import (
 )
 from holdfast.scene.friction import Friction, joined_friction
 from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.hold import AnyHold, checked_holds, holds_among, moved_hold
 from holdfast.scene.level import directions_around, tilted_gravity
 
 DIRECTIONS = 100  # number of directions on the default circle (Nadeau & Kelly, Fig. 15)
@@ -47,8 +48,9 @@ class Scene(Value):
     bodies that never touch: contacts and overlaps between them are not searched. Each of the two is a name, or a name
     and the number of one part of a compound, from 0: ``[("hand", "cup"), (("hand", 2), "table")]``. Each pair is in
     alphabetical order, and so are the pairs. ``notes`` say what a reader of files assumed or left out, and what looks
-    like a mistake; they take no part in comparisons. Raises SceneError if one of these conditions is violated, or if
-    the friction table or ``excluded`` uses an unknown name.
+    like a mistake; they take no part in comparisons. ``holds`` are the hands and grippers that hold movable bodies
+    (Hold, Grip). Raises SceneError if one of these conditions is violated, or if the friction table, ``excluded`` or
+    ``holds`` uses an unknown name.
     """
 
     bodies: tuple[Body, ...]
@@ -57,6 +59,7 @@ class Scene(Value):
     name: str
     excluded: tuple[Excluded, ...]
     notes: tuple[str, ...] = field(compare=False)
+    holds: tuple[AnyHold, ...]
 
     def __init__(
         self,
@@ -66,6 +69,7 @@ class Scene(Value):
         name: str = "",
         excluded: Iterable[Excluded] = (),
         notes: Iterable[str] = (),
+        holds: Iterable[AnyHold] = (),
     ) -> None:
         set_ = object.__setattr__
         set_(self, "bodies", tuple(checked_items(bodies, "scene: bodies", "Body objects")))
@@ -78,6 +82,7 @@ class Scene(Value):
         set_(self, "notes", tuple(_checked_notes(notes)))
         self._check()
         set_(self, "excluded", checked_excluded(excluded, self.bodies))
+        set_(self, "holds", checked_holds(holds, self.bodies))
         if any(isinstance(body.shape, HalfSpace) for body in self.bodies):
             set_(self, "bodies", _under(self.bodies))
 
@@ -118,6 +123,12 @@ class Scene(Value):
             remedy = "contacts carry nothing without it: give a vector such as (0, 0, -9.81) m/s²"
             raise SceneError(message("scene", "gravity is zero", remedy))
         self.friction.check_names(names, self.names - set(names))
+        for body in self.bodies if self.friction.joins else ():
+            known = {body.name, *body.materials}
+            strong = {*self.friction.tension, *self.friction.cohesion}
+            if {*body.materials} != {body.material} and any(known & {*pair} for pair in strong):
+                problem = "has a tension or a cohesion, and parts with materials of their own"
+                raise SceneError(message(f"body {quoted(body.name)}", problem, "give it one material"))
 
     @cached_property
     def materials(self) -> Mapping[str, str | None]:
@@ -183,7 +194,8 @@ class Scene(Value):
     def moved(self, poses: Mapping[str, ArrayLike]) -> Scene:
         """Return the scene with some bodies at other poses.
 
-        ``poses`` maps names of bodies to poses (4, 4), body frame to world. Raises SceneError for an unknown name.
+        ``poses`` maps names of bodies to poses (4, 4), body frame to world. Holds move with their bodies. Raises
+        SceneError for an unknown name.
         """
         if not hasattr(poses, "items"):
             remedy = 'needs a dict such as {"cup": pose}'
@@ -193,7 +205,9 @@ class Scene(Value):
         bodies = tuple([body.moved(poses[body.name]) if body.name in poses else body for body in self.bodies])
         if any(isinstance(body.shape, HalfSpace) for body in bodies):
             bodies = _under(bodies)
-        return altered(self, bodies=bodies)
+        place = {old.name: (old.pose, new.pose) for old, new in zip(self.bodies, bodies, strict=True)}
+        holds = tuple([_carried_along(hold, *place[hold.body]) for hold in self.holds])
+        return altered(self, bodies=bodies, holds=holds)
 
     def with_body(self, obj: Body) -> Scene:
         """Return the scene with ``obj`` added after the others."""
@@ -203,16 +217,17 @@ class Scene(Value):
         """Return the scene without the bodies of these names.
 
         Entries of the friction table that name a removed body, or a material that no other body has, are dropped, and
-        so are the excluded pairs of a removed body. Raises SceneError for an unknown name.
+        so are the excluded pairs and the holds of a removed body. Raises SceneError for an unknown name.
         """
         gone = self.checked_names(*names)
         left = tuple(body for body in self.bodies if body.name not in gone)
         known = {body.name for body in left} | materials_of(left)
         excluded = excluded_among(self.excluded, {body.name for body in left})
-        return replace(self, bodies=left, friction=self.friction.among(known), excluded=excluded)
+        holds = holds_among(self.holds, {body.name for body in left})
+        return replace(self, bodies=left, friction=self.friction.among(known), excluded=excluded, holds=holds)
 
     def __add__(self, other: Scene) -> Scene:
-        """Return the scene with the bodies of both, their friction tables, excluded pairs and notes.
+        """Return the scene with the bodies of both, their friction tables, excluded pairs, holds and notes.
 
         A fixed body that is equal in both, such as the floor, is in the sum once. Raises SceneError if any other name
         is in both, if gravity differs, or if the friction tables conflict: a pair of names has two coefficients, a
@@ -238,6 +253,7 @@ class Scene(Value):
             " + ".join(filter(None, (self.name, other.name))),
             (*self.excluded, *other.excluded),
             dict.fromkeys((*self.notes, *other.notes)),
+            (*self.holds, *other.holds),
         )
 
     def checked_names(self, *names: str | Iterable[str]) -> frozenset[str]:
@@ -277,6 +293,11 @@ def with_notes(scene: Scene, notes: Iterable[str]) -> Scene:
     """Return the scene with ``notes`` appended to its own, without repetitions."""
     whole = tuple(dict.fromkeys((*scene.notes, *notes)))
     return scene if whole == scene.notes else altered(scene, notes=whole)
+
+
+def _carried_along(hold: AnyHold, before: Float, after: Float) -> AnyHold:
+    """Return a hold whose body goes from the pose ``before`` to the pose ``after`` (4, 4)."""
+    return hold if before is after else moved_hold(hold, after @ np.linalg.inv(before))
 
 
 def _checked_notes(notes: Iterable[str]) -> Iterator[str]:

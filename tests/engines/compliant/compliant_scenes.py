@@ -88,6 +88,7 @@ def even_grid(assembly: Assembly, side: int) -> ContactNodes:
         axes=nodes.axes[take],
         mu=nodes.mu[take],
         weights=np.concatenate([w for _, _, w in parts]),
+        pull=np.zeros(sum(len(w) for _, _, w in parts)),
         interface=owner,
         a=nodes.a[take],
         b=nodes.b[take],

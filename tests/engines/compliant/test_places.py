@@ -99,7 +99,7 @@ def test_a_sheet_ends_where_the_contact_or_its_plane_or_its_axes_change() -> Non
     axes = np.repeat([up, up, along, along], 4, axis=0)
     number = np.repeat([0, 0, 0, 1], 4)
     body = np.zeros(16, dtype=np.int64)
-    nodes = ContactNodes(points, axes, np.full(16, 0.5), np.ones(16), number, body - 1, body)
+    nodes = ContactNodes(points, axes, np.full(16, 0.5), np.ones(16), number, body - 1, body, np.zeros(16))
     com, turn, size = np.array([[0.2, 0.3, 2.0]]), np.eye(3)[[1, 2, 0]], 2.0
     sheets = sheets_of(nodes, com, turn, size)
     assert sheets.first.tolist() == [0, 4, 8, 12, 16]

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.applications.disassembly.hands import held_still, propped
+from holdfast.applications.disassembly.least_hold import HandHold, handled, hands_column
 from holdfast.applications.disassembly.order import SHOWN, SOLVES, check_stands
 from holdfast.applications.disassembly.order_search import everything
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
@@ -49,13 +51,17 @@ class BuildStep(Value):
     """One body that is put in, and the weakest point of the state that follows.
 
     ``hold`` means that the body must be held against turning while it is set down. ``weakest`` is the point of all
-    exposed surfaces where the smallest inward push moves something, or None if it was not requested.
+    exposed surfaces where the smallest inward push moves something, or None if it was not requested or hands hold
+    bodies in some step. ``holds`` are the bodies that hands hold before and while this one is put in, each with the
+    least force and moment that this takes just before; once it is in, they may go to those of the next step while the
+    gripper still holds it.
     """
 
     body: str
     reason: str
     hold: bool
     weakest: MapPoint | None
+    holds: tuple[HandHold, ...] = ()
 
 
 @archived
@@ -67,7 +73,8 @@ class BuildOrder(CertifiedStates, PublicValue):
     ``steps`` are in order. After each of them, everything that is in place stands by the verdict of ``method``. If
     ``reached`` is False, the bodies ``first`` cannot be put in one by one: they must stand before the first step, for
     example on a support that is removed later, and ``stuck`` says for each of them why it cannot be the last.
-    ``proven`` means that no order has fewer such bodies.
+    ``proven`` means that no order has fewer such bodies. ``hands`` is how many hands could hold bodies, and
+    ``falsework`` names those that have to be propped besides; only if there are none may ``reached`` be true.
     """
 
     assembly: Assembly
@@ -77,6 +84,8 @@ class BuildOrder(CertifiedStates, PublicValue):
     reached: bool
     proven: bool
     stuck: tuple[Removal, ...]
+    hands: int = 0
+    falsework: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         raise no_truth(self, "ask .reached, which says whether everything can be put in")
@@ -103,9 +112,13 @@ class BuildOrder(CertifiedStates, PublicValue):
 
     @property
     def questions(self) -> tuple[Question, ...]:
-        """What a certificate proves: that everything stands before the first step, and after each."""
-        there = [set(self.order[k:]) for k in range(len(self.order) + 1)]
-        return tuple(Question.of(self.assembly.without(missing)) for missing in there)
+        """What a certificate proves: that everything stands before the first step, and after each.
+
+        What hands hold is fixed there.
+        """
+        states = [self.assembly.without(set(self.order[k:])) for k in range(len(self.order) + 1)]
+        held = [frozenset(hold.body for hold in step.holds) for step in self.steps]
+        return tuple(Question.of(held_still(*each)) for each in zip(states, [*held, frozenset[str]()], strict=True))
 
     @cached_property
     def force(self) -> Float:
@@ -123,7 +136,8 @@ class BuildOrder(CertifiedStates, PublicValue):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; a force that is not known is None there."""
-        names = ("engine", "claim", "lift", "order", "reached", "proven", "first", "steps", "stuck")
+        names: tuple[str, ...] = ("engine", "claim", "lift", "order", "reached", "proven", "first", "steps", "stuck")
+        names = (*names, "hands", "falsework") if self.hands else names
         force = [None if np.isnan(each) else to_dict(each) for each in self.force]
         data = {name: to_dict(getattr(self, name)) for name in names}
         return {"scene": self.assembly.scene.name} | data | {"force": force}
@@ -137,8 +151,13 @@ class BuildOrder(CertifiedStates, PublicValue):
             headline += f"; the least push {number(least.weakest.force, 'N')}, after {least.body}"
         facts = [("engine", f"{self.engine} ({self.claim.words})")]
         facts += [("must stand before", listed(self.first))] if self.first else []
-        rows = [[str(k + 1), step.body, shown(step), step.reason] for k, step in enumerate(self.steps)]
-        return Summary(headline, facts, ("step", "put in", "least push then", "why it may go in"), rows)
+        facts += [("falsework", f"props under {listed(self.falsework)}")] if self.falsework else []
+        rows = [
+            [str(k + 1), step.body, shown(step), *handled(step.holds, self.hands), step.reason]
+            for k, step in enumerate(self.steps)
+        ]
+        heads = ("step", "put in", "least push then", *hands_column(self.hands), "why it may go in")
+        return Summary(headline, facts, heads, rows)
 
 
 def _known(point: MapPoint) -> float:
@@ -165,6 +184,7 @@ def build_order(
     lift: ArrayLike = (0.0, 0.0, 1.0),
     pushes: int = PUSHES,
     solves: int = SOLVES,
+    hands: int = 0,
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> BuildOrder:
     """Find an order in which all bodies can be put in along minus ``lift`` (3,), one by one, each state standing.
@@ -174,6 +194,10 @@ def build_order(
     the smallest push that moves something; 0 skips that. ``solves`` limits the number of states that are checked by
     contact forces.
 
+    So many ``hands``, beside the gripper that puts bodies in, may hold others where they are. ``holds`` of each step
+    names what they hold, and the least force and moment that this takes. If they are too few, an order is sought with
+    props under one or two bodies besides, the ``falsework``. If anything is held, no state is pushed.
+
     Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
     undecided.
     """
@@ -181,10 +205,15 @@ def build_order(
     method = engine_of(engine)
     checked_whole(solves, "build_order: solves", 0, MANY)
     checked_whole(pushes, "build_order: pushes", 0, MANY)
+    checked_whole(hands, "build_order: hands", 0, len(assembly.movable))
     direction = checked_direction(lift, "build_order: lift")
     placings = Placings(assembly, method, direction)
     check_stands(placings)
+    props: tuple[str, ...] = ()
     plan = everything(placings, solves)
+    if hands and not plan.reached:
+        plan, props = propped(placings, hands, frozenset(), solves)
+        pushes = 0
     steps = plan.steps[::-1]
     there = frozenset(placings.names) - {step.body for step in steps}
     stuck = tuple(placings.answer(name, there, exit_first=False) for name in placings.names if name in there)
@@ -193,13 +222,15 @@ def build_order(
     for step in reported("states of the building", steps):
         there |= {step.body}
         point = weakest.after(placings.reduced(there), step.body) if pushes else None
-        made.append(BuildStep(step.body, step.reason, step.hold, point))
+        made.append(BuildStep(step.body, step.reason, step.hold, point, step.holds))
     return BuildOrder(
         assembly=assembly,
         method=method,
         lift=direction,
         steps=tuple(made),
-        reached=plan.reached,
+        reached=plan.reached and not props,
         proven=plan.proven,
         stuck=stuck,
+        hands=hands,
+        falsework=props,
     )

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.applications.disassembly.hands import held_still, propped
+from holdfast.applications.disassembly.least_hold import handled, hands_column
 from holdfast.applications.disassembly.order_search import everything, fewest
 from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals
 from holdfast.assembly.assembly import Assembly
@@ -64,7 +66,8 @@ class Disassembly(CertifiedStates, PublicValue):
     ``proven`` means that no order is better: with a goal, none takes fewer removals; without a goal, none takes out
     everything unless this one does. ``fewest`` is a lower bound on the number of removals of any order. ``lift`` (3,)
     is the unit direction in which bodies leave, world frame. ``method`` is the engine that answered, and ``engine`` is
-    its name.
+    its name. ``hands`` is how many hands could hold bodies, and ``falsework`` names those that have to be propped
+    besides; only if there are none is the order one for these hands, and ``reached`` may be true.
     """
 
     assembly: Assembly
@@ -75,6 +78,8 @@ class Disassembly(CertifiedStates, PublicValue):
     reached: bool
     proven: bool
     fewest: float
+    hands: int = 0
+    falsework: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         raise no_truth(self, "ask .reached, which says whether everything comes out")
@@ -91,9 +96,13 @@ class Disassembly(CertifiedStates, PublicValue):
 
     @property
     def questions(self) -> tuple[Question, ...]:
-        """What a certificate proves: that everything stands before the first step, and after each."""
-        gone = [set(self.order[:k]) for k in range(len(self.order) + 1)]
-        return tuple(Question.of(self.assembly.without(missing)) for missing in gone)
+        """What a certificate proves: that everything stands before the first step, and after each.
+
+        What hands hold is fixed there.
+        """
+        states = [self.assembly.without(set(self.order[:k])) for k in range(len(self.order) + 1)]
+        held = [frozenset(hold.body for hold in step.holds) for step in self.steps]
+        return tuple(Question.of(held_still(*each)) for each in zip(states, [frozenset[str](), *held], strict=True))
 
     @cached_property
     def removals(self) -> Removals:
@@ -168,7 +177,8 @@ class Disassembly(CertifiedStates, PublicValue):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON."""
         names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "fewest", "blocked")
-        data = {name: to_dict(getattr(self, name)) for name in (*names, "undecided", "steps")}
+        hands = ("hands", "falsework") if self.hands else ()
+        data = {name: to_dict(getattr(self, name)) for name in (*names, *hands, "undecided", "steps")}
         return {"scene": self.assembly.scene.name} | data
 
     def summary(self) -> Summary:
@@ -179,8 +189,11 @@ class Disassembly(CertifiedStates, PublicValue):
             headline += f"; of the remaining bodies, {self.undecided.text}"
         outcome = f"reached {self.reached}, proven {self.proven}, at least {number(self.fewest)} removals"
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("outcome", outcome)]
-        rows = [[str(k + 1), step.body, step.reason] for k, step in enumerate(self.steps)]
-        return Summary(headline, facts, ("step", "take out", "why it may go"), rows)
+        facts += [("falsework", f"props under {listed(self.falsework)}")] if self.falsework else []
+        rows = [
+            [str(k + 1), step.body, *handled(step.holds, self.hands), step.reason] for k, step in enumerate(self.steps)
+        ]
+        return Summary(headline, facts, ("step", "take out", *hands_column(self.hands), "why it may go"), rows)
 
     def _paper_row(self, name: str, part: frozenset[str]) -> PaperRow:
         column = self.removals.force(name, part, self.removals.up)
@@ -201,6 +214,7 @@ def disassembly_order(
     lift: ArrayLike = (0.0, 0.0, 1.0),
     goal: str | Iterable[str] | None = None,
     solves: int = SOLVES,
+    hands: int = 0,
     engine: EngineChoice = DEFAULT_ENGINE,
 ) -> Disassembly:
     """Find an order in which bodies can be lifted out along ``lift`` (3,), one by one, while the others stand.
@@ -210,26 +224,36 @@ def disassembly_order(
     bodies that it names are taken out with the fewest removals; without one, all movable bodies are taken out.
     ``solves`` limits the number of states that are checked by contact forces.
 
+    So many ``hands``, beside the gripper that takes bodies out, may hold others where they are. ``holds`` of each step
+    names what they hold from then on, and the least force and moment that this takes. If they are too few, an order is
+    sought with props under one or two bodies besides, the ``falsework``. Orders with hands need not be the shortest.
+
     Raises UnstableError (a SceneError) if the assembly does not stand, and SolverError with the verdict if this is
     undecided. Raises SceneError if the goal is empty, unknown or fixed.
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
     checked_whole(solves, "disassembly_order: solves", 0, MANY)
+    checked_whole(hands, "disassembly_order: hands", 0, len(assembly.movable))
     direction = checked_direction(lift, "disassembly_order: lift")
     goals = _goals(assembly, goal)
     removals = Removals(assembly, method, direction)
     check_stands(removals)
+    props: tuple[str, ...] = ()
     plan = fewest(removals, frozenset(goals), solves) if goals else everything(removals, solves)
+    if hands and not plan.reached:
+        plan, props = propped(removals, hands, frozenset(goals), solves)
     found = Disassembly(
         assembly=assembly,
         method=method,
         lift=direction,
         goal=goals,
         steps=plan.steps,
-        reached=plan.reached,
+        reached=plan.reached and not props,
         proven=plan.proven,
         fewest=plan.bound,
+        hands=hands,
+        falsework=props,
     )
     vars(found)["removals"] = removals  # fills the cached property, so that nothing is computed twice
     return found

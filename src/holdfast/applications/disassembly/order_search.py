@@ -32,7 +32,7 @@ def everything(removals: Removals, budget: int) -> Plan:
     The search is depth-first: if no body can be taken out, it goes back one step and remembers the dead end.
     """
     whole = frozenset(removals.names)
-    order = _from_the_top(removals)
+    order = from_the_top(removals)
     dead: set[frozenset[str]] = set()
     doubts: dict[str, frozenset[str]] = {}
     undecided = False
@@ -72,7 +72,7 @@ def everything(removals: Removals, budget: int) -> Plan:
     return Plan(tuple(steps), True, True, float(len(whole)))
 
 
-def _from_the_top(removals: Removals) -> list[str]:
+def from_the_top(removals: Removals) -> list[str]:
     """Return the bodies ordered by their centres of mass along the lift, the farthest first."""
     assembly = removals.assembly
     height = {body.name: float(assembly.com[k] @ removals.lift) for k, body in enumerate(assembly.movable)}
@@ -126,7 +126,7 @@ def hanging_without(removals: Removals, name: str, remaining: frozenset[str]) ->
     """Return the bodies that would hang in the air without ``name``, through which all their support leads."""
     beside: dict[str, list[str]] = {}
     index = removals.assembly.index
-    reached: list[str] = []
+    reached = [hold.body for hold in removals.assembly.scene.holds if hold.body in remaining and hold.body != name]
     for a, b in removals.joined:
         for one, other in ((a, b), (b, a)):
             if one in remaining and one != name:
@@ -159,7 +159,7 @@ def _straight(removals: Removals, goals: frozenset[str], needed: frozenset[str])
 
     It takes out the ``needed`` bodies, and any others that turn out to fall or to be in the way.
     """
-    order, wanted = _from_the_top(removals), set(needed)
+    order, wanted = from_the_top(removals), set(needed)
     remaining, steps = frozenset(removals.names), []
     while goals & remaining:
         grown: set[str] = set()

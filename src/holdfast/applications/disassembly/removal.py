@@ -20,8 +20,10 @@ from typing import TypeVar
 import numpy as np
 
 from holdfast.applications.disassembly.exits import Exits
+from holdfast.applications.disassembly.least_hold import HandHold
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.connected import components
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.errors import no_truth
@@ -72,7 +74,9 @@ class Removal(CertifiedStates, PublicValue):
     ``lift`` is the upward force at the body's centre of mass, divided by its weight, at which the body comes off or
     another body moves. It is inf if neither happens, and 0 if the answer was known without it.
     ``hold`` means that the body must also be held against turning: if it were lifted only at its centre of mass, it
-    would move before its weight is taken.
+    would move before its weight is taken. ``holds`` are the other bodies that hands hold while it is taken out and
+    afterwards, each with the least force and moment that this takes once it is gone. They are part of a SAFE answer in
+    an order with hands; where ``can_remove`` finds a body not SAFE, it would be with them.
     """
 
     body: str
@@ -83,6 +87,7 @@ class Removal(CertifiedStates, PublicValue):
     moving: tuple[str, ...] = ()
     lift: float = 0.0
     hold: bool = False
+    holds: tuple[HandHold, ...] = ()
 
     def __bool__(self) -> bool:
         raise no_truth(self, "ask .safe or .answer")
@@ -102,6 +107,7 @@ class Removal(CertifiedStates, PublicValue):
         facts = [("reason", self.reason)]
         facts += [("in the way", listed([name for name, _ in self.blockers]))] if self.blockers else []
         facts += [("would move", listed(self.moving))] if self.moving else []
+        facts += [("hands", listed([hold.text for hold in self.holds]))] if self.holds else []
         return Summary(f"{self.body}: {self.answer}, {self.reason}", facts)
 
 
@@ -113,6 +119,9 @@ class Removals:
     """
 
     def __init__(self, assembly: Assembly, engine: Engine, lift: Float) -> None:
+        refuse_joined(
+            assembly, "removal", "leave out tension and cohesion: what it takes to tear bodies off is not told"
+        )
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")

@@ -14,6 +14,7 @@ from holdfast.applications.placement.options import Options
 from holdfast.applications.placement.refusals import (
     AWAY,
     BALANCED,
+    CRUSHED,
     FALLEN,
     FORBIDDEN,
     GRIPPED,
@@ -37,6 +38,7 @@ from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
+from holdfast.engines.bearing import bearings
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
@@ -171,11 +173,14 @@ class Checks:
     def judged(self, after: Assembly) -> tuple[str, Assembly | None]:
         """Return the fault of an assembly with the object in place, and the assembly, or None if something may fall."""
         keep_to_time()
-        verdict = prepared(self.engine, after).verdict()
+        state = prepared(self.engine, after)
+        verdict = state.verdict()
         if verdict.status is not Status.STABLE:
             return FALLEN if verdict.status is Status.UNSTABLE else UNSURE, None
         if self.body.name in verdict.balanced:
             return BALANCED, None
+        if any(one.crushed for one in bearings(after, state.verdicts)):
+            return CRUSHED, None
         if self.confirm is not None and prepared(self.confirm, after).verdict().status is not Status.STABLE:
             return REFUSED, None
         margin = self.options.mass_margin

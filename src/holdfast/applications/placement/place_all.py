@@ -25,6 +25,7 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.friction import Friction
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 NAME = "place_all"
@@ -60,6 +61,7 @@ def place_all(
     Raises SceneError if there are no objects, or if they or an option are invalid.
     """
     assembly = checked_assembly(assembly)
+    refuse_holds(assembly.scene.holds, "place_all", "place into the scene without them")
     bodies = checked_items(objects, f"{NAME}: objects", "bodies")
     _check_objects(assembly, bodies)
     place = checked_value(where, Where, f"{NAME}: where")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import checked_number
@@ -10,7 +11,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import FRICTION
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
-from holdfast.scene.friction import Friction
+from holdfast.scene.friction import Friction, refuse_strengths
 from holdfast.scene.pairs import number_between
 
 
@@ -24,6 +25,7 @@ def friction_with(
     SceneError if there is no coefficient between an object and one of the ``supports``.
     """
     table = given if isinstance(given, Friction) else assembly.scene.friction
+    refuse_strengths(table, "plan_placement", "leave out tension and cohesion")
     bodies = [*assembly.bodies, *objects]
     if given is not None and not isinstance(given, Friction):
         table = with_own(table, bodies, objects, given)
@@ -49,4 +51,4 @@ def with_own(table: Friction, bodies: Sequence[Body], objects: Sequence[Body], m
         for other in bodies
         if other is not one and number_between(table.pairs, one.name, other.name, materials) is None
     }
-    return Friction(table.default, {**own, **table.pairs}, table.values, table.combine)
+    return replace(table, pairs={**own, **table.pairs})

@@ -27,6 +27,7 @@ from holdfast.queries.imperfect_bounds import covering
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 NAME = "plan_placement"
@@ -89,6 +90,7 @@ def planner(
 ) -> Planner:
     """Return a planner that can be used with many seeds; the arguments are those of ``plan_placement``."""
     assembly = checked_assembly(assembly)
+    refuse_holds(assembly.scene.holds, "plan_placement", "place into the scene without them")
     place = checked_value(where, Where, f"{NAME}: where")
     way = checked_value(approach, Approach, f"{NAME}: approach")
     how = checked_value(search, Search, f"{NAME}: search")

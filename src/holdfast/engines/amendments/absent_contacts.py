@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import contact_nodes
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.conic.solve import Outcome
 from holdfast.engines.contract import Engine, State
 from holdfast.engines.forces import solve_forces
+from holdfast.engines.rest import corner_nodes
 from holdfast.engines.verdict import Status, Verdict
 
 SETS = 8  # largest number of sets of absent contacts that are sought
@@ -162,11 +163,12 @@ class Absences:
             wrench = part.weight_wrench(self.acceleration if self._seen_loaded else None)
             if self._seen_loaded and self.standing is not None:
                 wrench = wrench + self.standing
-            self._rests[absent] = not part.hanging and _may_balance(part, wrench)
+            self._rests[absent] = not part.hanging and _may_balance(part, with_pull(part, wrench))
         return self._rests[absent]
 
 
 def _may_balance(assembly: Assembly, wrench: Float) -> bool:
     """Tell whether it is not proved that no contact forces balance ``wrench`` (6J,)."""
-    solution = solve_forces(assembly, contact_nodes(assembly, 4, "corners"), wrench, tolerance=CHEAP)
+    nodes = corner_nodes(assembly)
+    solution = solve_forces(assembly, nodes, nodes.under(wrench), tolerance=CHEAP)
     return solution.outcome is not Outcome.INFEASIBLE

@@ -10,11 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import snapped
 from holdfast.elastic.law import bond
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.twists import set_units
+from holdfast.elastic.twists import add_wrench, set_units
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.random_faces import Faces
 from holdfast.engines.compliant.sheets import BITS
@@ -51,6 +52,7 @@ class Springs:
         stiffness = stiffness_of(assembly, self.stiffness)
         if self.faces is None:
             return elastic_model(places, wrench, self.ratio, stiffness)
+        refuse_joined(assembly, "imperfect faces", "leave out tension and cohesion, or imperfect=")
         stiffness = stiffness * self.faces.stiffness(assembly)
         total = float(stiffness[sheets.owner] @ sheets.weights)
         most = ROUGHEST * force_unit(assembly, wrench) / max(total, 1e-300)
@@ -86,7 +88,8 @@ def elastic_model(
     """Return the elastic model of an assembly on these ``places`` under ``wrench`` (6J,) [N, N m].
 
     The stiffness of a node is the ``stiffness`` per area (interfaces,) [N/m³] of its interface, 1 unless given, times
-    the node's tributary area. ``apart`` (I,) [m] is the clearance of each node, 0 unless given.
+    the node's tributary area. ``apart`` (I,) [m] is the clearance of each node, 0 unless given. A node with tension
+    presses from the outset as much as it can be pulled, against that pull, and stays elastic until it is pulled so.
     """
     assembly, sheets = places.assembly, places.sheets
     k = sheets.weights if stiffness is None else sheets.weights * stiffness[sheets.owner]
@@ -95,6 +98,9 @@ def elastic_model(
     clear = np.zeros(len(k))
     if apart is not None:
         clear = apart * (total / force_unit(assembly, wrench))
+    if sheets.pull.any():
+        clear = clear - sheets.pull / (force_unit(assembly, wrench) * k)
+    if clear.any():
         clear = snapped(clear, np.abs(clear).max(initial=0.0), BITS)
     scale = assembly.equation_scale / assembly.levers
     model = Elastic(
@@ -120,4 +126,14 @@ def elastic_model(
     )
     bond(model)
     set_units(model)
+    if sheets.pull.any():
+        _add_pull(model)
     return model
+
+
+def _add_pull(m: Elastic) -> None:
+    """Add to the wrench what nodes press at no displacement, which is their pull, to the last digit."""
+    ends = m.first[:-1]
+    fn, g1, g2 = (np.add.reduceat(each * m.k * m.apart, ends) for each in (np.ones_like(m.x), m.y, -m.x))
+    for p in range(len(m.a)):
+        add_wrench(m, p, np.array([fn[p], 0.0, 0.0, 0.0, g1[p], g2[p]]), 1.0, m.wrench)

@@ -59,6 +59,9 @@ def balanced_forces(grid: Grid, q: Float) -> tuple[Float, float] | None:
     """
     forces = np.zeros((len(grid.nodes), 3))
     node_forces(grid.system.model, q, forces)
+    if grid.nodes.pull.any():  # exactly as the model has it, which is rounded
+        model = grid.system.model
+        forces[:, 0] += model.k * model.apart + grid.nodes.pull / grid.unit
     forces *= grid.unit
     total, each = unbalanced(grid.places, forces, grid.wrench)
     most, most_each = (SPRING_SHARE, SPRING_SHARE) if grid.hold is not None else (BALANCED, BALANCED_EACH)
@@ -87,7 +90,8 @@ def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, flo
     The first value is relative to the total weight, the second to each body's own weight.
     """
     assembly = places.assembly
-    left = wrenches_of(assembly, places.nodes, forces) + wrench
+    own = forces - np.outer(places.nodes.pull, [1.0, 0.0, 0.0])
+    left = wrenches_of(assembly, places.nodes, own) + wrench
     weight = assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
     total = float(np.abs(left * assembly.levers).max(initial=0.0)) / weight
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight

@@ -26,16 +26,17 @@ class Sheets(NamedTuple):
     """The P flat sheets of the I nodes of an assembly.
 
     Nodes ``first[p]`` to ``first[p + 1] - 1`` belong to sheet p and have the places ``x`` and ``y`` (I,) in its plane,
-    in sizes of the assembly, and the ``weights`` (I,) [m²]. It belongs to one ``interface`` (P,) and lies between
-    bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents, and the arms ``arm_a`` and ``arm_b``
-    (P, 3) from their centres of mass to its origin are along the assembly's own axes; arms are in sizes of the
-    assembly, and zero of fixed bodies.
+    in sizes of the assembly, the ``weights`` (I,) [m²], and the ``pull`` (I,) [N] of tension. It belongs to one
+    ``interface`` (P,) and lies between bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents, and
+    the arms ``arm_a`` and ``arm_b`` (P, 3) from their centres of mass to its origin are along the assembly's own axes;
+    arms are in sizes of the assembly, and zero of fixed bodies.
     """
 
     first: Int
     x: Float
     y: Float
     weights: Float
+    pull: Float
     interface: Int
     mu: Float
     a: Int
@@ -62,7 +63,7 @@ class Sheets(NamedTuple):
         begin, end = np.searchsorted(self.interface, [start, stop])
         first = self.first[begin : end + 1]
         nodes, sheets = slice(first[0], first[-1]), slice(begin, end)
-        of_nodes, of_sheets = (column[nodes] for column in self[1:4]), (column[sheets] for column in self[4:])
+        of_nodes, of_sheets = (column[nodes] for column in self[1:5]), (column[sheets] for column in self[5:])
         return Sheets._make((first - first[0], *of_nodes, *of_sheets))
 
 
@@ -78,7 +79,8 @@ def sheets_of(nodes: ContactNodes, com: Float, axes: Float, size: float) -> Shee
     x, y = np.empty((2, len(nodes)))
     own, arm_a, arm_b = np.empty((len(start), 3, 3)), np.zeros((len(start), 3)), np.zeros((len(start), 3))
     _place(nodes.points, nodes.axes, first, a, b, com, axes, size, x, y, own, arm_a, arm_b)
-    return Sheets(first, x, y, nodes.weights, nodes.interface[start], nodes.mu[start], a, b, own, arm_a, arm_b)
+    each = nodes.weights, nodes.pull
+    return Sheets(first, x, y, *each, nodes.interface[start], nodes.mu[start], a, b, own, arm_a, arm_b)
 
 
 @compiled

@@ -10,6 +10,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_truth, checked_whole
 from holdfast.base.errors import HoldfastError, message
@@ -82,6 +83,7 @@ class Graph(Value):
 
         The arguments are those of ``Engine.prepare``.
         """
+        refuse_joined(assembly, "engine graph", "use engine='limit' or engine='compliant'")
         wrench = (1 - self.mass_margin) * assembly.weight_wrench(acceleration)
         if standing is not None:
             wrench = wrench + standing

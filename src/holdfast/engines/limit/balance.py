@@ -98,8 +98,15 @@ class Balance:
 
     @property
     def loose(self) -> Bool:
-        """Which bodies (J,) are only balanced: no contact of theirs resists some motion of them."""
-        return np.asarray(self._free.reshape(-1, 6).any(1))
+        """Which bodies (J,) are only balanced: no contact of theirs resists some motion of them.
+
+        Among holds, that counts even where no force enters an equation: two fingers let a body turn about their line.
+        """
+        free, asked = self._free, self.equilibrium.nodes.asked
+        if asked is not None:
+            free = free | ~self.rows
+            free[: len(asked)] &= asked > 0
+        return np.asarray(free.reshape(-1, 6).any(1))
 
     @property
     def _free(self) -> Bool:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes
+from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
+from holdfast.assembly.strengths import strengths_of, with_pull
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.values import Value
@@ -41,6 +42,7 @@ class Limit(Value):
 
     name = NAME
     claim = CLAIM
+    takes_holds = True
 
     def __post_init__(self) -> None:
         FrictionCone(self.cone, self.sides)
@@ -64,7 +66,7 @@ class Limit(Value):
         """The state under ``wrench`` (6J,), on ``nodes`` if given (cautious: corners carry most)."""
         cone = FrictionCone(self.cone, self.sides)
         state = balanced_under(assembly, wrench, nodes, cone)
-        return replace(state, rest=_judged(state.rest, assembly, wrench))
+        return replace(state, rest=_judged(state, assembly, wrench))
 
     def weakest(
         self,
@@ -85,23 +87,40 @@ class Limit(Value):
         return comes_loose(assembly, body, up)
 
 
-def _judged(rest: Rest, assembly: Assembly, wrench: Float) -> Rest:
-    """Return ``rest``, STABLE only where its forces come about, else UNDECIDED although an equilibrium exists.
+def _judged(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
+    """Return the rest of a state, STABLE only where its forces come about, else UNDECIDED though an equilibrium exists.
 
     Forces that build up on elastic contacts without any slip do. Where some contacts have to slip, forces in balance
     may press bodies together that nothing presses, and friction with the ground may hold them so, whatever the contacts
-    that they need. Then engine ``compliant`` is asked whether contacts come to rest that slip as they are loaded.
+    that they need. Then engine ``compliant`` is asked whether contacts come to rest that slip as they are loaded. Holds
+    are at will: they exert what leaves contacts well inside their cones.
     """
+    rest, holds = state.rest, state.rest.nodes.fasteners > 0 or bool(assembly.scene.holds)
     verdict = rest.verdict
     if verdict.status is not Status.STABLE:
         return rest
     needed: bool | None = False
     if verdict.self_stress is not False:
+        if holds:
+            wrench = _with_holds(state, wrench)
+            assembly = replace(assembly, scene=replace(assembly.scene, holds=()))
         found = Compliant().on(assembly, wrench, refinements=REFINEMENTS).verdict()
-        needed = {Status.STABLE: False, Status.UNSTABLE: True}.get(found.status)
+        needed = {Status.STABLE: False, Status.UNSTABLE: None if holds else True}.get(found.status)
     if needed is False:
         return replace(rest, verdict=replace(verdict, self_stress=False, reason=COMES_ABOUT))
     reason = "an equilibrium exists, but it rests on contacts that would have to be pressed together by something else"
     if needed is None:
         reason = f"an equilibrium exists; whether it needs self-stress was not settled: {found.reason}"
     return replace(rest, verdict=replace(verdict, status=Status.UNDECIDED, self_stress=needed, reason=reason))
+
+
+def _with_holds(state: LimitState, wrench: Float) -> Float:
+    """Return ``wrench`` (6J,) with what holds and cohesion exert: on their bodies, all that contacts do not balance."""
+    assembly, own, inside = state.assembly, state.rest.nodes.contacts, state.proofs.resting
+    forces = state.rest.forces if inside is None else inside.reshape(-1, 3)
+    pressed = with_pull(assembly, wrenches_of(assembly, own, forces[: len(own)]))
+    names = {hold.body for hold in assembly.scene.holds}
+    for interface, strength in zip(assembly.interfaces, strengths_of(assembly), strict=True):
+        names |= set(interface.bodies) if strength.shear > 0 else set()
+    held = np.repeat([body.name in names for body in assembly.movable], 6)
+    return np.where(held, -pressed, wrench)

@@ -11,6 +11,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict, joined, only_balanced
@@ -46,6 +47,10 @@ class LimitState:
 
     Several threads may ask one state. Exact answers are the same as from one thread; those ``Within`` a gap depend on
     what was asked before, because bounds draw on all earlier solves, and such calls wait for each other.
+
+    Inside, the F fasteners of holds (hold_nodes.py) stand after the J bodies: ``wrench`` (6(J + F),) is that of
+    weights, standing loads and the pull of tension, and all that is called (6J,) in what this state is made of has as
+    many rows.
     """
 
     cone: FrictionCone
@@ -91,6 +96,7 @@ class LimitState:
         count = W.shape[1]
         if not self.rest.verdict.equilibrium_exists:
             return self._not_standing(count)
+        W = self.rest.nodes.beside(W)
         if not isinstance(accuracy, Within) or not (groups := by_body(W, FLAT_GROUP)):
             return self._answers(self.proofs.limits(W))
         order = [columns for _, columns in groups]
@@ -122,13 +128,15 @@ class LimitState:
     def _loose(self) -> tuple[str, ...]:
         if not self.rest.verdict.equilibrium_exists:  # nothing is proved to be carried
             return ()
-        return tuple(body.name for body, one in zip(self.assembly.movable, self.proofs.loose, strict=True) if one)
+        loose = self.proofs.loose[: len(self.assembly.movable)]
+        return tuple(body.name for body, one in zip(self.assembly.movable, loose, strict=True) if one)
 
     def _not_standing(self, count: int) -> Answers:
         """Answers without a force; that nothing balances the weights is proved by the motion with which they fall."""
         mechanism = self.rest.verdict.mechanism
         falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
-        proved = mechanism is None or not falls or self.proofs.falls(mechanism.twists.ravel())
+        motion = self.rest.fall if mechanism is None or self.rest.fall is not None else mechanism.twists.ravel()
+        proved = motion is None or not falls or self.proofs.falls(motion)
         return Answers.not_standing(count, **self._known(lower=True, upper=proved))
 
     def _certified(self, W: Float, first: int, accuracy: float) -> Answers:
@@ -167,24 +175,27 @@ class LimitState:
         return Answers.of(force=factor, lower=lower, upper=upper, status=status, mechanism=mechanisms, **known)
 
     def mechanisms(self, twists: Float) -> list[Mechanism]:
-        """The collapse mechanisms of dual twists (k, 6J)."""
+        """The collapse mechanisms of dual twists (k, 6(J + F))."""
+        nodes = self.rest.nodes.contacts
         velocities = (self.proofs.equilibrium.gather @ twists.T).T.reshape(len(twists), len(self.rest.nodes), 3)
-        modes = modes_of(self.assembly, self.rest.nodes, twists, velocities, dual=True)
+        twists = self.rest.nodes.moving(twists[:, : 6 * len(self.assembly.movable)])
+        modes = modes_of(self.assembly, nodes, twists, velocities[:, : len(nodes)], dual=True)
         return describe_all(self.kinematics, twists, modes, dual=True)
 
     def solve(self, load: Float) -> LoadLimit:
         """The largest factor of one load (6J,)."""
-        return self.proofs.limits(load[:, None])[0]
+        return self.proofs.limits(self.rest.nodes.beside(load[:, None]))[0]
 
     def gradient(self, load: Float, where: str) -> Gradient:
         """Derivatives of the largest factor of one load (6J,), all from one solve."""
-        found = self.proofs.program.maximise(load) if load.any() else None
-        limit = self.solve(load) if found is None else self.proofs.judged([found], load[:, None])[0]
+        whole = self.rest.nodes.beside(load)
+        found = self.proofs.program.maximise(whole) if load.any() else None
+        limit = self.solve(load) if found is None else self.proofs.judged([found], whole[:, None])[0]
         if found is None or limit.twists is None:
             remedy = "there are derivatives only where a finite push moves something"
             raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
-        pressing = found.forces[::3]
-        return gradient(self.assembly, self.rest.nodes, limit.twists, pressing, self._answers([limit]))
+        nodes, twists = self.rest.nodes.contacts, self.rest.nodes.moving(limit.twists[: len(load)])
+        return gradient(self.assembly, nodes, twists, found.forces[::3][: len(nodes)], self._answers([limit]))
 
     def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
@@ -192,10 +203,11 @@ class LimitState:
 
     def load_hull(self, columns: Float, near: Float, accuracy: float, solves: int, where: str) -> LoadHull:
         """Points of the set of x (d,) for which ``columns`` @ x is carried, whose hull is close to it for most."""
-        return find_hull(self._family(columns, where), Support(self.proofs.program, columns), near, accuracy, solves)
+        family = self._family(columns, where)
+        return find_hull(family, Support(self.proofs.program, family.columns), near, accuracy, solves)
 
     def _family(self, columns: Float, where: str) -> Family:
-        return Family(where, self.proofs, columns)
+        return Family(where, self.proofs, self.rest.nodes.beside(columns))
 
     @cached_property
     def planes(self) -> CuttingPlanes:
@@ -220,5 +232,6 @@ def balanced_under(
 
     If ``nodes`` is None, they are all corners of all patches.
     """
-    rest = proved_rest(assembly, find_rest(assembly, wrench, nodes, cone), wrench, cone)
-    return LimitState(cone, assembly, wrench, rest)
+    found = find_rest(assembly, wrench, nodes, cone)
+    whole = found.nodes.under(with_pull(assembly, wrench))
+    return LimitState(cone, assembly, whole, proved_rest(assembly, found, whole, cone))

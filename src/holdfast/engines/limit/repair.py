@@ -135,6 +135,7 @@ class Repair:
         for share in STICKING if len(motion) <= LARGEST else ():
             yield motion - self._sliding(motion, self._stuck(motion, share)), np.ones(len(motion) // 6, dtype=bool)
         moving = moving_bodies(motion, self.scale)
+        moving[len(self.equilibrium.com) :] = True  # fasteners
         yield np.where(np.repeat(moving, 6), motion, 0.0), moving
 
     def _stuck(self, motion: Float, share: float) -> Bool:

@@ -17,7 +17,14 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes, arms, by_bodies, dense_by_bodies, equilibrium_blocks
+from holdfast.assembly.contact_nodes import (
+    ContactNodes,
+    arms,
+    asked_of,
+    by_bodies,
+    dense_by_bodies,
+    equilibrium_blocks,
+)
 from holdfast.base.arrays import Float
 from holdfast.base.rounding import UNIT
 
@@ -49,7 +56,8 @@ class Equilibrium:
     @classmethod
     def of(cls, assembly: Assembly, nodes: ContactNodes) -> Equilibrium:
         """Return the operator of these nodes."""
-        bodies, blocks, sizes = len(assembly.movable), equilibrium_blocks(assembly, nodes), _magnitude(assembly, nodes)
+        bodies = len(assembly.movable) + nodes.fasteners
+        blocks, sizes = equilibrium_blocks(assembly, nodes), _magnitude(assembly, nodes)
         G: Matrix
         H: Matrix
         if 18 * bodies * len(nodes) <= DENSE:
@@ -74,20 +82,27 @@ class Equilibrium:
     @cached_property
     def _extended(self) -> tuple[Any, Any]:
         """The transpose of G (3I, 6J) and the bounds of its products in extended precision."""
-        count, bodies = len(self.nodes), len(self.com)
-        axes = self.nodes.axes.astype(np.longdouble)
+        own, bodies = self.nodes.contacts, len(self.com) + self.nodes.fasteners
+        count, held = len(self.nodes), np.arange(len(own), len(self.nodes))
+        axes = own.axes.astype(np.longdouble)
         G, H = np.zeros((2, count, 3, bodies + 1, 6), dtype=np.longdouble)  # FIXED is -1, the last one
-        for body, sign in ((self.nodes.b, 1), (self.nodes.a, -1)):
+        for side, body in enumerate((self.nodes.b[held], self.nodes.a[held])):
+            G[held, :, body] += self.nodes.blocks[:, :, side]
+            H[held, :, body] += np.abs(self.nodes.blocks[:, :, side])
+        for body, sign in ((own.b, 1), (own.a, -1)):
             com = np.vstack([self.com, np.zeros((1, 3))])[body].astype(np.longdouble)
-            arm = (self.nodes.points.astype(np.longdouble) - com)[:, None]
+            arm = (own.points.astype(np.longdouble) - com)[:, None]
             size = np.abs(arm)
             around = [
                 size[..., k - 2] * np.abs(axes[..., k - 1]) + size[..., k - 1] * np.abs(axes[..., k - 2])
                 for k in range(3)
             ]
-            node = np.arange(count)
+            node = np.arange(len(own))
             G[node, :, body] += sign * np.concatenate([axes, np.cross(arm, axes)], axis=2)
             H[node, :, body] += np.concatenate([np.abs(axes), np.stack(around, axis=2)], axis=2)
+        if self.nodes.asked is not None:
+            for m in (G, H):
+                m[:, :, : len(self.com)] *= self.nodes.asked.reshape(-1, 6)
         unit = np.finfo(np.longdouble).eps
         gather, spread = (m[:, :, :bodies].reshape(3 * count, 6 * bodies) for m in (G, H))
         return gather, gamma(12) / UNIT * unit * spread
@@ -120,12 +135,16 @@ def _turned(matrix: Matrix) -> Matrix:
 
 
 def _magnitude(assembly: Assembly, nodes: ContactNodes) -> Float:
-    """Return the blocks (I, 3, 2, 6) of H: G with absolute values of all factors, zero only where G is zero exactly."""
-    blocks = np.empty((len(nodes), 3, 2, 6))
-    blocks[:, :, :, :3] = np.abs(nodes.axes)[:, :, None]
-    fx, fy, fz = np.moveaxis(np.abs(nodes.axes), 2, 0)
-    for side, body in enumerate((nodes.b, nodes.a)):
-        x, y, z = np.abs(arms(assembly, nodes, body)).T[:, :, None]
+    """Return the blocks (I, 3, 2, 6) of H: G with absolute values of all factors, zero only where G is zero exactly.
+
+    Those of holds are exact as they are stored: a hold acts where they say.
+    """
+    own = nodes.contacts
+    blocks = np.empty((len(own), 3, 2, 6))
+    blocks[:, :, :, :3] = np.abs(own.axes)[:, :, None]
+    fx, fy, fz = np.moveaxis(np.abs(own.axes), 2, 0)
+    for side, body in enumerate((own.b, own.a)):
+        x, y, z = np.abs(arms(assembly, own, body)).T[:, :, None]
         blocks[:, :, side, 3], blocks[:, :, side, 4] = y * fz + z * fy, z * fx + x * fz
         blocks[:, :, side, 5] = x * fy + y * fx
-    return blocks
+    return asked_of(nodes, np.concatenate([blocks, np.abs(nodes.blocks)]))

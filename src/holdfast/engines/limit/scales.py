@@ -41,9 +41,12 @@ class Scales:
 
 
 def usual_forces(assembly: Assembly, rest: Rest) -> Float:
-    """Return the usual normal force (I,) [N] of every node: that at rest on its interface, or a share of a weight."""
-    nodes, owner = rest.nodes, rest.nodes.interface
+    """Return the usual normal force (I,) [N] of every node: that at rest on its interface, or a share of a weight.
+
+    Nodes of holds have their own.
+    """
+    nodes, owner = rest.nodes.contacts, rest.nodes.contacts.interface
     count = np.maximum(np.bincount(owner), 1)
-    resting = np.bincount(owner, np.maximum(rest.forces[:, 0], 0.0)) / count
+    resting = np.bincount(owner, np.maximum(rest.forces[: len(nodes), 0], 0.0)) / count
     own = LIGHT * lighter_share(assembly, nodes) * assembly.weight
-    return np.maximum(resting[owner], own / count[owner])
+    return np.concatenate([np.maximum(resting[owner], own / count[owner]), rest.nodes.usual])

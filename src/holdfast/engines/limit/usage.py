@@ -33,7 +33,7 @@ class Usage:
     """
 
     def __init__(self, state: LimitState, columns: Float) -> None:
-        proofs, size = state.proofs, columns.shape[1]
+        proofs, size, columns = state.proofs, columns.shape[1], state.rest.nodes.beside(columns)
         self._state, self._family = state, Family("monitor", proofs, columns)
         self._program = LoadProgram(
             proofs.equilibrium, state.rest.nodes, state.wrench, state.cone, proofs.program.tau, TOLERANCE

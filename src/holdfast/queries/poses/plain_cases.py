@@ -27,7 +27,8 @@ class PlainCases:
 
     def at_once(self, piece: Piece, rows: Int) -> Iterator[tuple[Int, Groups]]:
         """Yield rows at which a piece has the same verdicts; all other ``rows`` have to be decided one by one."""
-        if len(piece.moved) > 1 or self.local.around.rest is None:
+        joins = self.local.around.assembly.scene.friction.joins  # faces may hold what hangs
+        if len(piece.moved) > 1 or self.local.around.rest is None or joins:
             return
         (name,) = piece.moved
         if not piece.beside:

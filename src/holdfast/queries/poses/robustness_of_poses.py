@@ -27,6 +27,7 @@ from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.push import asked
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
 from holdfast.queries.result import ROW_HEADS, amount, gives_way, places_of
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 NAME = "robustness_of_poses"
@@ -155,6 +156,9 @@ def robustness_of_poses(
     contact tolerance, and the errors of ``stability_of_poses``.
     """
     assembly = checked_assembly(assembly)
+    refuse_holds(
+        assembly.scene.holds, NAME, "ask one pose at a time: hf.robustness(assembly.moved(...), ..., engine=hf.Limit())"
+    )
     method = engine_of(engine)
     given = given_poses(assembly, bodies, poses, NAME)
     if body is None and len(given.names) > 1:

@@ -18,6 +18,7 @@ from holdfast.base.kinds import shaped
 from holdfast.base.public import MOST_ROWS, PublicValue, Summary, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
+from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.verdict import Status
 from holdfast.queries.poses.decisions import Decided, Groups, Locals, Whole, quiet
 from holdfast.queries.poses.given_poses import given_poses
@@ -25,6 +26,7 @@ from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.queries.stability import Stability, stability
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 NAME = "stability_of_poses"
@@ -123,6 +125,9 @@ def stability_of_poses(
     GeometryError if a pose is not rigid, and HoldfastError if the interfaces of the assembly were given.
     """
     assembly = checked_assembly(assembly)
+    refuse_holds(
+        assembly.scene.holds, NAME, "ask one pose at a time: hf.stability(assembly.moved(...), engine=hf.Limit())"
+    )
     method = engine_of(engine)
     given = given_poses(assembly, bodies, poses, NAME)
     local = Locals(Neighbourhoods(assembly, given), method)
@@ -140,7 +145,7 @@ def stability_of_poses(
         status=objects([one.status for one in found]),
         reason=objects([one.reason for one in found]),
         moving=objects([one.moving for one in found]),
-        notes=assembly.scene.notes,
+        notes=(*assembly.scene.notes, *unchecked_limits(assembly.bodies)),
         asked=asked,
     )
 

@@ -27,7 +27,8 @@ MOST_ROWS = 100_000  # boxes of one table; contact detection would take hours fo
 SIZES = (("size_x", "size_y", "size_z"), ("length", "width", "height"), ("dx", "dy", "dz"))  # names of three columns
 CENTRES = (("x", "y", "z"), ("position_x", "position_y", "position_z"))
 CORNERS = (("corner_x", "corner_y", "corner_z"), ("x_min", "y_min", "z_min"))
-OTHERS = ("name", "mass", "yaw", "fixed", "material")
+LIMITS = ("top_load", "pressure")
+OTHERS = ("name", "mass", "yaw", "fixed", "material", *LIMITS)
 WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False, "": False}
 HEADER = "name,size_x,size_y,size_z,x,y,z,mass"
 
@@ -47,7 +48,8 @@ def read(
     A row has its size (``size_x``, ``size_y``, ``size_z``; or ``length``, ``width``, ``height``; or ``dx``, ``dy``,
     ``dz``) and the place of its centre (``x``, ``y``, ``z``) or of its least corner (``corner_x``, ``corner_y``,
     ``corner_z``; or ``x_min``, ``y_min``, ``z_min``), all in metres. It may have ``name`` (or else its number),
-    ``mass`` [kg], ``yaw`` [deg] about the vertical through its centre, ``fixed`` and ``material``.
+    ``mass`` [kg], ``yaw`` [deg] about the vertical through its centre, ``fixed``, ``material``, and what it may bear,
+    ``top_load`` [N] and ``pressure`` [Pa].
 
     ``mass`` and ``density`` [kg/m³] are for boxes without one, ``fixed`` names further boxes that never move, and
     ``floor`` adds the half space below z = 0. Raises SceneError or GeometryError if the table is malformed, or if
@@ -70,7 +72,8 @@ def read(
         with located(row.where):
             given = (None, None) if still else weight
             material = row.values.get("material") or None
-            bodies.append(Body(row.name, row.box, *given, pose=row.pose, material=material, fixed=still))
+            limits = {name: row.number(name) for name in LIMITS if row.values.get(name)}
+            bodies.append(Body(row.name, row.box, *given, pose=row.pose, material=material, fixed=still, **limits))
     remedy = f"give floor=True for a floor at z = 0, or fixed=[name] ({listed(names)})"
     return scene_of(with_floor(bodies, floor, where, remedy), friction, gravity, source.path.stem, table.notes)
 

@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import (
     BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     Tag,
@@ -27,37 +26,17 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.formats import plain_data
 from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.friction_entries import FrictionModel, friction_data, friction_of
+from holdfast.scene.formats.hold_entries import AnyHoldModel, hold_data, hold_of
+from holdfast.scene.formats.models_shared import Matrix3, Matrix4, Model, Number, Quadruple, Triple, Truth, Whole
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
-from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
 FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
-
-
-def _no_other_type(value: Any) -> Any:  # noqa: ANN401
-    """Refuse texts and truth values, which pydantic would convert to numbers."""
-    if isinstance(value, bool | str | bytes):
-        raise ValueError("needs a number")
-    return value
-
-
-def _truth_value(value: Any) -> Any:  # noqa: ANN401
-    """Refuse 0 and 1, "yes" and "no", which pydantic would convert to truth values."""
-    if not isinstance(value, bool):
-        raise ValueError("needs true or false")
-    return value
-
-
-def _numbers(value: Any) -> Any:  # noqa: ANN401
-    """Refuse a map of numbers with a value that is not a number, and name the first one."""
-    wrong = [key for key, item in value.items() if isinstance(item, bool | str)] if isinstance(value, dict) else []
-    if wrong:
-        raise ValueError(f"needs a number for {quoted(wrong[0])}, got {quoted(value[wrong[0]])}")
-    return value
 
 
 def _quaternion(value: Any) -> Any:  # noqa: ANN401
@@ -71,32 +50,6 @@ def _quaternion(value: Any) -> Any:  # noqa: ANN401
 
 def _friction_kind(value: Any) -> str:  # noqa: ANN401
     return "table" if isinstance(value, dict | BaseModel) else "number"
-
-
-Number = Annotated[float, BeforeValidator(_no_other_type)]
-Whole = Annotated[int, BeforeValidator(_no_other_type)]
-Truth = Annotated[bool, BeforeValidator(_truth_value)]
-Triple = tuple[Number, Number, Number]
-Quadruple = tuple[Number, Number, Number, Number]
-Matrix3 = tuple[Triple, Triple, Triple]
-Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
-
-
-MOST_KEYS = 100  # largest number of keys of one map, because pydantic collects the errors of all of them
-
-
-class Model(BaseModel):
-    """Base class of the models of a scene file, without unknown keys and infinite numbers."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _few_keys(cls, data: Any) -> Any:  # noqa: ANN401
-        if isinstance(data, dict) and len(data) > MOST_KEYS:
-            unknown = next(key for key in data if key not in cls.model_fields)
-            raise ValueError(f"has {len(data):,} keys; {quoted(unknown)} and others are unknown")
-        return data
 
 
 class BoxModel(Model):
@@ -205,6 +158,8 @@ class BodyModel(Model):
     inertia: Matrix3 | None = Field(None, description="about the centre of mass, body axes [kg m²]")
     material: str | None = None
     fixed: Truth = False
+    top_load: Number | None = Field(None, description="the most that may press down on it [N]")
+    pressure: Number | None = Field(None, description="the most that a face of it may bear [Pa]")
 
     @model_validator(mode="after")
     def _one_pose(self) -> BodyModel:
@@ -218,24 +173,6 @@ class BodyModel(Model):
             unit = ", ".join(f"{part / length:.6g}" for part in self.orientation) if length > 0 else "1, 0, 0, 0"
             raise ValueError(f"orientation has length {length:.4g}, needs a unit quaternion, as in [{unit}]")
         return self
-
-
-class PairModel(Model):
-    """Friction between two bodies or materials."""
-
-    between: tuple[str, str]
-    mu: Number
-
-
-class FrictionModel(Model):
-    """Static Coulomb friction."""
-
-    default: Number | None = None
-    pairs: list[PairModel] = Field([], fail_fast=True)
-    values: Annotated[dict[str, Number], BeforeValidator(_numbers)] = Field(
-        {}, description="one coefficient a body, for imported scenes; needs combine"
-    )
-    combine: Combine | None = Field(None, description="how two values make a pair's")
 
 
 EndModel = str | tuple[str, Whole]
@@ -254,6 +191,7 @@ class SceneModel(Model):
     excluded: list[tuple[EndModel, EndModel]] = Field(
         [], fail_fast=True, description="pairs of bodies, or of [body, number of a part from 0], that never touch"
     )
+    holds: list[AnyHoldModel] = Field([], fail_fast=True, description="what holds bodies beside their contacts")
 
 
 def schema() -> dict[str, Any]:
@@ -278,7 +216,8 @@ def read(source: Source) -> Scene:
     except ValidationError as cause:
         raise SceneError(first_fault(cause, SceneModel, data, path)) from None
     bodies = [_body(body, path) for body in model.bodies]
-    return Scene(bodies, friction_of(model.friction), model.gravity, model.name, model.excluded)
+    holds = [hold_of(hold) for hold in model.holds]
+    return Scene(bodies, friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
 
 
 def write(scene: Scene, path: Path) -> bytes:
@@ -303,7 +242,7 @@ def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
         "friction": friction_data(scene.friction),
         "bodies": [_body_data(body, path) for body in scene.bodies],
     }
-    return data | excluded_data(scene)
+    return data | excluded_data(scene) | ({"holds": [hold_data(hold) for hold in scene.holds]} if scene.holds else {})
 
 
 def excluded_data(scene: Scene) -> dict[str, Any]:
@@ -334,6 +273,8 @@ def _built(model: BodyModel, path: Path) -> Body:
         inertia=_array(model.inertia),
         material=model.material,
         fixed=model.fixed,
+        top_load=model.top_load,
+        pressure=model.pressure,
     )
 
 
@@ -372,27 +313,6 @@ def _solid(model: SolidModel, path: Path | None, name: str) -> Solid:
     return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, label=f"body {quoted(name)}: mesh")
 
 
-def friction_of(model: float | FrictionModel) -> Friction:
-    """Return the friction table of a scene file."""
-    if not isinstance(model, FrictionModel):
-        return Friction(default=model)
-    pairs: dict[tuple[str, str], float] = {}
-    for pair in model.pairs:
-        if pair.between in pairs or pair.between[::-1] in pairs:
-            raise SceneError(message("friction", f"pair {quoted(pair.between)} stands twice", "give each pair once"))
-        pairs[pair.between] = pair.mu
-    return Friction(model.default, pairs, model.values, model.combine)
-
-
-def friction_data(friction: Friction) -> dict[str, Any]:
-    """Return a friction table as a scene file holds it."""
-    table: dict[str, Any] = {"default": friction.default}
-    table["pairs"] = [{"between": list(pair), "mu": mu} for pair, mu in friction.pairs.items()]
-    table["values"] = dict(friction.values)
-    table["combine"] = friction.combine
-    return {key: value for key, value in table.items() if value not in (None, [], {})}
-
-
 def _body_data(body: Body, path: Path) -> dict[str, Any]:
     data: dict[str, Any] = {"name": body.name, "shape": shape_data(body.shape, path)}
     if body.density is not None:
@@ -408,7 +328,13 @@ def _body_data(body: Body, path: Path) -> dict[str, Any]:
         data["material"] = body.material
     if body.fixed:
         data["fixed"] = True
-    return data
+    return data | limits_data(body)
+
+
+def limits_data(body: Body) -> dict[str, float]:
+    """Return what a body may bear as plain data, without limits that it does not have."""
+    limits = {"top_load": body.top_load, "pressure": body.pressure}
+    return {name: limit for name, limit in limits.items() if limit is not None}
 
 
 def _part_data(part: Part, path: Path | None) -> dict[str, Any]:
@@ -446,4 +372,4 @@ def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
     return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
 
 
-NATIVE = Format("holdfast scene", plain_data.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`")
+NATIVE = Format("holdfast scene", plain_data.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`", holds=True)

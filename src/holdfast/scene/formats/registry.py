@@ -17,6 +17,7 @@ from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.scene.formats import FORMATS
 from holdfast.scene.formats.source import Source
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 T = TypeVar("T")
@@ -34,8 +35,8 @@ class Format:
       options. It writes nothing itself, so that an error never leaves an incomplete file.
 
     ``mark`` says in a few words how its files are recognised. ``extra`` is the optional dependency group that the
-    functions import. Raises HoldfastError if a suffix is malformed, if there is neither a reader nor a writer, or if
-    there is neither a suffix nor ``sniff``.
+    functions import, and ``holds`` says that it can write what holds bodies. Raises HoldfastError if a suffix is
+    malformed, if there is neither a reader nor a writer, or if there is neither a suffix nor ``sniff``.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Format:
     write: Callable[..., bytes] | None = None
     mark: str = ""
     extra: str = ""
+    holds: bool = False
 
     def __post_init__(self) -> None:
         where = f"format {self.name!r}"
@@ -132,6 +134,8 @@ def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa:
             raise SceneError(_not_written(path))
         assert chosen.write is not None
         _check_options(chosen, _keywords(chosen.write), options, ())
+        if not chosen.holds:
+            refuse_holds(scene.holds, f"format {chosen.name!r}", "save it as .yaml or .json")
         content = _called(chosen, partial(chosen.write, scene, path, **options))
     write_atomically(path, content)
 

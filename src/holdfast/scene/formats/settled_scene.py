@@ -14,7 +14,7 @@ from holdfast.base.errors import SceneError
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.faults import first_fault
-from holdfast.scene.formats.native import Matrix4, Number, Triple, Truth
+from holdfast.scene.formats.models_shared import Matrix4, Number, Triple, Truth
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.rigid_parts import not_read, unknown_keys
 from holdfast.scene.formats.source import Source

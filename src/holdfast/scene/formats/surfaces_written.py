@@ -9,6 +9,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float
 from holdfast.scene.body import Body
 from holdfast.scene.excluded import by_bodies
+from holdfast.scene.friction import refuse_strengths
 from holdfast.scene.scene import Scene
 
 
@@ -32,7 +33,11 @@ def units_of(scene: Scene) -> list[Unit]:
 
 
 def table_of(scene: Scene, units: list[Unit]) -> tuple[Float, Bool]:
-    """Return the friction (U, U) between units, and whether they may touch as units of no excluded bodies."""
+    """Return the friction (U, U) between units, and whether they may touch as units of no excluded bodies.
+
+    Raises SceneError if a pair has a tension or a cohesion.
+    """
+    refuse_strengths(scene.friction, "the file's format", "write .yaml, .json or .glb")
     mu, touch = np.zeros((len(units), len(units))), np.zeros((len(units), len(units)), dtype=bool)
     excluded = by_bodies(scene.excluded)
     for i, (a, like_a, _) in enumerate(units):

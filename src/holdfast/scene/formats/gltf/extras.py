@@ -19,22 +19,10 @@ from holdfast.base.errors import SceneError
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.friction_entries import FrictionModel, friction_data
+from holdfast.scene.formats.models_shared import Matrix3, Model, Number, Triple, Truth
 from holdfast.scene.formats.named_meshes import Known
-from holdfast.scene.formats.native import (
-    FORMAT,
-    AnyModel,
-    EndModel,
-    FrictionModel,
-    Matrix3,
-    Model,
-    Number,
-    Triple,
-    Truth,
-    excluded_data,
-    friction_data,
-    shape_data,
-    shape_of,
-)
+from holdfast.scene.formats.native import FORMAT, AnyModel, EndModel, excluded_data, limits_data, shape_data, shape_of
 from holdfast.scene.meshes.foreign import Node
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
@@ -68,6 +56,8 @@ class BodyWords(Model):
     inertia: Matrix3 | None = None
     material: str | None = None
     fixed: Truth = False
+    top_load: Number | None = None
+    pressure: Number | None = None
 
 
 class Drawn(NamedTuple):
@@ -113,7 +103,7 @@ def body_data(body: Body, shown: Drawn) -> dict[str, Any]:
         data["shape"] = shape_data(body.shape, None)
     data |= {"mass": body.mass} if density is None else {"density": density}
     data |= {"com": None if com is None else com.tolist(), "inertia": None if inertia is None else inertia.tolist()}
-    data |= {"material": body.material, "fixed": body.fixed or None}
+    data |= {"material": body.material, "fixed": body.fixed or None} | limits_data(body)
     return {KEY: {key: value for key, value in data.items() if value is not None}}
 
 

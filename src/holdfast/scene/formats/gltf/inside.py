@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,12 @@ import numpy as np
 from holdfast.base.text import listed
 from holdfast.scene.compound import Compound
 from holdfast.scene.excluded import Excluded, excluded_among
+from holdfast.scene.formats.friction_entries import friction_of
 from holdfast.scene.formats.gltf.extras import BodyWords, SceneWords, body_words, checksum, known_of, scene_words
 from holdfast.scene.formats.named_meshes import Known, Weight, split
-from holdfast.scene.formats.native import friction_of
-from holdfast.scene.friction import Friction
+from holdfast.scene.friction import STRENGTHS, Friction
 from holdfast.scene.meshes.foreign import Node
+from holdfast.scene.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -75,10 +76,20 @@ class Inside:
             return None
         whole = friction_of(self.scene.friction)
         table = whole.among(names)
-        lost = len(whole.pairs) + len(whole.values) - len(table.pairs) - len(table.values)
+        lost = sum(len(getattr(whole, name)) - len(getattr(table, name)) for name in ("pairs", "values", *STRENGTHS))
         if lost:
-            notes.append(f"{lost} coefficients of friction are left out: they name what is not in the file")
+            notes.append(f"{lost} entries of the friction table are left out: they name what is not in the file")
         return table
+
+    def limited(self, scene: Scene) -> Scene:
+        """Return the scene with what its bodies may bear."""
+        if all((words.top_load, words.pressure) == (None, None) for words in self.bodies.values()):
+            return scene
+        bodies = []
+        for body in scene.bodies:
+            words = self.bodies.get(body.name)
+            bodies.append(body if words is None else replace(body, top_load=words.top_load, pressure=words.pressure))
+        return replace(scene, bodies=tuple(bodies))
 
     def excluded(self, names: Collection[str], known: Mapping[str, Known], notes: list[str]) -> list[Excluded]:
         """Return the excluded pairs of which both bodies, or parts of compounds, still exist."""

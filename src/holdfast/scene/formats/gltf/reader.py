@@ -14,10 +14,12 @@ from holdfast.base.errors import SceneError, message
 from holdfast.geometry.gltf import MAGIC
 from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.floor import FLOOR
+from holdfast.scene.formats.friction_entries import FrictionModel, friction_of
 from holdfast.scene.formats.gltf.inside import Inside, materials_of_parts
 from holdfast.scene.formats.gltf.joined import packed
 from holdfast.scene.formats.gltf.words import unknown_words
 from holdfast.scene.formats.gltf.writer import write
+from holdfast.scene.formats.models_shared import Number, Triple, Truth
 from holdfast.scene.formats.named_meshes import (
     Numbers,
     check_names,
@@ -27,7 +29,6 @@ from holdfast.scene.formats.named_meshes import (
     own,
     scene_of_nodes,
 )
-from holdfast.scene.formats.native import FrictionModel, Number, Triple, Truth, friction_of
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.rigid_parts import checked_fixed, not_read
 from holdfast.scene.formats.source import Source
@@ -123,7 +124,7 @@ def read(
     held = [*inside.fixed, *(name for name in names if said[name].fixed)]
     whole = inside.scene
     standard = USUAL_GRAVITY if whole is None else whole.gravity
-    return scene_of_nodes(
+    scene = scene_of_nodes(
         nodes,
         weights,
         friction,
@@ -137,6 +138,7 @@ def read(
         known=known,
         excluded=inside.excluded(set(names), known, notes),
     )
+    return inside.limited(scene)
 
 
 def _beside(source: Source) -> Path:

@@ -1,0 +1,149 @@
+"""What bodies bear on top and under pressure, beside the limits that they are given: who is crushed first.
+
+Only the contact forces of a verdict tell. Where more than one set of forces balances, they are those of its engine:
+elastic contacts of equal stiffness for ``compliant``, any equilibrium for ``limit``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Float
+from holdfast.base.public import number
+from holdfast.base.values import Value
+from holdfast.engines.forces import NO_FORCE
+from holdfast.engines.near_falls import BELOW
+from holdfast.engines.verdict import ContactForces, GroupVerdict
+from holdfast.scene.body import Body
+
+UNITS = {"top_load": "N", "pressure": "Pa"}
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Bearing(Value):
+    """How much a body bears, beside what it may bear.
+
+    ``limit`` is its "top_load" [N] or its "pressure" [Pa], whichever ``kind`` says, and ``load`` what it bears in the
+    same unit. ``by`` names the bodies that press, those that press most first.
+    """
+
+    body: str
+    kind: Literal["top_load", "pressure"]
+    load: float
+    limit: float
+    by: tuple[str, ...]
+
+    @property
+    def share(self) -> float:
+        """The load over the limit: above 1 the body is crushed."""
+        return 0.0 if self.load == 0 else self.load / self.limit if self.limit > 0 else np.inf
+
+    @property
+    def crushed(self) -> bool:
+        """Whether the load is above the limit, by more than rounding."""
+        return self.share > 1 + NO_FORCE
+
+    @property
+    def text(self) -> str:
+        """The load, the limit and the share in words."""
+        unit, where = UNITS[self.kind], "on top" if self.kind == "top_load" else "of pressure"
+        return f"{self.body} bears {number(self.load, unit)} {where} of {number(self.limit, unit)} ({self.share:.0%})"
+
+
+def limited(bodies: Iterable[Body]) -> tuple[str, ...]:
+    """Name the bodies that have a limit of what they bear."""
+    return tuple(body.name for body in bodies if body.top_load is not None or body.pressure is not None)
+
+
+def unchecked_limits(bodies: Iterable[Body]) -> tuple[str, ...]:
+    """Return a note for answers that do not look at what bodies bear; none if no body has a limit."""
+    if not limited(bodies):
+        return ()
+    return ("top_load and pressure are looked at at rest alone, by stability: not under these loads, motions or poses",)
+
+
+def bearings(assembly: Assembly, groups: Sequence[GroupVerdict], standing: Float | None = None) -> tuple[Bearing, ...]:
+    """Return what every body with a limit bears, the largest share of a limit first.
+
+    ``groups`` are the verdicts on the groups of the assembly. ``standing`` (6J,) are loads beside the weight: those
+    that press a body down count as load on its top. A body is left out if forces on it are not known, as where a
+    group that it belongs to, or that rests on it, does not stand.
+    """
+    names = limited(assembly.bodies)
+    if not names:
+        return ()
+    asked = [group for group in groups if any(_concerns(assembly, group.bodies, name) for name in names)]
+    unknown = [group.bodies for group in asked if group.verdict.forces is None]
+    forces = [group.verdict.forces for group in asked if group.verdict.forces is not None]
+    known = [name for name in names if not any(_concerns(assembly, bodies, name) for bodies in unknown)]
+    press = _Pressing.of(assembly, forces)
+    found = [one for name in known for one in _borne(assembly, press, assembly.scene.body(name), standing)]
+    return tuple(sorted(found, key=lambda one: -one.share))
+
+
+def _concerns(assembly: Assembly, group: Sequence[str], name: str) -> bool:
+    """Tell whether a body belongs to a group or is fixed and touched by it."""
+    if assembly.index[name] >= 0:
+        return name in group
+    return any(name in i.bodies and not set(group).isdisjoint(i.bodies) for i in assembly.interfaces)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pressing:
+    """By interface: the normal force (P,) [N], and the downward forces (P,) [N] on the second and on the first body.
+
+    Downward forces are those at nodes that press the body from above, not from its sides.
+    """
+
+    normal: Float
+    down: tuple[Float, Float]
+
+    @classmethod
+    def of(cls, assembly: Assembly, forces: Sequence[ContactForces]) -> _Pressing:
+        count, up = len(assembly.interfaces), assembly.scene.up
+        normal, on_second, on_first = np.zeros((3, count))
+        for each in forces:
+            rising, along = each.force @ up, each.normal @ up
+            np.add.at(normal, each.interface, (each.force * each.normal).sum(axis=1))
+            np.add.at(on_second, each.interface, np.where(along < -BELOW, -rising, 0.0))
+            np.add.at(on_first, each.interface, np.where(along > BELOW, rising, 0.0))
+        return cls(normal, (on_second, on_first))
+
+
+def _borne(assembly: Assembly, press: _Pressing, body: Body, standing: Float | None) -> Iterable[Bearing]:
+    touching = [k for k, interface in enumerate(assembly.interfaces) if body.name in interface.bodies]
+    other = {k: next(name for name in assembly.interfaces[k].bodies if name != body.name) for k in touching}
+    none = NO_FORCE * assembly.weight
+    if body.top_load is not None:
+        side = {k: int(assembly.interfaces[k].bodies[1] != body.name) for k in touching}
+        down = {k: max(float(press.down[side[k]][k]), 0.0) for k in touching}
+        number_ = assembly.index[body.name]
+        pushed = 0.0
+        if standing is not None and number_ >= 0:
+            pushed = max(float(-standing[6 * number_ : 6 * number_ + 3] @ assembly.scene.up), 0.0)
+        yield _bearing(body.name, "top_load", sum(down.values()) + pushed, body.top_load, none, down, other)
+    if body.pressure is not None:
+        pressing = {k: float(press.normal[k]) for k in touching if press.normal[k] > none}
+        areas = {k: assembly.interfaces[k].area for k in pressing}
+        each = {k: force / areas[k] if areas[k] > 0 else np.inf for k, force in pressing.items()}
+        yield _bearing(body.name, "pressure", max(each.values(), default=0.0), body.pressure, 0.0, each, other)
+
+
+def _bearing(
+    name: str,
+    kind: Literal["top_load", "pressure"],
+    load: float,
+    limit: float,
+    none: float,
+    each: dict[int, float],
+    other: dict[int, str],
+) -> Bearing:
+    by = dict.fromkeys(other[k] for k in sorted(each, key=lambda k: -each[k]) if each[k] > none)
+    return Bearing(body=name, kind=kind, load=load if load > none else 0.0, limit=limit, by=tuple(by))

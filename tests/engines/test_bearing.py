@@ -1,0 +1,157 @@
+"""Who is crushed first: loads on top and pressures beside what bodies may bear."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+
+ENGINES = ("compliant", "limit", "graph")
+HOLDFAST = (sys.executable, "-m", "holdfast")
+G = 9.81
+
+
+def column(count: int = 4, **limits: float) -> hf.Scene:
+    """Boxes of 0.4 x 0.3 x 0.3 m and 10 kg on each other."""
+    boxes = [
+        hf.Body(f"box{k}", hf.Box((0.4, 0.3, 0.3)), 10.0, position=(0, 0, 0.15 + 0.3 * k), **limits)
+        for k in range(count)
+    ]
+    return hf.Scene([hf.Body("floor", hf.HalfSpace(), fixed=True), *boxes], 0.5)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_each_box_of_a_column_bears_the_weight_above_it(engine: str) -> None:
+    verdict = hf.stability(column(top_load=250.0), engine=engine)
+    assert [one.body for one in verdict.bearing] == ["box0", "box1", "box2", "box3"]
+    loads = [one.load for one in verdict.bearing]
+    assert loads == pytest.approx([30 * G, 20 * G, 10 * G, 0], rel=1e-6)
+    assert [one.share for one in verdict.bearing] == pytest.approx([load / 250 for load in loads])
+    assert verdict.bearing[0].by == ("box1",)
+    assert verdict.crushed == ("box0",)
+    assert verdict.status is hf.Status.STABLE
+    assert not verdict.stable
+    assert verdict.margin == 0.0
+    assert "crushed: box0 bears 294.3 N on top of 250 N (118%)" in verdict.explain()
+
+
+def test_pressure_is_the_mean_over_a_contact() -> None:
+    verdict = hf.stability(column(pressure=3e3))
+    first = verdict.bearing[0]
+    assert (first.body, first.kind) == ("box0", "pressure")
+    assert first.load == pytest.approx(40 * G / 0.12, rel=1e-6)
+    assert first.by[0] == "floor"
+    assert verdict.crushed == ("box0",)
+
+
+def test_what_bears_no_more_than_it_may_is_stable() -> None:
+    verdict = hf.stability(column(top_load=30 * G, pressure=40 * G / 0.12))
+    assert verdict.stable
+    assert verdict.crushed == ()
+    assert verdict.bearing[0].share == pytest.approx(1, rel=1e-6)
+    assert hf.stability(column()).bearing == ()
+
+
+def test_nothing_may_lie_on_glass() -> None:
+    scene = column(2)
+    glass, cup = (replace(scene.body(f"box{k}"), top_load=0.0) for k in (0, 1))
+    verdict = hf.stability(hf.Scene([scene.body("floor"), glass, cup], 0.5))
+    assert verdict.crushed == ("box0",)
+    assert verdict.bearing[0].share == np.inf
+    assert hf.stability(hf.Scene([scene.body("floor"), glass], 0.5)).stable
+
+
+def test_neither_the_floor_nor_neighbours_count_as_load_on_top() -> None:
+    """A box pressed down by a push bears it; boxes beside it and the floor below do not."""
+    side = hf.Body("side", hf.Box((0.4, 0.3, 0.3)), 10.0, position=(0.4, 0, 0.15), top_load=10.0)
+    scene = hf.Scene([*column(1, top_load=50.0).bodies, side], 0.5)
+    assert hf.stability(scene).stable
+    pressed = hf.stability(scene, loads=[hf.Load("box0", (0, 0, 0.3), (0, 0, -60.0))])
+    assert pressed.crushed == ("box0",)
+    assert pressed.bearing[0].load == pytest.approx(60.0)
+
+
+def test_a_shelf_board_bears_what_all_that_stands_on_it_weighs() -> None:
+    shelf = hf.Body("shelf", hf.Box((1, 0.4, 0.02)), position=(0, 0, -0.01), fixed=True, top_load=100.0)
+    mugs = [hf.Body(f"mug{k}", hf.Box((0.1, 0.1, 0.1)), 4.0, position=(0.3 * k - 0.3, 0, 0.05)) for k in range(3)]
+    verdict = hf.stability(hf.Scene([shelf, *mugs], 0.5))
+    assert verdict.bearing[0].load == pytest.approx(12 * G, rel=1e-6)
+    assert verdict.crushed == ("shelf",)
+
+
+def test_a_line_has_no_area_to_bear_on() -> None:
+    """A drum in a groove touches along lines: no pressure can be said of them, and a limit does not pass silently."""
+    drum = hf.Body("drum", hf.Cylinder(0.1, 0.3), 2.0, position=(0, 0, 0.1), rpy_degrees=(90, 0, 0), pressure=1e9)
+    walls = [hf.Body(f"wall{x}", hf.Box((0.1, 1, 1)), position=(x * 0.15, 0, 0.5), fixed=True) for x in (-1, 1)]
+    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    verdict = hf.stability(hf.Scene([floor, *walls, drum], 0.5), engine="limit")
+    assert verdict.verdict.stable
+    assert verdict.bearing[0].load == np.inf
+    assert verdict.crushed == ("drum",)
+
+
+def test_limits_are_checked_saved_and_told(tmp_path: Path) -> None:
+    scene = column(top_load=250.0, pressure=5e3)
+    for name in ("column.yaml", "column.json", "column.glb"):
+        hf.save_scene(scene, tmp_path / name)
+        again = hf.load_scene(tmp_path / name)
+        assert [(body.top_load, body.pressure) for body in again.bodies] == [(None, None), *[(250.0, 5e3)] * 4]
+    told = subprocess.run([*HOLDFAST, "assess", tmp_path / "column.yaml"], capture_output=True, text=True, check=False)
+    assert told.returncode == 1
+    assert "crushed: box0 bears 294.3 N" in told.stdout
+    verdict = hf.stability(scene)
+    verdict.save(tmp_path / "verdict.json")
+    assert hf.load_answer(tmp_path / "verdict.json").crushed == ("box0",)
+    assert verdict.to_dict()["bearing"][0]["share"] == pytest.approx(30 * G / 250)
+    with pytest.raises(hf.HoldfastError, match="top_load"):
+        column(top_load=-1.0)
+
+
+def test_a_table_of_boxes_has_limits(tmp_path: Path) -> None:
+    table = tmp_path / "boxes.csv"
+    table.write_text("name,dx,dy,dz,x,y,z,mass,top_load\nlow,.4,.3,.3,0,0,.15,10,50\nhigh,.4,.3,.3,0,0,.45,10,\n")
+    verdict = hf.stability(hf.load_scene(table, friction=0.5, floor=True))
+    assert verdict.crushed == ("low",)
+    assert [one.body for one in verdict.bearing] == ["low"]
+
+
+def test_answers_that_look_at_no_limit_say_so() -> None:
+    scene = column(top_load=250.0)
+    note = "top_load and pressure are looked at at rest alone"
+    assert note in " ".join(hf.robustness(scene, "box3", (0.2, 0, 1.05), (-1, 0, 0)).notes)
+    assert note in " ".join(hf.transport_limits(scene, [(1, 0, 0)]).notes)
+    poses = np.array([scene.body("box3").pose])
+    assert note in " ".join(hf.stability_of_poses(scene, "box3", poses).notes)
+    assert note not in " ".join(hf.stability(scene).notes)
+
+
+def test_a_batch_and_its_gate_name_who_is_crushed(tmp_path: Path) -> None:
+    hf.save_scene(column(top_load=250.0), tmp_path / "column.yaml")
+    found = hf.batch(str(tmp_path / "column.yaml"), out=tmp_path / "out", ask=["stability"], workers=1)
+    tables = hf.read_batch(tmp_path / "out")
+    (row,) = tables.rows("scenes")
+    assert row["status"] == "stable"
+    assert row["crushed"] == ["box0"]
+    bearing = {row["body"]: row["bearing"] for row in tables.rows("bodies")}
+    assert bearing["floor"] is None
+    assert bearing["box1"] == pytest.approx(20 * G / 250)
+    assert found.verdicts["stable"] == 1
+    gate = subprocess.run([*HOLDFAST, "check", tmp_path / "column.yaml", "--stands"], capture_output=True, check=False)
+    assert gate.returncode == 1
+
+
+def test_nothing_is_placed_where_it_crushes() -> None:
+    """A tin finds a place on the box that may bear it, and none on the one that may not."""
+    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    box = hf.Body("box", hf.Box((0.3, 0.3, 0.2)), 2.0, position=(0, 0, 0.1), top_load=20.0)
+    scene, tin = hf.Scene([floor, box], 0.5), hf.Cylinder(0.05, 0.1)
+    where = hf.Where(supports=["box"])
+    light, heavy = (hf.Body("tin", tin, mass) for mass in (1.0, 3.0))
+    assert hf.plan_placement(scene, light, where=where, search=hf.Search(seed=1, seconds=5)).stable
+    assert not hf.plan_placement(scene, heavy, where=where, search=hf.Search(seed=1, seconds=5)).stable
