@@ -24,8 +24,21 @@ from holdfast.scene.formats.registry import readable
 from holdfast.scene.shipped.blocks import box, floor
 
 Call = Callable[..., tuple[int, str, str]]
-READING = ("convert", "settle")
-ASSEMBLING = ("assess", "push", "map", "place", "transport", "carry", "disassemble", "remove", "build", "safe", "view")
+READING = ("convert", "settle", "rest")
+ASSEMBLING = (
+    "assess",
+    "push",
+    "map",
+    "place",
+    "transport",
+    "carry",
+    "disassemble",
+    "remove",
+    "build",
+    "safe",
+    "view",
+    "calibrate",
+)
 BLOCK = """<robot name="block"><link name="base"><inertial><mass value="2"/></inertial>
 <collision><geometry><box size="0.2 0.1 0.06"/></geometry></collision></link></robot>"""
 ARM = """<robot name="arm"><link name="a"><collision><geometry><mesh filename="package://parts/a.stl"/></geometry></collision>

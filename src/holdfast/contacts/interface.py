@@ -126,9 +126,9 @@ class Patch(Value):
         """
         if self.spots is not None:
             share = self.area / self.measure * self.spots.shares
-            return self.spots.points, share[:, None] * self.normals_at(self.spots.points)
+            return self.spots.points, frozen(share[:, None] * self.normals_at(self.spots.points))
         count = 1 if self.kind == "face" else 0
-        return self.centroid[None][:count], (self.area * self.normal)[None][:count]
+        return frozen(self.centroid[None][:count]), frozen((self.area * self.normal)[None][:count])
 
     @property
     def length(self) -> float:

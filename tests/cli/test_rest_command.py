@@ -1,0 +1,38 @@
+"""The command ``rest``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import trimesh
+from calling import command
+
+rest = command("rest")
+
+
+@pytest.fixture
+def mesh(tmp_path: Path) -> Path:
+    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "box.obj")
+    return tmp_path / "box.obj"
+
+
+def test_a_mesh_file_needs_no_more(rest: Any, mesh: Path, tmp_path: Path) -> None:
+    code, out, err = rest(mesh, "--png", tmp_path / "poses.png")
+    assert (code, err) == (0, "")
+    assert "box: rests in 6 poses" in out
+    assert "mesh files have no units" in " ".join(out.split())
+    assert (tmp_path / "poses.png").stat().st_size > 10_000
+    code, out, _ = rest(mesh, "--mass", 2, "--mu", 0.4, "--json")
+    least = [pose["least_push"] for pose in json.loads(out)["poses"]]
+    assert (code, max(least)) == (0, pytest.approx(0.4 * 2 * 9.81))
+
+
+def test_a_body_of_a_scene_has_its_own_mass(rest: Any) -> None:
+    code, out, _ = rest("tabletop", "mug", "--json")
+    assert (code, json.loads(out)["body"]["mass"]) == (0, 0.35)
+    code, _, err = rest("tabletop")
+    assert code == 2
+    assert "has 7 bodies that can move: name one" in " ".join(err.split()).replace("; name", ": name")
