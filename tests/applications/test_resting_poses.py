@@ -132,3 +132,15 @@ def _prism(outline: list[tuple[float, float]], depth: float) -> tuple[np.ndarray
     ends = [[0, k + 1, k] for k in range(1, n - 1)] + [[n, n + k, n + k + 1] for k in range(1, n - 1)]
     sides = [t for k in range(n) for t in ([k, (k + 1) % n, n + k], [(k + 1) % n, n + (k + 1) % n, n + k])]
     return points, np.array(ends + sides)
+
+
+def test_a_flat_shape_and_a_centre_of_mass_outside_are_refused() -> None:
+    plate = hf.Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    with (
+        pytest.warns(hf.errors.HoldfastWarning, match="which side"),
+        pytest.raises(hf.errors.GeometryError, match="resting_poses: shape: is flat"),
+    ):
+        hf.resting_poses(plate, com=(0.5, 0.5, 0))
+    for com in (0, 0, 0.3), (0.05, 0, 0):
+        with pytest.raises(hf.errors.GeometryError, match="is not inside its convex hull"):
+            hf.resting_poses(hf.Box((0.1, 0.2, 0.3)), com=com)

@@ -36,3 +36,18 @@ def test_a_body_of_a_scene_has_its_own_mass(rest: Any) -> None:
     code, _, err = rest("tabletop")
     assert code == 2
     assert "has 7 bodies that can move: name one" in " ".join(err.split()).replace("; name", ": name")
+
+
+def test_a_mass_of_zero_is_refused(rest: Any) -> None:
+    code, _, err = rest("cube", "--mass", "0")
+    assert code == 2
+    assert "mass: is 0; needs a finite number > 0" in " ".join(err.split())
+
+
+def test_friction_is_that_of_the_scene_unless_given(rest: Any, mesh: Path) -> None:
+    for asked, mu in ((["--friction", 0.05], 0.05), (["--friction", 0.05, "--mu", 0.3], 0.3), ([], 0.5)):
+        _, out, _ = rest(mesh, *asked, "--json")
+        assert json.loads(out)["mu"] == mu
+    _, out, _ = rest("cube", "--json")
+    assert json.loads(out)["mu"] == 0.5
+    assert json.loads(out)["body"]["name"] == "cube"

@@ -43,6 +43,15 @@ def test_it_is_compared_with_a_scene(verify: Any, certificate: Path) -> None:
     assert "does NOT agree with stack: cube cannot move" in " ".join(out.split())
 
 
+def test_a_scene_with_holds_is_refused(verify: Any, certificate: Path, tmp_path: Path) -> None:
+    cube = shipped_scene("cube")
+    hand = hf.Hold("cube", frame=hf.pose(z=0.05), forces=3.0)
+    hf.save_scene(hf.Scene(cube.bodies, cube.friction, holds=[hand]), tmp_path / "held.json")
+    code, _, err = verify(certificate, "--geometry", tmp_path / "held.json")
+    assert code == 2
+    assert "does not take holds" in " ".join(err.split())
+
+
 @pytest.mark.parametrize("asked", [["assess"], ["remove", "cube3"], ["disassemble"], ["build"]])
 def test_commands_write_certificates(
     verify: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, asked: list[str]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked_number, frozen, unit
-from holdfast.base.errors import located
+from holdfast.base.errors import GeometryError, located, message
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
@@ -114,12 +114,13 @@ def resting_poses(
     the height of the centre is a local minimum. Facets of a round side count as one pose. A pose that ends if the plane
     tilts by 1° is left out if its probability is below 0.5 %: it counts to the one where the body goes from it.
 
-    Raises SceneError or GeometryError if the shape has no volume, or a value is malformed.
+    Raises SceneError or GeometryError if the shape has no volume, its centre of mass is not inside its hull, or a value
+    is malformed.
     """
     mu = checked_number(mu, "resting_poses: mu", minimum=0)
     with located("resting_poses"):
         body = Body("body", shape, mass=mass, com=com)
-    graph = HullGraph.of(body.shape.surface.vertices, body.com_body, COPLANAR)
+    graph = _hull_graph(body)
     # a round surface has no edges between its triangles: the body turns while the plane tilts, half of it before
     smooth = body.shape.surface.sagitta > 0
     tilts = graph.tilts - (graph.turns / 2 * (graph.turns < SMOOTH) if smooth else 0.0)
@@ -127,6 +128,21 @@ def resting_poses(
     family = graph.steady(rolling, tilts, STEADY, 1.0 if smooth else SELDOM)
     found = [_pose(body, mu, graph, tilts, family, rolling, k) for k in np.unique(family).tolist()]
     return RestingPoses(body, mu, tuple(sorted(found, key=lambda pose: -pose.probability)))
+
+
+def _hull_graph(body: Body) -> HullGraph:
+    """Return that of a body; raise GeometryError if its hull has no volume, or its centre of mass is not inside."""
+    from scipy.spatial import QhullError  # not for those who ask for no hull (geometry/spatial.py)
+
+    where = "resting_poses: shape"
+    try:
+        graph = HullGraph.of(body.shape.surface.vertices, body.com_body, COPLANAR)
+    except QhullError:
+        raise GeometryError(message(where, "is flat: its hull has no volume", "give a body with a thickness")) from None
+    if graph.heights.min() <= 0:
+        problem = f"its centre of mass {body.com_body.tolist()} is not inside its convex hull"
+        raise GeometryError(message(where, problem, "give com= in the frame of the shape, in metres"))
+    return graph
 
 
 def _pose(body: Body, mu: float, graph: HullGraph, tilts: Float, family: Int, rolling: Int, number: int) -> RestingPose:

@@ -32,7 +32,7 @@ def rest(
     """List all poses in which one body rests on a level plane, with how firm each is."""
     check_suffix(png, ".png")
     if Path(scene.scene).suffix.lower() in SUFFIXES:  # which say nothing of friction, of mass and of what is below
-        mass = mass or (None if scene.density else 1.0)
+        mass = (None if scene.density else 1.0) if mass is None else mass
         scene = replace(scene, friction=scene.friction or [str(mu)], density=scene.density or ["1000"], floor=True)
     known = scene.read()
     names = [each.name for each in known.movable]
@@ -40,7 +40,8 @@ def rest(
         problem = f"has {len(names)} bodies that can move"
         raise HoldfastError(message(scene.scene, problem, f"name one: {listed(names)}"))
     chosen = known.body(names[0] if body is None else body)
-    result = resting_poses(chosen.shape, mass or chosen.mass or 1.0, mu, chosen.com_body)
+    mass = (chosen.mass or 1.0) if mass is None else mass
+    result = resting_poses(chosen.shape, mass, mu, chosen.com_body)
     if png is not None:
         result.save_png(png)
     if as_json:

@@ -48,8 +48,10 @@ def _compare(data: Any, scene: str) -> None:  # noqa: ANN401 - JSON
     from holdfast.assembly.assembly import assemble  # checking alone needs none of this
     from holdfast.certificates.beside_scene import differences, left_out
     from holdfast.cli.scenes import SceneGiven
+    from holdfast.scene.hold import refuse_holds
 
     assembly = assemble(SceneGiven(scene=scene).read())
+    refuse_holds(assembly.scene.holds, f"--geometry {scene}", "certificates hold contact forces alone")
     states = data if isinstance(data, list) else [data]
     for k, state in enumerate(states, 1):
         which = f"state {k}: " if states is data else ""
