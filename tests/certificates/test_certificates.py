@@ -205,7 +205,20 @@ def test_a_certificate_is_compared_with_a_scene(tmp_path: Path) -> None:
     removal = hf.can_remove(assembly, "slab")
     removal.save_certificate(tmp_path / "removal.json")
     with_slab, without = json.loads((tmp_path / "removal.json").read_text())
-    assert (left_out(with_slab, assembly), left_out(without, assembly)) == ([], ["slab"])
+    assert (left_out(with_slab, assembly), left_out(without, assembly)) == (([], False), (["slab"], True))
+
+
+def test_a_certificate_of_glued_faces_agrees_with_the_glue_alone(tmp_path: Path) -> None:
+    wall = hf.Body("wall", hf.Box((0.1, 0.1, 0.1)), position=(-0.05, 0, 0), fixed=True, material="brick")
+    brick = hf.Body("brick", hf.Box((0.03, 0.02, 0.01)), mass=0.02, position=(0.015, 0, 0), material="brick")
+    glued, stronger, dry = (
+        hf.assemble(hf.Scene([wall, brick], hf.Friction(0.5, tension={("brick", "brick"): tension})))
+        for tension in (3e4, 9e4, 0.0)
+    )
+    data = written(hf.stability(glued, engine="limit"), tmp_path / "glued.json")
+    assert differences(data, glued) == []
+    for other in (stronger, dry):
+        assert differences(data, other) == ["what stands on 'brick' is not the pull of tension between its faces alone"]
 
 
 def test_the_checker_needs_nothing_but_python(tmp_path: Path) -> None:

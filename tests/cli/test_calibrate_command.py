@@ -65,6 +65,7 @@ def test_pushes_that_contradict_each_other_are_undecided(calibrate: Any, tmp_pat
         (("x,1",), HEAD, "line 2: holds no seven numbers; needs x, y, z, dx, dy, dz, force"),
         (("nan,1", "1,1"), HEAD, "push 0: force: is nan"),
         (("1",), "body,x,y,z,dx,dy,dz\n", "has no column force"),
+        (("1,no",), HEAD.replace("moved", "Moved"), "has a column 'Moved'; needs body"),
     ],
 )
 def test_a_bad_file_is_one_clear_error(

@@ -49,5 +49,5 @@ def test_friction_is_that_of_the_scene_unless_given(rest: Any, mesh: Path) -> No
         _, out, _ = rest(mesh, *asked, "--json")
         assert json.loads(out)["mu"] == mu
     _, out, _ = rest("cube", "--json")
-    assert json.loads(out)["mu"] == 0.5
+    assert json.loads(out)["mu"] == 0.6
     assert json.loads(out)["body"]["name"] == "cube"

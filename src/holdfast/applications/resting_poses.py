@@ -29,7 +29,7 @@ from holdfast.scene.scene import Scene
 if TYPE_CHECKING:
     import trimesh
 
-COPLANAR = 1e-3  # [rad] neighbouring hull triangles whose normals differ by less are one facet
+COPLANAR = 1e-5  # [rad] neighbouring hull triangles whose normals differ by less are one facet
 LEVEL = 0.02  # share of its height by which the centre of mass may rise between facets of one round side
 STEADY, SELDOM = np.radians(1.0), 0.005  # [rad], share: a pose that a smaller tilt ends, and less probable, is none
 ROLLED = np.radians(10.0)  # a family of facets that spans more is a round side
@@ -48,9 +48,10 @@ class RestingPose(Value):
     lead here: from each, a body that is let go turns over its edges, slowly. A real drop has speed and bounces, so take
     it as an order of magnitude.
 
-    ``tipping_degrees`` is the tilt of the plane at which it tips over, in the worst direction, if it does not slide
-    before. ``least_push`` [N] is the least level force at the centre of mass that moves it: it slides or tips.
-    ``energy`` [J] lifts it over the lowest way to another pose. On a round side the first two are 0.
+    ``least_push`` [N] is the least level force at the centre of mass that moves it: it slides, tips, or rocks on a face
+    that is not quite flat. ``tipping_degrees`` is the tilt of the plane at which it leaves for another pose, in the
+    worst direction, if it does not slide before, and ``energy`` [J] lifts it over the lowest way there; rocking between
+    facets whose heights are alike does not count. On a round side the first two are 0. Gravity is 9.81 m/s².
     """
 
     pose: Float
@@ -154,7 +155,8 @@ def _pose(body: Body, mu: float, graph: HullGraph, tilts: Float, family: Int, ro
         normal = unit(graph.normals[alike].mean(0))  # among the triangles of a round end
     height = float(((graph.corners[lowest] - body.com_body) @ normal).max())
     rise, _ = graph.way_out(family, lowest, graph.passes)
-    tilt = 0.0 if rolls else graph.way_out(family, lowest, tilts)[0]
+    tilt = 0.0 if rolls else max(graph.way_out(family, lowest, tilts)[0], 0.0)
+    firm = 0.0 if rolls else max(float(tilts[graph.ridges[:, 0] == lowest].min()), 0.0)
     x, y = tangents(-normal)
     turn = np.array([x, y, -normal])
     pose = np.eye(4)
@@ -169,7 +171,7 @@ def _pose(body: Body, mu: float, graph: HullGraph, tilts: Float, family: Int, ro
         support=frozen(np.column_stack([ring, np.zeros(len(ring))])),
         probability=float(graph.solid[family == number].sum()),
         tipping_degrees=float(np.degrees(tilt)),
-        least_push=weight * min(mu, float(np.tan(tilt))),
+        least_push=weight * min(mu, float(np.tan(min(tilt, firm)))),
         energy=weight * (rise - height),
         rolls=rolls,
     )

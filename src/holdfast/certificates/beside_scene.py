@@ -12,14 +12,15 @@ from holdfast.certificates.certificate import Provable
 from holdfast.certificates.question import Question
 from holdfast.certificates.verify_certificate import number
 
+NONE = [0.0] * 6
 SAME = 1e-9  # m, kg, m/s² or relative: numbers that a scene file may have rounded
 
 
 def differences(certificate: dict[str, Any], assembly: Assembly) -> list[str]:
     """Return what a verified certificate says of the scene that does not hold for an assembly, in words.
 
-    Contacts are found anew and compared point by point. Loads and the acceleration of the support are not part of a
-    scene.
+    Contacts are found anew and compared point by point. What a certificate lists as standing has to be the pull of
+    tension between faces, and nothing else: loads are not part of a scene, nor is the acceleration of the support.
     """
     names = [body["name"] for body in certificate["bodies"]]
     unknown = [name for name in names if assembly.index.get(name, -1) < 0]
@@ -29,11 +30,15 @@ def differences(certificate: dict[str, Any], assembly: Assembly) -> list[str]:
     return list(_differences(certificate, Provable(Question.of(state)).contents()))
 
 
-def left_out(certificate: dict[str, Any], assembly: Assembly) -> list[str]:
-    """Return the movable bodies of an assembly that a certificate does not list, though they touch one that it does."""
+def left_out(certificate: dict[str, Any], assembly: Assembly) -> tuple[list[str], bool]:
+    """Return the movable bodies of an assembly that a certificate does not list, and whether some touch those it does.
+
+    Directly, or through others that it does not list.
+    """
     there = {body["name"] for body in certificate["bodies"]}
-    touching = {name for i in assembly.interfaces if there & set(i.bodies) for name in i.bodies}
-    return [body.name for body in assembly.movable if body.name in touching - there]
+    missing = [body.name for body in assembly.movable if body.name not in there]
+    own = {int(assembly.group_of[assembly.index[name]]) for name in there}
+    return missing, any(int(assembly.group_of[assembly.index[name]]) in own for name in missing)
 
 
 def _differences(mine: dict[str, Any], scene: dict[str, Any]) -> Iterator[str]:
@@ -47,11 +52,19 @@ def _differences(mine: dict[str, Any], scene: dict[str, Any]) -> Iterator[str]:
         for key in ("mass", "centre"):
             if not _same(_flat(body[key]), _flat(known[body["name"]][key])):
                 yield f"the {key} of {quoted(body['name'])} differs"
+    loads, pulls = _loads(mine["standing"]), _loads(scene["standing"])
+    for name in {**loads, **pulls}:
+        if not _same(loads.get(name, NONE), pulls.get(name, NONE)):
+            yield f"what stands on {quoted(name)} is not the pull of tension between its faces alone"
     points, wanted = _points(mine["contacts"]), _points(scene["contacts"])
     for pair in {**points, **wanted}:
         if not _same(points.get(pair, []), wanted.get(pair, [])):
             found = f"{len(points.get(pair, [])) // 7} points in the certificate, {len(wanted.get(pair, [])) // 7} here"
             yield f"the contact between {quoted(pair[0])} and {quoted(pair[1])} differs: {found}"
+
+
+def _loads(entries: Sequence[dict[str, Any]]) -> dict[str, list[float]]:
+    return {entry["body"]: _flat([*entry["force"], *entry["torque"]]) for entry in entries}
 
 
 def _points(contacts: Sequence[dict[str, Any]]) -> dict[tuple[str, str], list[float]]:

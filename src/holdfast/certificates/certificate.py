@@ -252,8 +252,9 @@ class Provable:
             yield {"kind": "moves", "load": load, "factor": above, "motion": self._motion(part, motion)}
 
     def contents(self) -> dict[str, Any]:
-        """Return what the certificate of all bodies lists of the scene, as JSON has it: gravity, bodies, contacts."""
-        return self._scene(self._parts([]))
+        """Return what the certificate of all bodies lists of the scene, as JSON has it, without forces and proofs."""
+        parts = self._parts([])
+        return {"standing": self._wrenches(self._standing, parts), **self._scene(parts)}
 
     def _parts(self, columns: Sequence[Float]) -> list[_Exact]:
         refuse_shear(

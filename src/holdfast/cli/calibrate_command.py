@@ -69,6 +69,11 @@ def measured_pushes(path: Path) -> list[tuple[Any, ...]]:
     if missing:
         remedy = f"needs {', '.join(COLUMNS)} and, if some pushes moved nothing, moved"
         raise HoldfastError(message(str(path), f"has no column {missing[0]}", remedy))
+    unknown = [name for name in columns if name not in (*COLUMNS, "moved")]
+    if unknown:
+        raise HoldfastError(
+            message(str(path), f"has a column {quoted(unknown[0])}", f"needs {', '.join(COLUMNS)}, moved")
+        )
     found = []
     for line, row in rows:
         where = f"{path}, line {line}"

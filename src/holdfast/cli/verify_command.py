@@ -59,8 +59,11 @@ def _compare(data: Any, scene: str) -> None:  # noqa: ANN401 - JSON
         if found:
             out.print(f"{which}does NOT agree with {scene}: {'; '.join(found)}", markup=False, soft_wrap=True)
             raise typer.Exit(NOT_VERIFIED)
-        missing = left_out(state, assembly)
+        missing, touching = left_out(state, assembly)
         if missing:
             out.print(f"{which}without {listed(missing)}, which the scene has", markup=False, soft_wrap=True)
+        if touching and states is not data:
+            out.print(f"does NOT agree with {scene}: some of these touch what is listed", markup=False, soft_wrap=True)
+            raise typer.Exit(NOT_VERIFIED)
     out.print(AGREED.format(scene), markup=False, soft_wrap=True)
     out.print(LOADS, markup=False, soft_wrap=True)

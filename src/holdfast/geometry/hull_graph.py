@@ -81,15 +81,25 @@ class HullGraph:
 
     @cached_property
     def rests(self) -> Int:
-        """The facet (F,) on which the body comes to rest, slowly, if it is let go on each: over the nearest edges."""
-        steepest = np.arange(len(self.heights))
-        for k in np.argsort(self.inside, kind="stable")[::-1]:
-            first, second = self.ridges[k]
-            if self.inside[k] < 0 and self.heights[second] < self.heights[first]:
-                steepest[first] = second
-        while (steepest[steepest] != steepest).any():
-            steepest = steepest[steepest]
-        return steepest
+        """The facet (F,) on which the body comes to rest, slowly, if it is let go on each.
+
+        It turns over the edge that the centre is farthest beyond. Where rounding lets it turn from one facet to another
+        and back, it rests on the one whose edges it is least beyond.
+        """
+        order = np.argsort(self.inside, kind="stable")[::-1]
+        over = np.arange(len(self.heights))
+        over[self.ridges[order, 0]] = self.ridges[order, 1]  # the last one counts, with the least ``inside``
+        found = np.where(self.margins < 0, -1, np.arange(len(over)))
+        for k in range(len(over)):
+            way = [k]
+            while found[way[-1]] < 0 and over[way[-1]] not in way:
+                way.append(int(over[way[-1]]))
+            end = found[way[-1]]
+            if end < 0:
+                round_ = way[way.index(over[way[-1]]) :]
+                end = max(round_, key=lambda one: self.margins[one])
+            found[way] = end
+        return found
 
     def families(self, level: float) -> Int:
         """Return the family (F,) of each facet: the number of one on which the body comes to rest.
