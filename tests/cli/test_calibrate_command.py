@@ -64,7 +64,7 @@ def test_pushes_that_contradict_each_other_are_undecided(calibrate: Any, tmp_pat
         (("1,maybe",), HEAD, "pushes.csv, line 2: moved is 'maybe'; needs 1, 0, true, false, yes or no"),
         (("x,1",), HEAD, "line 2: holds no seven numbers; needs x, y, z, dx, dy, dz, force"),
         (("nan,1", "1,1"), HEAD, "push 0: force: is nan"),
-        (("1",), "body,x,y,z,dx,dy,dz\n", "has no column force"),
+        (("1",), "body,x,y,z,dx,dy,dz\n", "has no column 'force'"),
         (("1,no",), HEAD.replace("moved", "Moved"), "has a column 'Moved'; needs body"),
     ],
 )

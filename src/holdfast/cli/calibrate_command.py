@@ -65,15 +65,13 @@ def measured_pushes(path: Path) -> list[tuple[Any, ...]]:
     content = read_ordinary(path, "file of pushes", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
     rows = csv_rows(content, str(path))
     _, columns = next(rows)
-    missing = [name for name in COLUMNS if name not in columns]
-    if missing:
-        remedy = f"needs {', '.join(COLUMNS)} and, if some pushes moved nothing, moved"
-        raise HoldfastError(message(str(path), f"has no column {missing[0]}", remedy))
-    unknown = [name for name in columns if name not in (*COLUMNS, "moved")]
-    if unknown:
-        raise HoldfastError(
-            message(str(path), f"has a column {quoted(unknown[0])}", f"needs {', '.join(COLUMNS)}, moved")
-        )
+    remedy = f"needs {', '.join(COLUMNS)} and, if some pushes moved nothing, moved"
+    for problem, names in (
+        ("has no column", [name for name in COLUMNS if name not in columns]),
+        ("has a column", [name for name in columns if name not in (*COLUMNS, "moved")]),
+    ):
+        if names:
+            raise HoldfastError(message(str(path), f"{problem} {quoted(names[0])}", remedy))
     found = []
     for line, row in rows:
         where = f"{path}, line {line}"
