@@ -80,3 +80,18 @@ def test_cohesion_between_two_bodies_that_can_move(cohesion: float) -> None:
     assert set(found.moving[0]) == ({"box1"} if off < along else {"box0", "box1"})
     limits = hf.transport_limits(scene, [(1, 0, 0)], engine="limit")
     assert limits.acceleration[0] == pytest.approx(min(0.1 * G + cohesion * AREA / 2, MU * G), rel=1e-6)
+
+
+def test_more_friction_holds_less_where_a_cohesion_closes_the_cone() -> None:
+    """Pulled off at cohesion / μ: the lower end of μ is not the worst, so worst_case takes no range of it."""
+    hung = hf.Body("hung", hf.Box((SIDE, SIDE, 0.01)), 0.5, position=(0, 0, -0.005))
+    above = hf.Body("above", hf.Box((1, 1, 0.1)), position=(0, 0, 0.05), fixed=True)
+    pair, push = ("above", "hung"), ((0, 0, -0.01), (0, 0, -1))
+    scene = hf.Scene([above, hung], hf.Friction(0.2, tension={pair: 1e5}, cohesion={pair: 1e3}))
+    weak = hf.assemble(scene).with_friction({pair: 0.8})
+    for found, mu in ((scene, 0.2), (weak, 0.8)):
+        assert pushed(found, "hung", *push)[0] == pytest.approx(1e3 * AREA / mu - 0.5 * G, rel=1e-6)
+    with pytest.raises(hf.HoldfastError, match="mu_range"):
+        hf.sets.worst_case(scene, "hung", *push, mu_range=(0.2, 0.8))
+    masses = hf.sets.worst_case(scene, "hung", *push, mass_range={"hung": (0.4, 0.6)})
+    assert float(masses.lower[0]) == pytest.approx(1e3 * AREA / 0.2 - 0.6 * G, rel=1e-6)

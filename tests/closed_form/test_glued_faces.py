@@ -201,3 +201,16 @@ def test_glue_and_a_hand_hold_together(place: float, more: float) -> None:
     found = hf.robustness(scene, "brick", (0.032, 0, 0.0048), (0, 0, -1), engine="limit", bounds=True)
     assert float(found) == pytest.approx(bent / 0.032 + more, rel=1e-6)
     assert found.lower[0] <= float(found) <= found.upper[0]
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant"])
+def test_an_answer_that_leans_on_glue_across_a_gap_says_so(engine: str) -> None:
+    """A block stands 5 mm beside a wall that it may be glued to: ``lower`` is without the glue, and a note names it."""
+    floor = hf.Body("floor", hf.Box((3, 3, 0.1)), fixed=True, position=(0, 0, -0.05))
+    wall = hf.Body("wall", hf.Box((0.1, 1, 1)), fixed=True, position=(-0.1, 0, 0.5))
+    block = hf.Body("block", hf.Box((0.1, 0.1, 0.1)), mass=1.0, position=(0.005, 0, 0.05))
+    scene = hf.Scene([floor, wall, block], hf.Friction(0.3, tension={("block", "wall"): 1e4}))
+    found = hf.robustness(hf.assemble(scene, gap=0.01), "block", (0.055, 0, 0.02), (1, 0, 0), engine=engine)
+    assert float(found) > 60
+    assert 0.99 * 0.3 * 9.81 <= found.lower[0] <= 0.3 * 9.81 * (1 + 1e-6)
+    assert any("may not exist" in note and "block-wall" in note for note in found.notes)

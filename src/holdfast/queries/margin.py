@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly, body_forces
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import altered
 from holdfast.engines.answers import Bound
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
+from holdfast.scene.hold import Grip
 
 WAYS = 36  # level directions that are asked; between them at most 1 - cos(180° / 36) = 0.4 % is lost
 CLOSE = 1e-3  # share of all friction to which a margin is known
@@ -28,7 +32,7 @@ def margin_of(engine: Engine, assembly: Assembly, standing: Float) -> float:
     stands, falls = 0.0, min(level, 1.0)
 
     def rests(share: float) -> bool:
-        slippery = assembly.with_mu([(1 - share) * mu for mu in assembly.mu])
+        slippery = _slippery(assembly, 1 - share)
         return prepared(engine, slippery, standing).verdict().stable
 
     if rests(falls):
@@ -37,6 +41,15 @@ def margin_of(engine: Engine, assembly: Assembly, standing: Float) -> float:
         share = (stands + falls) / 2
         stands, falls = (share, falls) if rests(share) else (stands, share)
     return stands
+
+
+def _slippery(assembly: Assembly, share: float) -> Assembly:
+    """Return the assembly with this share of all friction, that of fingers and suction cups included."""
+    less = assembly.with_mu([share * mu for mu in assembly.mu])
+    if not assembly.scene.holds:
+        return less
+    holds = (altered(hold, mu=share * hold.mu) if isinstance(hold, Grip) else hold for hold in assembly.scene.holds)
+    return replace(less, scene=replace(less.scene, holds=tuple(holds)))
 
 
 def _level(engine: Engine, assembly: Assembly, standing: Float) -> float:

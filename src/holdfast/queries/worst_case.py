@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.errors import HoldfastError, message
@@ -124,10 +125,12 @@ def worst_case(
     The answer is exact: it uses the lower end of every μ and all corners of the masses and centres of mass;
     ``guarantee`` says why this suffices. The number of corners, and with it the time, doubles with every uncertain
     value, except for shifts of a centre of mass along gravity. Raises HoldfastError if there are more than 4,096
-    corners.
+    corners, and SceneError for ``mu_range`` where faces have a cohesion: pulled, they hold less with more friction.
     """
     assembly = checked_assembly(assembly)
     where = f"worst case of {body!r}"
+    if mu_range is not None and assembly.scene.friction.cohesion:  # a pair that is pulled holds less with more friction
+        refuse_joined(assembly, f"{where}: mu_range", "leave out cohesion or mu_range: a tension alone is taken")
     loads = checked_loads(standing)
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
     low = {pair: ends[0] for pair, ends in friction_intervals(assembly, mu_range, where).items()}

@@ -278,3 +278,9 @@ def test_a_faint_hand_does_not_vouch_for_forces_that_nothing_brings_about() -> N
     (name,) = (body.name for body in wedged.movable)
     faint = wedged.with_holds(hf.Hold(name, hf.pose(*wedged.com[0]), forces=1e-3, moments=1e-3))
     assert hf.stability(faint, engine=LIMIT).status is hf.Status.UNDECIDED
+
+
+def test_the_margin_of_a_pinch_counts_the_friction_of_its_fingers() -> None:
+    """2 μ F carries m g: friction may be lower by the share 1 - m g / (2 μ F)."""
+    grip = hf.Grip("cup", [(0.05, 0, 1), (-0.05, 0, 1)], [(-1, 0, 0), (1, 0, 0)], 0.5, 9.0)
+    assert hf.stability(cup([grip]), engine=LIMIT).margin == pytest.approx(1 - 0.3 * G / 9.0, abs=1e-3)

@@ -10,6 +10,7 @@ from threading import RLock
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import cross, shift_twist
 from holdfast.base.text import listed
@@ -21,6 +22,7 @@ from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status, Verdict
+from holdfast.scene.friction import NOTHING
 
 LEANS = 1e-3  # relative drop of ``lower`` above which an answer leans on the contacts that were taken away
 CARRIES = 1e-6  # speed into a contact, relative to the fastest body, above which the contact resists a motion
@@ -207,8 +209,9 @@ class Doubtful:
         return sorted(leaned)
 
     def _resists(self, number: int, motion: Mechanism) -> bool:
-        """Tell whether a contact would resist a motion: its bodies slide there or press, rather than come apart."""
+        """Tell whether a contact would resist a motion: its bodies slide there or press, or move at all if joined."""
         assembly = self.absences.assembly
+        joined = strengths_of(assembly)[number] != NOTHING
         interface, ends = assembly.interfaces[number], assembly.ends[number]
         twists = [np.zeros(6) if k < 0 else shift_twist(motion.twists[k], assembly.com[k], np.zeros(3)) for k in ends]
         relative = twists[1] - twists[0]
@@ -216,6 +219,8 @@ class Doubtful:
             points = patch.polygon if patch.spots is None else patch.spots.points
             normals = patch.normals_at(points)
             velocity = relative[:3] + cross(relative[3:], points)
+            if joined and (np.linalg.norm(velocity, axis=1) > CARRIES).any():
+                return True
             opening = (velocity * normals).sum(1)
             sliding = np.linalg.norm(velocity - opening[:, None] * normals, axis=1)
             if (opening < assembly.mu[number] * sliding - CARRIES).any():
