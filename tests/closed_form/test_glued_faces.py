@@ -68,7 +68,7 @@ def test_a_pull_at_an_edge_peels(engine: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("tension", [3e4, 1e6, 1e8])
+@pytest.mark.parametrize("tension", [3e4, 1e6])
 def test_a_glued_cantilever_bends_off_at_tension_area_times_half_its_height(engine: str, tension: float) -> None:
     length, height, area, weight = 0.032, 0.0096, 0.016 * 0.0096, 0.02 * G
     by_hand = (tension * area * height / 2 - weight * length / 2) / length
@@ -166,9 +166,9 @@ def test_an_uneven_face_is_pulled_at_its_centroid() -> None:
     )
     floor = hf.Body("floor", hf.Box((1, 1, 0.1)), position=(0, 0, -0.05), fixed=True)
     body = hf.Body("prism", prism, 0.001, com=(1 / 30, 1 / 30, 0.025))
-    scene = hf.Scene([floor, body], hf.Friction(MU, tension={("floor", "prism"): 1e4}))
+    scene = hf.Scene([floor, body], hf.Friction(MU, tension={("floor", "prism"): 1e3}))
     area, weight = 0.005, 0.001 * G
-    by_hand = (1e4 * area + weight) / 30 / 0.1  # lifted at the far corner, about the opposite edge x = 0
+    by_hand = (1e3 * area + weight) / 30 / 0.1  # lifted at the far corner, about the opposite edge x = 0
     for engine in ENGINES:
         lift = hf.robustness(scene, "prism", (0.1, 0, 0.05), (0, 0, 1), engine=engine)
         assert float(lift) == pytest.approx(by_hand, rel=1e-6)

@@ -155,3 +155,39 @@ def test_nothing_is_placed_where_it_crushes() -> None:
     light, heavy = (hf.Body("tin", tin, mass) for mass in (1.0, 3.0))
     assert hf.plan_placement(scene, light, where=where, search=hf.Search(seed=1, seconds=5)).stable
     assert not hf.plan_placement(scene, heavy, where=where, search=hf.Search(seed=1, seconds=5)).stable
+
+
+@pytest.mark.parametrize("engine", ["compliant", "limit"])
+def test_what_presses_a_steep_side_counts_with_its_vertical_part(engine: str) -> None:
+    """A cap of 100 kg on both flanks of a wedge, which lean by 69 degrees, without friction."""
+    flank = np.array([[-0.1, 0.0], [0.1, 0.0], [0.0, 0.26]])
+    wedge = hf.Body("wedge", _prism(flank), mass=1.0, top_load=10.0)
+    x = 0.1 * 0.16 / 0.26
+    inner = np.array([[-x, 0.1], [0.0, 0.26], [x, 0.1], [0.2, 0.1], [0.2, 0.4], [-0.2, 0.4], [-0.2, 0.1]])
+    left, right = (hf.Part(_prism(outline)) for outline in (inner[[0, 1, 5, 6]], inner[[1, 2, 3, 4]]))
+    lid = hf.Part(_prism(np.array([[-0.2, 0.4], [0.0, 0.26], [0.2, 0.4]])))
+    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    cap = hf.Body("cap", hf.Compound([left, right, lid]), mass=100.0)
+    found = hf.stability(hf.Scene([floor, wedge, cap], hf.Friction(0.5, {("cap", "wedge"): 0.0})), engine=engine)
+    assert found.status is hf.Status.STABLE
+    assert found.bearing[0].load == pytest.approx(100 * 9.81, rel=1e-4)
+    assert found.crushed == ("wedge",)
+
+
+def test_what_a_held_body_bears_is_not_known() -> None:
+    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    carton = hf.Body("carton", hf.Box((0.4, 0.3, 0.3)), mass=10, position=(0, 0, 0.15), top_load=50.0)
+    hand = hf.Hold("carton", hf.pose(0, 0, 0.3), forces=(0, 0, (-2000, -1000)))
+    found = hf.stability(hf.Scene([floor, carton], 0.5, holds=[hand]), engine="limit")
+    assert found.bearing == ()
+    assert any("what carton may bear was not compared" in note for note in found.notes)
+
+
+def _prism(outline: np.ndarray) -> hf.Mesh:
+    """A prism along y over a convex outline (k, 2) in x and z."""
+    n, flat = len(outline), outline
+    points = np.vstack([np.column_stack([flat[:, 0], np.full(n, y), flat[:, 1]]) for y in (-0.1, 0.1)])
+    ends = [[0, k, k + 1] for k in range(1, n - 1)] + [[n, n + k + 1, n + k] for k in range(1, n - 1)]
+    sides = [t for k in range(n) for t in ([k, n + k, (k + 1) % n], [(k + 1) % n, n + k, n + (k + 1) % n])]
+    mesh = hf.Mesh(points, ends + sides)
+    return mesh if mesh.mass_properties.volume > 0 else hf.Mesh(points, np.array(ends + sides)[:, ::-1])

@@ -108,20 +108,25 @@ def test_what_knows_nothing_of_strengths_says_so(where: str) -> None:
     REFUSING["engine graph"](wall(hf.Friction(0.5)))
 
 
-def test_cohesion_beyond_friction_times_tension_is_for_engine_limit_alone(tmp_path: Path) -> None:
-    scene = wall(hf.Friction(0.5, tension=PAIR, cohesion={("one", "two"): 2e3}))
-    with pytest.raises(hf.HoldfastError, match=r"engine compliant: the cohesion .* is above .* use engine=hf.Limit"):
-        hf.stability(scene)
-    verdict = hf.stability(scene, engine="limit")
-    assert verdict.stable
-    with pytest.raises(hf.HoldfastError, match=r"certificate.*the cohesion .* is above friction times tension"):
-        verdict.save_certificate(tmp_path / "certificate.json")
-
-
-def test_derivatives_take_no_cohesion() -> None:
+def test_cohesion_beyond_friction_times_tension_is_refused() -> None:
+    for engine in ("limit", "compliant"):
+        with pytest.raises(hf.HoldfastError, match="cohesion is 1000 Pa above friction times tension"):
+            hf.stability(wall(hf.Friction(0.5, tension=PAIR, cohesion={("one", "two"): 2e3})), engine=engine)
     closed = hf.Friction(0.5, tension=PAIR, cohesion={("one", "two"): 5e2})
     with pytest.raises(hf.HoldfastError, match="leave out cohesion"):
         sensitivity(wall(closed), "two", (0.02, 0, 0.015), (-1, 0, 0))
+
+
+def test_a_pull_beyond_a_thousand_weights_is_refused() -> None:
+    """There `limit` would find forces far above the truth: the weights are lost in the accuracy of its program."""
+    for engine in ("limit", "compliant"):
+        with pytest.raises(hf.HoldfastError, match="more than 1000 times the weight of all bodies; give at most"):
+            hf.stability(wall(hf.Friction(0.5, tension={("one", "two"): 1e9})), engine=engine)
+
+
+def test_a_margin_lowers_friction_where_a_cohesion_closes_the_cone() -> None:
+    closed = hf.Friction(0.5, tension=PAIR, cohesion={("one", "two"): 5e2})
+    assert 0 <= hf.stability(wall(closed)).margin <= 1
 
 
 def test_parts_with_materials_of_their_own_have_no_strength() -> None:

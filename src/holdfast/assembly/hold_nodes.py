@@ -19,7 +19,6 @@ from functools import cached_property
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.assembly.cohesion_nodes import Cohesive, cohesive_faces
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross, tangents
@@ -93,19 +92,20 @@ class HeldNodes(ContactNodes):
 
 
 def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
-    """Return contact nodes together with those of the holds of the scene and of cohesive faces, if there are any."""
-    holds = [_Making(assembly, hold) for hold in assembly.scene.holds]
-    made: list[_Making | Cohesive] = [*holds, *cohesive_faces(assembly)]
-    if not made:
+    """Return contact nodes together with those of the holds of the scene, if there are any."""
+    holds = assembly.scene.holds
+    if not holds:
         return nodes
+    made = [_Making(assembly, hold) for hold in holds]
     K = sum(len(one.mu) for one in made)
-    first = len(assembly.movable) + np.cumsum([0, *(len(one.owners) for one in made[:-1])])
-    owner = np.array([body for one in made for body in one.owners], dtype=np.int64)
+    counts = [one.fasteners for one in made]
+    first = len(assembly.movable) + np.cumsum([0, *counts[:-1]])
+    owner = np.repeat([one.body for one in made], counts).astype(np.int64)
     constant, asked = np.zeros((len(assembly.movable), 6)), np.ones((len(assembly.movable), 6))
-    for one in holds:
+    for one in made:
         constant[one.body] += one.constant
         asked[one.body, 3:] *= not one.turns
-    body = np.array([body for one in made for body in one.bodies], dtype=np.int64)
+    body = np.repeat([one.body for one in made], [len(one.mu) for one in made]).astype(np.int64)
     at = np.concatenate([start + np.array(one.at, dtype=np.int64) for start, one in zip(first, made, strict=True)])
     held = np.concatenate([np.array(one.equations, dtype=bool) for one in made])
     weights = np.full(K, float(nodes.weights.mean()) if len(nodes) else 1.0)
@@ -152,16 +152,12 @@ class _Making:
             self._hold(self.hold)
 
     @property
-    def owners(self) -> list[int]:
-        return [self.body] * -(-len(self.given) // 6)
-
-    @property
-    def bodies(self) -> list[int]:
-        return [self.body] * len(self.mu)
+    def fasteners(self) -> int:
+        return -(-len(self.given) // 6)
 
     @property
     def amounts(self) -> Float:
-        return np.concatenate([self.given, np.zeros(6 * len(self.owners) - len(self.given))])
+        return np.concatenate([self.given, np.zeros(6 * self.fasteners - len(self.given))])
 
     def _hold(self, hold: Hold) -> None:
         size = self.assembly.movable[self.body].size

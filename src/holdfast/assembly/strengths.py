@@ -10,9 +10,14 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.text import quoted
 from holdfast.scene.friction import NOTHING, Strength, refuse_strengths, strength_between
 
+MOST = 1e3  # times the weight of all bodies: beside a larger pull, what moves them is lost in the accuracy of programs
+
 
 def strengths_of(assembly: Assembly) -> tuple[Strength, ...]:
-    """Return what joins the faces of every interface, per area."""
+    """Return what joins the faces of every interface, per area.
+
+    A cohesion beyond μ tension, as where friction was lowered, counts as μ tension, which is cautious.
+    """
     table, materials = assembly.scene.friction, assembly.scene.materials
     if not table.joins:
         return (NOTHING,) * len(assembly.interfaces)
@@ -20,11 +25,17 @@ def strengths_of(assembly: Assembly) -> tuple[Strength, ...]:
     return tuple(strength_between(table, *interface.bodies, materials, mu) for interface, mu in pairs)
 
 
-def refuse_shear(assembly: Assembly, where: str, remedy: str) -> None:
-    """Raise SceneError, with ``where`` and ``remedy`` in its message, for a cohesion beyond friction times tension."""
+def check_strengths(assembly: Assembly) -> None:
+    """Raise SceneError for a cohesion beyond μ tension, and for a tension that pulls MOST times the weight of all."""
+    most = MOST * assembly.weight
     for interface, strength in zip(assembly.interfaces, strengths_of(assembly), strict=True):
+        where = f"friction of {quoted(interface.bodies)}"
         if strength.shear > 0:
-            problem = f"the cohesion of {quoted(interface.bodies)} is above friction times tension"
+            problem = f"the cohesion is {strength.shear:g} Pa above friction times tension"
+            raise SceneError(message(where, problem, "give a tension of at least cohesion / μ, or a lower cohesion"))
+        if strength.tension * interface.area > most > 0:
+            problem = f"a tension of {strength.tension:g} Pa pulls more than {MOST:g} times the weight of all bodies"
+            remedy = f"give at most {most / interface.area:.3g} Pa, or make them parts of one Compound"
             raise SceneError(message(where, problem, remedy))
 
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.strengths import refuse_shear, with_pull
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates.exact_forces import NONE, ExactContacts, Vector, exact
@@ -257,9 +257,6 @@ class Provable:
         return {"standing": self._wrenches(self._standing, parts), **self._scene(parts)}
 
     def _parts(self, columns: Sequence[Float]) -> list[_Exact]:
-        refuse_shear(
-            self.question.assembly, "certificate", "give a tension of cohesion / μ: certificates hold cones alone"
-        )
         groups = prepared(Limit(), self.question.assembly, self.question.standing, self.question.acceleration)
         return [self._exact(groups.group(k)) for k in self._asked(columns)]
 

@@ -18,7 +18,6 @@ from holdfast.base.arrays import Float
 from holdfast.base.public import number
 from holdfast.base.values import Value
 from holdfast.engines.forces import NO_FORCE
-from holdfast.engines.near_falls import BELOW
 from holdfast.engines.verdict import ContactForces, GroupVerdict
 from holdfast.scene.body import Body
 
@@ -74,7 +73,7 @@ def bearings(assembly: Assembly, groups: Sequence[GroupVerdict], standing: Float
 
     ``groups`` are the verdicts on the groups of the assembly. ``standing`` (6J,) are loads beside the weight: those
     that press a body down count as load on its top. A body is left out if forces on it are not known, as where a
-    group that it belongs to, or that rests on it, does not stand.
+    group that it belongs to, or that rests on it, does not stand, or where something holds it.
     """
     names = limited(assembly.bodies)
     if not names:
@@ -82,7 +81,8 @@ def bearings(assembly: Assembly, groups: Sequence[GroupVerdict], standing: Float
     asked = [group for group in groups if any(_concerns(assembly, group.bodies, name) for name in names)]
     unknown = [group.bodies for group in asked if group.verdict.forces is None]
     forces = [group.verdict.forces for group in asked if group.verdict.forces is not None]
-    known = [name for name in names if not any(_concerns(assembly, bodies, name) for bodies in unknown)]
+    held = {hold.body for hold in assembly.scene.holds}  # which exert forces that nobody tells
+    known = [n for n in names if n not in held and not any(_concerns(assembly, bodies, n) for bodies in unknown)]
     press = _Pressing.of(assembly, forces)
     found = [one for name in known for one in _borne(assembly, press, assembly.scene.body(name), standing)]
     return tuple(sorted(found, key=lambda one: -one.share))
@@ -99,7 +99,7 @@ def _concerns(assembly: Assembly, group: Sequence[str], name: str) -> bool:
 class _Pressing:
     """By interface: the normal force (P,) [N], and the downward forces (P,) [N] on the second and on the first body.
 
-    Downward forces are those at nodes that press the body from above, not from its sides.
+    Downward forces are the vertical parts of normal forces that press the body down: friction on its sides is none.
     """
 
     normal: Float
@@ -110,10 +110,11 @@ class _Pressing:
         count, up = len(assembly.interfaces), assembly.scene.up
         normal, on_second, on_first = np.zeros((3, count))
         for each in forces:
-            rising, along = each.force @ up, each.normal @ up
-            np.add.at(normal, each.interface, (each.force * each.normal).sum(axis=1))
-            np.add.at(on_second, each.interface, np.where(along < -BELOW, -rising, 0.0))
-            np.add.at(on_first, each.interface, np.where(along > BELOW, rising, 0.0))
+            pressing = (each.force * each.normal).sum(axis=1)
+            rising = pressing * (each.normal @ up)
+            np.add.at(normal, each.interface, pressing)
+            np.add.at(on_second, each.interface, np.maximum(-rising, 0.0))
+            np.add.at(on_first, each.interface, np.maximum(rising, 0.0))
         return cls(normal, (on_second, on_first))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble
+from holdfast.assembly.strengths import check_strengths
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes
 from holdfast.base.by_name import Registry
@@ -73,14 +74,14 @@ class Load(Value):
 def checked_assembly(value: object) -> Assembly:
     """Return ``value`` if it is an assembly; if it is a scene, assemble it with the default tolerances.
 
-    Raises HoldfastError for anything else.
+    Raises HoldfastError for anything else, and SceneError for strengths of faces that no engine takes.
     """
-    if isinstance(value, Scene):
-        return assemble(value)
-    if not isinstance(value, Assembly):
+    found = assemble(value) if isinstance(value, Scene) else value
+    if not isinstance(found, Assembly):
         remedy = "needs an Assembly: hf.assemble(hf.load_scene(path)) makes one"
-        raise HoldfastError(message("assembly", f"got a {type(value).__name__}", remedy))
-    return value
+        raise HoldfastError(message("assembly", f"got a {type(found).__name__}", remedy))
+    check_strengths(found)
+    return found
 
 
 def register_engine(name: str, make: Callable[[], Engine]) -> Callable[[], None]:

@@ -184,7 +184,7 @@ def stability(
     bearing = bearings(assembly, groups, standing)
     lacking = {*limited(assembly.bodies)} - {one.body for one in bearing}
     if verdict.stable and lacking:
-        notes = (*notes, f"what {listed(sorted(lacking))} may bear was not compared: contact forces are not known")
+        notes = (*notes, f"what {listed(sorted(lacking))} may bear was not compared: forces on it are not known")
     margin = partial(margin_of, method, assembly, standing)
     found = Stability(
         engine=method.name,

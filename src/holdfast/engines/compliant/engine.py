@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
-from holdfast.assembly.strengths import refuse_shear
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_whole
 from holdfast.base.ranges import STIFFNESS
@@ -96,7 +95,6 @@ def prepared_on(
 ) -> CompliantState:
     """Find the state of rest on ``springs``; the other arguments and errors are those of ``Compliant.prepare``."""
     check_stiffness(assembly, springs.stiffness)
-    refuse_shear(assembly, "engine compliant", "use engine=hf.Limit(), or give a tension of cohesion / μ")
     wrench = assembly.weight_wrench(acceleration)
     wrench = wrench if standing is None else wrench + standing
     return state_on(assembly, wrench, springs, refinements=REFINEMENTS)

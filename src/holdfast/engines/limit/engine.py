@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
-from holdfast.assembly.strengths import strengths_of, with_pull
+from holdfast.assembly.strengths import with_pull
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.values import Value
@@ -95,7 +95,7 @@ def _judged(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
     that they need. Then engine ``compliant`` is asked whether contacts come to rest that slip as they are loaded. Holds
     are at will: they exert what leaves contacts well inside their cones.
     """
-    rest, holds = state.rest, state.rest.nodes.fasteners > 0 or bool(assembly.scene.holds)
+    rest, holds = state.rest, assembly.scene.holds
     verdict = rest.verdict
     if verdict.status is not Status.STABLE:
         return rest
@@ -115,12 +115,10 @@ def _judged(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
 
 
 def _with_holds(state: LimitState, wrench: Float) -> Float:
-    """Return ``wrench`` (6J,) with what holds and cohesion exert: on their bodies, all that contacts do not balance."""
+    """Return ``wrench`` (6J,) with what holds exert: on bodies that are held, all that contacts do not balance."""
     assembly, own, inside = state.assembly, state.rest.nodes.contacts, state.proofs.resting
     forces = state.rest.forces if inside is None else inside.reshape(-1, 3)
     pressed = with_pull(assembly, wrenches_of(assembly, own, forces[: len(own)]))
     names = {hold.body for hold in assembly.scene.holds}
-    for interface, strength in zip(assembly.interfaces, strengths_of(assembly), strict=True):
-        names |= set(interface.bodies) if strength.shear > 0 else set()
     held = np.repeat([body.name in names for body in assembly.movable], 6)
     return np.where(held, -pressed, wrench)

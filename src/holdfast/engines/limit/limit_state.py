@@ -45,12 +45,13 @@ UNPROVED = (
 class LimitState:
     """Limit analysis over a friction ``cone`` with one program, set up once, for all loads of an assembly.
 
+    ``wrench`` (6J,) is that of weights, standing loads and the pull of tension.
+
     Several threads may ask one state. Exact answers are the same as from one thread; those ``Within`` a gap depend on
     what was asked before, because bounds draw on all earlier solves, and such calls wait for each other.
 
-    Inside, the F fasteners of holds (hold_nodes.py) stand after the J bodies: ``wrench`` (6(J + F),) is that of
-    weights, standing loads and the pull of tension, and all that is called (6J,) in what this state is made of has as
-    many rows.
+    Inside, the F fasteners of holds (hold_nodes.py) stand after the J bodies: ``wrench`` is (6(J + F),), and all that
+    is called (6J,) in what this state is made of has as many rows.
     """
 
     cone: FrictionCone
