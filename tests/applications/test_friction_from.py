@@ -158,7 +158,7 @@ def test_other_questions_take_the_answer() -> None:
 
 @pytest.mark.parametrize(
     ("given", "count", "limit", "draws"),
-    [(0.1, 10, None, 1000), (None, 10, None, 1000), (0.1, 20, 0.05, 1000), (None, 20, 0.05, 200)],
+    [(0.1, 10, None, 300), (None, 10, None, 300), (0.1, 20, 0.05, 300), (None, 20, 0.05, 200)],
 )
 def test_intervals_cover_the_truth_as_often_as_stated(
     given: float | None, count: int, limit: float | None, draws: int

@@ -27,6 +27,8 @@ def strengths_of(assembly: Assembly) -> tuple[Strength, ...]:
 
 def check_strengths(assembly: Assembly) -> None:
     """Raise SceneError for a cohesion beyond μ tension, and for a tension that pulls MOST times the weight of all."""
+    if not is_joined(assembly):
+        return
     most = MOST * assembly.weight
     for interface, strength in zip(assembly.interfaces, strengths_of(assembly), strict=True):
         where = f"friction of {quoted(interface.bodies)}"
