@@ -27,7 +27,7 @@ def strengths_of(assembly: Assembly) -> tuple[Strength, ...]:
 
 def check_strengths(assembly: Assembly) -> None:
     """Raise SceneError for a cohesion beyond μ tension, and for a tension that pulls MOST times the weight of all."""
-    if not is_joined(assembly):
+    if not assembly.scene.friction.joins:
         return
     most = MOST * assembly.weight
     for interface, strength in zip(assembly.interfaces, strengths_of(assembly), strict=True):

@@ -33,12 +33,12 @@ def verify(
     except UnicodeDecodeError as cause:
         raise HoldfastError(message(str(file), "is no text in UTF-8", "give a certificate")) from cause
     except RefusedError as why:
-        out.print(f"NOT verified: {why}", markup=False, soft_wrap=True)
+        _say(f"NOT verified: {why}")
         raise typer.Exit(NOT_VERIFIED) from None
     for claim in claims:
-        out.print(f"verified: {claim}", markup=False, soft_wrap=True)
+        _say(f"verified: {claim}")
     if geometry is None:
-        out.print(UNCHECKED, markup=False, soft_wrap=True)
+        _say(UNCHECKED)
     else:
         _compare(json.loads(content), geometry)
 
@@ -57,13 +57,18 @@ def _compare(data: Any, scene: str) -> None:  # noqa: ANN401 - JSON
         which = f"state {k}: " if states is data else ""
         found = differences(state, assembly)
         if found:
-            out.print(f"{which}does NOT agree with {scene}: {'; '.join(found)}", markup=False, soft_wrap=True)
+            _say(f"{which}does NOT agree with {scene}: {'; '.join(found)}")
             raise typer.Exit(NOT_VERIFIED)
         missing, touching = left_out(state, assembly)
         if missing:
-            out.print(f"{which}without {listed(missing)}, which the scene has", markup=False, soft_wrap=True)
+            _say(f"{which}without {listed(missing)}, which the scene has")
         if touching and states is not data:
-            out.print(f"does NOT agree with {scene}: some of these touch what is listed", markup=False, soft_wrap=True)
+            _say(f"does NOT agree with {scene}: some of these touch what is listed")
             raise typer.Exit(NOT_VERIFIED)
-    out.print(AGREED.format(scene), markup=False, soft_wrap=True)
-    out.print(LOADS, markup=False, soft_wrap=True)
+    _say(AGREED.format(scene))
+    _say(LOADS)
+
+
+def _say(line: str) -> None:
+    """Print a line as it is: names in it may look like markup."""
+    out.print(line, markup=False, soft_wrap=True)
