@@ -10,15 +10,12 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from holdfast.applications.disassembly.least_hold import HandHold, least_holds
 from holdfast.applications.disassembly.order_search import Plan, from_the_top
-from holdfast.applications.disassembly.removal import SHARES, Answer, Removal, Removals
-from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.applications.disassembly.removal import SHARES, Answer, Removal, Removals, pressing_on
+from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.progress import report
-from holdfast.base.rigid import wrench_at
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
@@ -119,15 +116,7 @@ class Hands:
             if forces is None:
                 return False
             rest = removals.reduced(part)
-            load = np.zeros(6 * len(rest.movable))
-            for number, interface in enumerate(whole.interfaces):
-                other = interface.bodies[interface.bodies[0] == name]
-                if name not in interface.bodies or rest.index[other] == FIXED:
-                    continue
-                k, here = rest.index[other], forces.interface == number
-                sign = 1.0 if interface.bodies[1] == other else -1.0
-                wrenches = wrench_at(forces.force[here], forces.points[here], rest.com[k])
-                load[6 * k : 6 * k + 6] += sign * wrenches.sum(0)
+            load = pressing_on(rest, name, whole, forces)
             if not all(self._rests(rest, (1 - share) * load) for share in SHARES):
                 return False
         return True

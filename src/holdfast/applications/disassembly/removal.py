@@ -21,7 +21,7 @@ import numpy as np
 
 from holdfast.applications.disassembly.exits import Exits
 from holdfast.applications.disassembly.least_hold import HandHold
-from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.connected import components
 from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
@@ -35,7 +35,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import RELEASES
 from holdfast.engines.contract import FORCES_ONLY, Engine, State
 from holdfast.engines.groups import prepared
-from holdfast.engines.verdict import Status, Verdict
+from holdfast.engines.verdict import ContactForces, Status, Verdict
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 from holdfast.queries.result import vector_text
 
@@ -266,16 +266,7 @@ class Removals:
         if forces is None:
             return Removal(name, Answer.UNDECIDED, "its contact forces are not known", lift=lift)
         whole, rest = self.reduced(part), self.reduced(part - {name})
-        load = np.zeros(6 * len(rest.movable))
-        for number, interface in enumerate(whole.interfaces):
-            if name not in interface.bodies:
-                continue
-            other = interface.bodies[interface.bodies[0] == name]
-            k = rest.index[other]
-            if k < 0:
-                continue
-            here, sign = forces.interface == number, 1.0 if interface.bodies[1] == other else -1.0
-            load[6 * k : 6 * k + 6] += sign * wrench_at(forces.force[here], forces.points[here], rest.com[k]).sum(0)
+        load = pressing_on(rest, name, whole, forces)
         loads = ((f"with {share:.0%} of its contact forces gone", (1 - share) * load) for share in SHARES)
         found = self._under(name, rest, loads)
         if found is not None:
@@ -307,6 +298,21 @@ class Removals:
         load = np.zeros(6 * len(names))
         load[6 * k : 6 * k + 3] = body.mass * np.linalg.norm(self.assembly.scene.gravity) * direction
         return load
+
+
+def pressing_on(rest: Assembly, name: str, whole: Assembly, forces: ContactForces) -> Float:
+    """Return the load (6J,) that a body puts on those of ``rest`` by its contact ``forces`` in a ``whole`` assembly."""
+    load = np.zeros(6 * len(rest.movable))
+    for number, interface in enumerate(whole.interfaces):
+        if name not in interface.bodies:
+            continue
+        other = interface.bodies[interface.bodies[0] == name]
+        k = rest.index[other]
+        if k == FIXED:
+            continue
+        here, sign = forces.interface == number, 1.0 if interface.bodies[1] == other else -1.0
+        load[6 * k : 6 * k + 6] += sign * wrench_at(forces.force[here], forces.points[here], rest.com[k]).sum(0)
+    return load
 
 
 def _cached(cache: OrderedDict[frozenset[str], T], part: frozenset[str], make: Callable[[], T]) -> T:
