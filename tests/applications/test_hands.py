@@ -11,6 +11,7 @@ from bench.scenes.voussoirs import arch_of
 from holdfast.answers import Assembly
 from holdfast.applications.disassembly.hands import held_still
 from holdfast.applications.disassembly.least_hold import HandHold, least_holds
+from holdfast.applications.disassembly.removal import pressing_on
 from holdfast.scene.shipped.blocks import arch
 
 G = 9.81
@@ -144,3 +145,14 @@ def test_hands_must_be_a_whole_number() -> None:
     for wrong in (-1, 1.5, "two", 99):
         with pytest.raises(hf.HoldfastError, match="hands"):
             hf.build_order(arch(), hands=wrong)  # type: ignore[arg-type]
+
+
+def test_what_a_body_presses_on_its_neighbours_is_its_weight() -> None:
+    """The topmost of three cubes, off the middle of the one below by 2 cm, presses it down there, and nothing else."""
+    places = [(0, 0, 0.05), (0, 0, 0.15), (0, 0.02, 0.25)]
+    cubes = [hf.Body(f"c{k}", hf.Box((0.1,) * 3), mass=1.0 + k, position=at) for k, at in enumerate(places)]
+    whole = hf.assemble(hf.Scene([hf.Body("floor", hf.HalfSpace(), fixed=True), *cubes], 0.5))
+    forces = hf.stability(whole).forces
+    assert forces is not None
+    load = pressing_on(whole.without({"c2"}), "c2", whole, forces)
+    np.testing.assert_allclose(load, [*[0.0] * 6, 0, 0, -3 * 9.81, -3 * 9.81 * 0.02, 0, 0], atol=1e-8)
