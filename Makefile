@@ -109,5 +109,5 @@ docs: $(VENV)/.ready
 	@echo "open $(OUT)/site/index.html"
 
 clean:
-	rm -rf $(VENV) $(VENV)-numba-* $(OUT) docs/api docs/benchmarks docs/files docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VENV)-numba-* $(OUT) docs/reference/api docs/benchmarks docs/files docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	rm -rf $(COMPILED)/compiled-*

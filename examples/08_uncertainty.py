@@ -21,7 +21,7 @@ u = hf.robustness_under(
     "jar",
     points,
     directions,
-    uncertain=hf.Uncertain(pose_sigma=(0.004, 0.2), mu_range=(0.3, 0.5), samples=60, seed=1),
+    uncertain=hf.sets.Uncertain(pose_sigma=(0.004, 0.2), mu_range=(0.3, 0.5), samples=60, seed=1),
 )
 print(f"stands in {u.stands:.0%} of {u.samples} samples, undecided {u.undecided:.0%} ({u.engine}, {u.claim})")
 for name, nominal, low, middle in zip(("sideways", "down"), u.nominal, u.quantile(0.05), u.median, strict=True):

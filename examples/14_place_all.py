@@ -24,7 +24,7 @@ p = hf.plan_placement(
     hf.assemble(scene),
     cup,
     where=hf.Where(supports=["shelf"], next_to="vase", keep_out=[((-0.3, -0.15), (0.3, -0.1))]),
-    approach=hf.Approach(direction=(0, 0, -1), gripper=((-0.04, -0.01, -0.02), (0.04, 0.01, 0.1))),
+    approach=hf.sets.Approach(direction=(0, 0, -1), gripper=((-0.04, -0.01, -0.02), (0.04, 0.01, 0.1))),
     engine="graph",
 )
 if p.pose is None or p.rating is None or p.rating.own is None:

@@ -1,6 +1,6 @@
-"""The words of public parameters: one type, one unit and one meaning for each name, as docs/conventions.md shows them.
+"""The words of public parameters: one type, one unit and one meaning for each name, as conventions.md shows them.
 
-    python tools/vocabulary.py write     # put the table into docs/conventions.md
+    python tools/vocabulary.py write     # put the table into docs/reference/conventions.md
     python tools/vocabulary.py check     # exit code 1 where a public call says something else, or the page does
 
 The table is ``vocabulary.csv``. Public calls are the functions of ``holdfast``, the constructors of classes that
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 ROOT = Path(__file__).parents[1]
-PAGE, TABLE = ROOT / "docs" / "conventions.md", Path(__file__).with_suffix(".csv")
+PAGE, TABLE = ROOT / "docs" / "reference" / "conventions.md", Path(__file__).with_suffix(".csv")
 BEGIN, END = "<!-- vocabulary -->", "<!-- /vocabulary -->"
 MOST = 8  # parameters of a public call
 MODULES = ("holdfast", "holdfast.answers", "holdfast.sets", "holdfast.plugins", "holdfast.readers")

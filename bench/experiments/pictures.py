@@ -1,4 +1,4 @@
-"""The six pictures of docs/predicted_and_measured.md, from saved rows."""
+"""The six pictures of docs/explanation/predicted_and_measured.md, from saved rows."""
 
 from __future__ import annotations
 

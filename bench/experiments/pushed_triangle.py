@@ -30,7 +30,7 @@ ARMS = (0, 15, 30, 50, 110)  # [mm]
 TURNS = 0.02  # [rad]; less is taken for no rotation
 RANGES = (0.1, 0.2, 0.3)  # relative width of friction
 SAMPLES = 200
-FACES = hf.Imperfect(2e-4, material="wood")  # as docs/near_hardware.md has it for wood
+FACES = hf.Imperfect(2e-4, material="wood")  # as docs/explanation/near_hardware.md has it for wood
 
 
 NEAR, APART = "30_63.33_43.33_30_43.33_63.33", 2.0  # the set that scatters most; its feet moved out or in [mm]
@@ -71,7 +71,7 @@ class Pushes:
         found["μ m g"] = np.full(len(self.points), self.mu * MASS * G)
         found["lower"] = hf.robustness(*asked).lower
         for width in RANGES:
-            doubt = hf.Uncertain(mu_range=width, samples=SAMPLES)
+            doubt = hf.sets.Uncertain(mu_range=width, samples=SAMPLES)
             found[f"5 % quantile, friction within {width:.0%}"] = hf.robustness_under(*asked, doubt).quantile(0.05)
         found["lower, wooden faces"] = hf.robustness(*asked, imperfect=FACES).lower
         return found

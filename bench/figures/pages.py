@@ -22,6 +22,7 @@ from bench.figures.tables import TABLES
 
 START = re.compile(r"<!-- figure: (?P<name>\S+) -->")
 END = "<!-- end -->"
+PARTS = ("", "howto", "from", "explanation", "reference")  # folders of docs/
 FIGURE = re.compile(START.pattern + r"(?P<text>.*?)" + END, re.DOTALL)
 
 
@@ -35,8 +36,8 @@ def figures(results: Path) -> dict[str, str]:
 
 
 def pages(root: Path) -> list[Path]:
-    """The pages that may hold figures."""
-    return [root / "README.md", *sorted((root / "docs").glob("*.md"))]
+    """README and the pages of docs/, without what ``make docs`` makes there."""
+    return [root / "README.md", *(page for part in PARTS for page in sorted((root / "docs" / part).glob("*.md")))]
 
 
 def same(one: str, other: str) -> bool:

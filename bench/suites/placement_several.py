@@ -71,7 +71,7 @@ def run(kind: str, count: int, method: str) -> list[Row]:
             scene,
             bodies,
             where=hf.Where(stack=kind == "pallet", apart=APART[kind]),
-            approach=hf.Approach(orientations="upright" if kind == "pallet" else None),
+            approach=hf.sets.Approach(orientations="upright" if kind == "pallet" else None),
             search=hf.Search(seconds=BUDGET),
         )
         poses = [(step.body, step.pose) for step in p.steps]
@@ -110,7 +110,7 @@ def by_rule(assembly: Assembly, bodies: Sequence[Body], kind: str, rule: Rule) -
             now,
             body,
             where=hf.Where(supports=supports),
-            approach=hf.Approach(orientations="upright" if stack else None),
+            approach=hf.sets.Approach(orientations="upright" if stack else None),
         )
 
     placing = Placing(planner_of, (ground,), stack, APART[kind], 0)

@@ -1,7 +1,8 @@
 """The coupled truth of a pile of boxes: linear pressure and the whole limit surface, contact by contact.
 
-Derivation, limits and measurements: ``docs/coupled_truth.md``. There are no nodes, springs or load paths here, and no
-code is shared with the engines: pressure and friction are integrated exactly over the part of the rectangle in touch.
+Derivation, limits and measurements: ``docs/explanation/coupled_truth.md``. There are no nodes, springs or load paths
+here, and no code is shared with the engines: pressure and friction are integrated exactly over the part of the
+rectangle in touch.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 "Decoupled" is the reasoning of Nadeau & Kelly (arXiv 2411.09810, Sec. V and VI-A4): R = min(R_slip, R_top), slipping
 and toppling examined apart, contact pressure from the minimum-energy distribution (uniform on all interfaces here).
-The derivation, face by face, and what is wrong with this truth as physics: ``docs/decoupled_truth.md``.
+The derivation, face by face, and what is wrong with this truth as physics: ``docs/explanation/decoupled_truth.md``.
 
 Cuts and axes are not enumerated here: each formula belongs to the mechanism that was found to govern on paper. The
 tests compare it with an evaluator that enumerates them. SI units, world axes, z up, floor top at z = 0, g = 9.81 m/s2.

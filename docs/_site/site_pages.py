@@ -29,15 +29,15 @@ each other. Times are those of two cores of a shared machine; ratios mean more t
 """
 # Links of the pages, and where they lead on the site
 LINKS = (
-    (re.compile(r"\]\(\.\./bench/results/(\w+)\.(md|png)\)"), r"](/benchmarks/\1.\2)"),
-    (re.compile(r"\]\((?:\.\./)?bench/results\)"), "](/benchmarks/index.md)"),
-    (re.compile(r"\]\(\.\./examples\)"), "](/gallery/index.rst)"),
-    (re.compile(r"\]\((?:\.\./)?CONTRIBUTING\.md\)"), "](/contributing.md)"),
-    (re.compile(r"\]\((?:\.\./)?SECURITY\.md\)"), "](/security.md)"),
-    (re.compile(r"\]\((?:\.\./)?CHANGELOG\.md\)"), "](/changelog.md)"),
+    (re.compile(r"\]\((?:\.\./)+bench/results/(\w+)\.(md|png)\)"), r"](/benchmarks/\1.\2)"),
+    (re.compile(r"\]\((?:\.\./)*bench/results\)"), "](/benchmarks/index.md)"),
+    (re.compile(r"\]\((?:\.\./)+examples\)"), "](/gallery/index.rst)"),
+    (re.compile(r"\]\((?:\.\./)*CONTRIBUTING\.md\)"), "](/contributing.md)"),
+    (re.compile(r"\]\((?:\.\./)*SECURITY\.md\)"), "](/security.md)"),
+    (re.compile(r"\]\((?:\.\./)*CHANGELOG\.md\)"), "](/changelog.md)"),
 )
 # In docstrings
-NAMED_PAGE = re.compile(r"(?<![`/\w])docs/(\w+)\.md")
+NAMED_PAGE = re.compile(r"(?<![`/\w])docs/([\w/]+)\.md")
 BARS = re.compile(r"(``.*?``)|(?<!\\)\|(?=\S)([^|`]+?)(?<=\S)\|")  # code, or an absolute value
 
 

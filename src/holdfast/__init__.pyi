@@ -10,7 +10,6 @@ from holdfast.applications.disassembly.build import build_order as build_order
 from holdfast.applications.disassembly.order import disassembly_order as disassembly_order
 from holdfast.applications.disassembly.removal_check import can_remove as can_remove
 from holdfast.applications.monitor import Monitor as Monitor
-from holdfast.applications.placement.conditions import Approach as Approach
 from holdfast.applications.placement.conditions import Search as Search
 from holdfast.applications.placement.conditions import Where as Where
 from holdfast.applications.placement.place_all import place_all as place_all
@@ -40,7 +39,6 @@ from holdfast.queries.push import load_factor as load_factor
 from holdfast.queries.push import robustness as robustness
 from holdfast.queries.request import Load as Load
 from holdfast.queries.stability import stability as stability
-from holdfast.queries.uncertain import Uncertain as Uncertain
 from holdfast.queries.uncertainty import robustness_under as robustness_under
 from holdfast.scene.body import Body as Body
 from holdfast.scene.compound import Compound as Compound

@@ -150,7 +150,7 @@ def test_other_questions_take_the_answer() -> None:
     found = hf.friction_from(cube(), [low(f * G) for f in (0.45, 0.5, 0.55)])
     worst = hf.sets.worst_case(cube(), "cube", LOW, X, mu_range=found.mu_range)
     assert float(worst) == pytest.approx(found.mu_range[PAIR][0] * G, rel=1e-3)
-    sampled = hf.robustness_under(cube(), "cube", LOW, X, hf.Uncertain(mu_range=found.mu_range, samples=20))
+    sampled = hf.robustness_under(cube(), "cube", LOW, X, hf.sets.Uncertain(mu_range=found.mu_range, samples=20))
     assert (
         float(worst) * 0.999 <= sampled.quantile(0)[0] <= sampled.quantile(1)[0] <= found.mu_range[PAIR][1] * G * 1.001
     )

@@ -78,7 +78,7 @@ def test_boxes_are_stacked_layer_by_layer() -> None:
         base,
         boxes,
         where=hf.Where(stack=True, apart=0.002),
-        approach=hf.Approach(orientations="upright"),
+        approach=hf.sets.Approach(orientations="upright"),
         search=hf.Search(solves=25),
         engine="graph",
     )
@@ -90,7 +90,7 @@ def test_boxes_are_stacked_layer_by_layer() -> None:
         base,
         boxes,
         where=hf.Where(apart=0.002),
-        approach=hf.Approach(orientations="upright"),
+        approach=hf.sets.Approach(orientations="upright"),
         search=hf.Search(solves=25),
         engine="graph",
     )
@@ -142,7 +142,7 @@ def test_it_is_no_weaker_than_the_rules_that_know_nothing_of_forces(kind: str, c
     scene, bodies = load(kind, count)
     stack, ground = kind == "pallet", scene.bodies[0].name
     where = hf.Where(stack=stack, apart=APART[kind])
-    approach = hf.Approach(orientations="upright" if stack else None)
+    approach = hf.sets.Approach(orientations="upright" if stack else None)
     p = hf.place_all(scene, bodies, where, approach, hf.Search(solves=25))
     assert p.left == ()
     named = {body.name: body for body in bodies}
@@ -215,8 +215,8 @@ def test_the_answer_is_a_value(tmp_path) -> None:
         (THINGS, lambda: {"where": hf.Where(supports=["tra"])}, "did you mean 'tray'"),
         (THINGS, lambda: {"search": hf.Search(seconds=0)}, "seconds"),
         (THINGS, lambda: {"search": hf.Search(candidates=3)}, "candidates, which are for one object"),
-        (THINGS, lambda: {"approach": hf.Approach(gripper=[[0, 0, 0], [0, 1, 1]])}, "low < high"),
-        (THINGS, lambda: {"approach": hf.Approach(orientations="up")}, "upright"),
+        (THINGS, lambda: {"approach": hf.sets.Approach(gripper=[[0, 0, 0], [0, 1, 1]])}, "low < high"),
+        (THINGS, lambda: {"approach": hf.sets.Approach(orientations="up")}, "upright"),
         (THINGS, lambda: {"where": hf.Where(keep_out=[(1, 2)])}, "low and high corner"),
     ],
 )

@@ -109,13 +109,17 @@ def test_allowed_orientations_are_kept_to() -> None:
     upright = pose_from(np.zeros(3), about_y(np.pi / 2))[:3, :3]  # long side up
     for seed in range(3):
         p = hf.plan_placement(
-            cube_scene(), slab, approach=hf.Approach(orientations=upright), search=hf.Search(seed=seed), engine="graph"
+            cube_scene(),
+            slab,
+            approach=hf.sets.Approach(orientations=upright),
+            search=hf.Search(seed=seed),
+            engine="graph",
         )
         assert abs(p.pose[2, 0]) == pytest.approx(1, abs=1e-6)
         q = hf.plan_placement(
             cube_scene(),
             slab,
-            approach=hf.Approach(orientations=upright, free_yaw=False),
+            approach=hf.sets.Approach(orientations=upright, free_yaw=False),
             search=hf.Search(seed=seed),
             engine="graph",
         )
@@ -150,7 +154,7 @@ def test_a_way_in_from_above() -> None:
         assembly,
         thing(),
         where=hf.Where(supports=["floor"]),
-        approach=hf.Approach(direction=(0, 0, -1)),
+        approach=hf.sets.Approach(direction=(0, 0, -1)),
         search=hf.Search(solves=30),
         engine="graph",
     )
@@ -278,8 +282,8 @@ def test_an_unstable_scene_is_refused_with_the_verdict() -> None:
         (lambda: {"where": hf.Where(avoid=["nothing"])}, "nothing"),
         (lambda: {"where": hf.Where(least_supports=3)}, "no more than there are"),
         (lambda: {"where": hf.Where(apart=0.01)}, "ask place_all"),
-        (lambda: {"approach": hf.Approach(orientations=np.eye(3) * 2)}, "not rigid"),
-        (lambda: {"approach": hf.Approach(direction=(0, 0, 0))}, "is zero"),
+        (lambda: {"approach": hf.sets.Approach(orientations=np.eye(3) * 2)}, "not rigid"),
+        (lambda: {"approach": hf.sets.Approach(direction=(0, 0, 0))}, "is zero"),
         (lambda: {"approach": (0, 0, -1)}, r"needs holdfast\.Approach"),
         (lambda: {"search": hf.Search(spacing=-1)}, "spacing"),
         (lambda: {"search": hf.Search(weights=hf.sets.Weights)}, "Weights"),

@@ -16,7 +16,7 @@ def placed(imperfect: hf.Imperfect | None) -> hf.answers.Placement:
     return hf.plan_placement(
         *(ASSEMBLY, THING),
         where=hf.Where(supports=["cube"]),
-        approach=hf.Approach(orientations="any"),
+        approach=hf.sets.Approach(orientations="any"),
         search=hf.Search(spacing=0.02, seed=9, candidates=3, solves=400),
         imperfect=imperfect,
     )

@@ -55,7 +55,7 @@ def test_a_plank_may_bridge_two_supports() -> None:
         scene,
         plank,
         where=hf.Where(least_supports=2),
-        approach=hf.Approach(orientations="upright"),
+        approach=hf.sets.Approach(orientations="upright"),
         search=hf.Search(solves=40, **FEW),
     )
     assert found.status == hf.Status.STABLE

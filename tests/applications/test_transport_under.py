@@ -20,7 +20,7 @@ WAYS = [(1.0, 0, 0), (0, 1.0, 0), (-0.6, -0.8, 0)]
 
 def test_slip_is_mu_g_whatever_the_masses() -> None:
     """A cube slips on its carrier at mu g, so sampled masses change nothing and friction alone counts."""
-    doubts = hf.Uncertain(mu_range=(0.2, 0.8), mass_range=0.5, samples=40, seed=3)
+    doubts = hf.sets.Uncertain(mu_range=(0.2, 0.8), mass_range=0.5, samples=40, seed=3)
     found = hf.transport_under(cube(), X, doubts, engine="limit")
     level = found.acceleration[:, 0] / G
     assert 0.2 <= level.min() < 0.25
@@ -33,7 +33,7 @@ def test_slip_is_mu_g_whatever_the_masses() -> None:
 
 def test_pushes_follow_the_sampled_mass() -> None:
     """A cube pushed low holds mu m g: its forces are uniform between those of the lightest and the heaviest."""
-    doubts = hf.Uncertain(mass_range={"cube": (0.5, 2.0)}, samples=60, seed=1)
+    doubts = hf.sets.Uncertain(mass_range={"cube": (0.5, 2.0)}, samples=60, seed=1)
     found = hf.robustness_under(cube(), "cube", (-0.05, 0, 0.001), X, doubts, engine="limit")
     mass = found.force[:, 0] / (0.6 * G)
     assert 0.5 <= mass.min() < 0.6
@@ -42,7 +42,7 @@ def test_pushes_follow_the_sampled_mass() -> None:
 
 
 def test_masses_are_independent_of_each_other_and_of_all_else() -> None:
-    doubts = hf.Uncertain(mu_range=0.3, samples=4, seed=2)
+    doubts = hf.sets.Uncertain(mu_range=0.3, samples=4, seed=2)
     pushed = ("cube1", (-0.05, 0, 0.01), X)
     alone = hf.robustness_under(stack(), *pushed, doubts, engine="limit").force
     heavy = dataclasses.replace(doubts, mass_range=dict.fromkeys(("cube1", "cube2", "cube3"), (0.5, 1.5)))
@@ -54,7 +54,11 @@ def test_masses_are_independent_of_each_other_and_of_all_else() -> None:
 def test_a_tilted_carrier_takes_off_what_it_needs_at_rest() -> None:
     """Tilted by t about y, a cube slips along x at g (mu cos t - sin t), or + where the slope helps."""
     found = hf.transport_under(
-        cube(), [X, (-1, 0, 0)], hf.Uncertain(mu_range=(0.4, 0.4), samples=2), tilt_degrees=(0, 10, 0), engine="limit"
+        cube(),
+        [X, (-1, 0, 0)],
+        hf.sets.Uncertain(mu_range=(0.4, 0.4), samples=2),
+        tilt_degrees=(0, 10, 0),
+        engine="limit",
     )
     t = np.radians(10)
     np.testing.assert_allclose(sorted(found.acceleration[0]), G * (0.4 * np.cos(t) + np.array([-1, 1]) * np.sin(t)))
@@ -64,7 +68,7 @@ def test_only_these_bodies_count() -> None:
     """A ball rolls at once; the box beside it slips at mu g."""
     ball = hf.Body("ball", hf.Sphere(0.05), mass=1, pose=at(0.5, 0, 0.05))
     scene = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), ball], 0.5)
-    doubts = hf.Uncertain(mu_range=(0.3, 0.5), samples=3)
+    doubts = hf.sets.Uncertain(mu_range=(0.3, 0.5), samples=3)
     assert hf.transport_under(scene, X, doubts, engine="limit").quantile(1)[0] < 0.05
     found = hf.transport_under(scene, X, doubts, engine="limit", bodies=["cube"])
     assert (found.acceleration >= 0.3 * G * (1 - 1e-6)).all()
@@ -75,7 +79,7 @@ def test_a_sample_that_falls_counts_as_zero() -> None:
     """A cube that hangs over by 45 % of its length falls in some samples; there no acceleration holds."""
     block = hf.Body("block", hf.Box((0.1, 0.1, 0.1)), pose=at(0, 0, 0.05), fixed=True)
     scene = hf.Scene([block, box("cube", (0.1, 0.1, 0.1), 1, (0.045, 0, 0.15))], 0.6)
-    found = hf.transport_under(scene, X, hf.Uncertain(pose_sigma=0.005, samples=60, seed=1))
+    found = hf.transport_under(scene, X, hf.sets.Uncertain(pose_sigma=0.005, samples=60, seed=1))
     assert 0.6 < found.stands < 0.95
     still = found.status[:, 0] == hf.Status.FINITE
     assert (found.acceleration[~still] == 0).all()
@@ -109,7 +113,7 @@ def test_samples_are_the_scenes_that_one_would_build(name: str, engine: str) -> 
     sigma, low, high, count, seed = (0.0003, 0.05), 0.45, 0.6, 3, 5
     gap = 1e-3
     bodies = STILL if name == "shelf" else None
-    doubts = hf.Uncertain(pose_sigma=sigma, mu_range=(low, high), mass_range=0.3, samples=count, seed=seed)
+    doubts = hf.sets.Uncertain(pose_sigma=sigma, mu_range=(low, high), mass_range=0.3, samples=count, seed=seed)
     found = hf.transport_under(hf.assemble(scene, gap=gap), WAYS, doubts, engine=engine, bodies=bodies)
     rng, masses = np.random.default_rng(seed), np.random.default_rng(seed).spawn(1)[0]
     movable = [body for body in scene.bodies if not body.fixed]
@@ -137,10 +141,10 @@ def test_samples_are_the_scenes_that_one_would_build(name: str, engine: str) -> 
     ("changes", "match"),
     [
         ({"uncertain": 3}, r"uncertain: is 3; needs holdfast\.Uncertain"),
-        ({"uncertain": hf.Uncertain(mass_range=1.5)}, r"mass_range: relative width 1\.5; needs less than 1"),
-        ({"uncertain": hf.Uncertain(mass_range={"cub": (1, 2)})}, r"'cub'; did you mean 'cube'"),
-        ({"uncertain": hf.Uncertain(mass_range={"floor": (1, 2)})}, r"'floor' is fixed; name movable bodies"),
-        ({"uncertain": hf.Uncertain(mass_range={"cube": (2, 1)})}, r"is \(2, 1\); needs 0 <= low <= high"),
+        ({"uncertain": hf.sets.Uncertain(mass_range=1.5)}, r"mass_range: relative width 1\.5; needs less than 1"),
+        ({"uncertain": hf.sets.Uncertain(mass_range={"cub": (1, 2)})}, r"'cub'; did you mean 'cube'"),
+        ({"uncertain": hf.sets.Uncertain(mass_range={"floor": (1, 2)})}, r"'floor' is fixed; name movable bodies"),
+        ({"uncertain": hf.sets.Uncertain(mass_range={"cube": (2, 1)})}, r"is \(2, 1\); needs 0 <= low <= high"),
         ({"directions": (0, 0, 0)}, r"directions"),
         ({"bodies": ["floor"]}, r"'floor' is fixed"),
     ],

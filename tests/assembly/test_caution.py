@@ -71,7 +71,12 @@ def test_u7_sizes_that_may_be_metres_are_not(case: tuple[float, ...]) -> None:
 def test_u7_samples_of_a_large_assembly_are_not_refused() -> None:
     assembly = hf.assemble(sizes(100), allow_large=True)
     found = hf.robustness_under(
-        assembly, "b0", (50, 0, 50), (-1, 0, 0), uncertain=hf.Uncertain(samples=2, pose_sigma=0.001), engine="limit"
+        assembly,
+        "b0",
+        (50, 0, 50),
+        (-1, 0, 0),
+        uncertain=hf.sets.Uncertain(samples=2, pose_sigma=0.001),
+        engine="limit",
     )
     assert found.force.shape == (2, 1)
 

@@ -86,10 +86,11 @@ def called(*options: object) -> object:
 
 
 def test_the_command_checks_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "docs").mkdir()
     for page in figures.pages(ROOT):
-        (tmp_path / page.relative_to(ROOT)).write_text(page.read_text(encoding="utf-8"), encoding="utf-8")
-    page = tmp_path / "docs" / "promises.md"
+        copy = tmp_path / page.relative_to(ROOT)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text(page.read_text(encoding="utf-8"), encoding="utf-8")
+    page = tmp_path / "docs" / "explanation" / "promises.md"
     right = page.read_text(encoding="utf-8")
     page.write_text(right.replace("-->500<!--", "-->400<!--"), encoding="utf-8")
     assert called("--check", "--root", tmp_path) == 1

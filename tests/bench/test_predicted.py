@@ -1,4 +1,4 @@
-"""What docs/predicted_and_measured.md says of measured and printed numbers, held against the saved results."""
+"""What predicted_and_measured.md says of measured and printed numbers, held against the saved results."""
 
 from __future__ import annotations
 

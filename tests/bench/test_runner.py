@@ -14,6 +14,7 @@ import pytest
 import holdfast as hf
 from bench import registry, runner
 from bench.checkout import RESULTS, ROOT
+from bench.figures.pages import pages
 from bench.suite import Row, Suite
 
 
@@ -102,9 +103,9 @@ def test_an_unknown_suite_gets_a_hint() -> None:
 @pytest.mark.parametrize("name", registry.SUITES)
 def test_a_page_cites_every_suite(name: str) -> None:
     """What nobody cites goes, or is measured for nothing."""
-    pages = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md"))
+    text = "".join(path.read_text(encoding="utf-8") for path in pages(ROOT))
     cited = rf"bench/results/{name}\.|figure: (\w+\+)?{name}[.+]|bench run [\w ]*\b{name}\b"
-    assert re.search(cited, pages), f"no page cites {name}"
+    assert re.search(cited, text), f"no page cites {name}"
 
 
 def test_every_saved_result_belongs_to_a_suite() -> None:

@@ -1,7 +1,7 @@
 """Real pushes and published numbers, which nobody here made: predicted beside measured.
 
-The scenes and printed numbers are those of ``bench/experiments``, whose saved results docs/predicted_and_measured.md
-shows; here the engines are asked again for the key figures.
+The scenes and printed numbers are those of ``bench/experiments``, whose saved results
+docs/explanation/predicted_and_measured.md shows; here the engines are asked again for the key figures.
 """
 
 from __future__ import annotations

@@ -128,7 +128,7 @@ def distances(model: Any, data: Any, scene: hf.Scene, pair: tuple[str, ...]) -> 
     ],
 )
 def test_contacts_beside_those_of_mujoco(name: str, until: float, touching: int) -> None:
-    """Every difference has one of two reasons, which docs/mjcf.md explains.
+    """Every difference has one of two reasons, which docs/from/mujoco.md explains.
 
     Bodies that touch without overlapping, to within the gap, are in contact here, and in MuJoCo only from its margin
     on, zero in these files: rounding decides. Boxes that share no more than an edge or a corner have no contact here.

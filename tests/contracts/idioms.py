@@ -136,7 +136,7 @@ def uncertain() -> float:
     assembly = hf.assemble(hf.shipped_scene("cube"))
     point, direction = (-0.05, 0, 0.05), (1, 0, 0)
     u = hf.robustness_under(
-        assembly, "cube", point, direction, uncertain=hf.Uncertain(samples=4, seed=0, pose_sigma=(0.001, 0.3))
+        assembly, "cube", point, direction, uncertain=hf.sets.Uncertain(samples=4, seed=0, pose_sigma=(0.001, 0.3))
     )
     w = hf.sets.worst_case(assembly, "cube", point, direction, mass_range={"cube": (0.9, 1.1)})
     s = hf.sets.sensitivity(assembly, "cube", point, direction)
@@ -144,7 +144,7 @@ def uncertain() -> float:
         assembly, [("cube", point, direction, 4.4), ("cube", point, direction, 5.1, False)], scatter=0.1
     )
     hf.sets.worst_case(assembly, "cube", point, direction, mu_range=friction.mu_range)
-    hf.transport_under(assembly, direction, hf.Uncertain(mu_range=friction.mu_range, mass_range=0.1, samples=4))
+    hf.transport_under(assembly, direction, hf.sets.Uncertain(mu_range=friction.mu_range, mass_range=0.1, samples=4))
     low, middle = u.quantile((0.05, 0.5))
     print(low, middle, u.stands, s.force)
     return float(w)

@@ -89,7 +89,7 @@ ASK: dict[str, Callable[[], Any]] = {
     "map, unstable": lambda: hf.robustness_map(hanging(), spacing=0.05, engine="limit"),
     "map, interpolated": lambda: hf.robustness_map(cube(), spacing=0.012),
     "samples": lambda: hf.robustness_under(
-        cube(), "cube", *PUSHES, uncertain=hf.Uncertain(mu_range=0.2, samples=3, seed=1), engine="limit"
+        cube(), "cube", *PUSHES, uncertain=hf.sets.Uncertain(mu_range=0.2, samples=3, seed=1), engine="limit"
     ),
     "sensitivity": lambda: hf.sets.sensitivity(cube(), "cube", SIDE, X),
     "worst case": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, mu_range=0.1, mass_range=0.1),
@@ -103,7 +103,7 @@ ASK: dict[str, Callable[[], Any]] = {
     "transport": lambda: hf.transport_limits(cube(), [X, (0, 0, 1)], bounds=True),
     "transport, unstable": lambda: hf.transport_limits(hanging(), [X], engine="limit"),
     "transport, samples": lambda: hf.transport_under(
-        cube(), [X, (0, 0, 1)], hf.Uncertain(mu_range=0.2, mass_range=0.1, samples=3), engine="limit"
+        cube(), [X, (0, 0, 1)], hf.sets.Uncertain(mu_range=0.2, mass_range=0.1, samples=3), engine="limit"
     ),
     "friction": lambda: hf.friction_from(
         cube(), [("cube", SIDE, X, 4.0), ("cube", SIDE, X, 4.4), ("cube", SIDE, X, 5.0, False)], engine="limit"

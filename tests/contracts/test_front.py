@@ -19,12 +19,12 @@ PLANNED = """
     load_scene save_scene from_mujoco from_newton from_pybullet from_trimesh shipped_scene
     assemble settle stability robustness robustness_map robustness_under friction_from
     stability_of_poses robustness_of_poses load_factor transport_limits transport_under carry
-    plan_placement place_all Where Approach Search Uncertain can_remove disassembly_order build_order safe_pushes
+    plan_placement place_all Where Search can_remove disassembly_order build_order safe_pushes
     resting_poses Monitor batch read_batch load_answer view Hold Grip
 """  # of the third plan, what can be done today
 ELSEWHERE = {
     "answers": "Assembly Stability Robustness RobustnessMap Removal Placement Placements Interface Patch Claim Bound",
-    "sets": "sensitivity worst_case admissible_wrenches sustainable_accelerations constraint",
+    "sets": "sensitivity worst_case admissible_wrenches sustainable_accelerations constraint Approach Uncertain",
     "errors": "SceneError GeometryError SolverError UnstableError HoldfastWarning",
     "plugins": "register_engine register_format",
     "readers": "from_genesis from_planning_scene from_sapien",
@@ -60,6 +60,7 @@ def test_every_name_is_in_one_module() -> None:
         ("SceneError", "holdfast.errors.SceneError"),
         ("worst_case", "holdfast.sets.worst_case"),
         ("register_engine", "holdfast.plugins.register_engine"),
+        ("Uncertain", "holdfast.sets.Uncertain"),
         ("from_sapien", "holdfast.readers.from_sapien"),
         ("tilted", "holdfast.Scene.tilted"),
         ("horizontal_directions", "holdfast.Scene.horizontal_directions"),

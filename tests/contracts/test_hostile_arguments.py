@@ -47,9 +47,9 @@ def pushed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Robustne
 
 
 def under(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.RobustnessUnder:
-    names = {field.name for field in dataclasses.fields(hf.Uncertain)}
+    names = {field.name for field in dataclasses.fields(hf.sets.Uncertain)}
     given: dict[str, Any] = {"mu_range": 0.1, "samples": 2, "engine": "limit"} | changes
-    uncertain = hf.Uncertain(**{name: value for name, value in given.items() if name in names})
+    uncertain = hf.sets.Uncertain(**{name: value for name, value in given.items() if name in names})
     others = {name: value for name, value in given.items() if name not in names}
     return hf.robustness_under(assembly, "cube", ON, DOWN, uncertain, **others)
 
@@ -59,7 +59,7 @@ def measured(assembly: hf.answers.Assembly, pushes: Any, **changes: Any) -> hf.a
 
 
 def placed(assembly: hf.answers.Assembly, **changes: Any) -> hf.answers.Placement:
-    fields = {kind: {f.name for f in dataclasses.fields(kind)} for kind in (hf.Where, hf.Approach, hf.Search)}
+    fields = {kind: {f.name for f in dataclasses.fields(kind)} for kind in (hf.Where, hf.sets.Approach, hf.Search)}
     given: dict[str, Any] = {"solves": 1, "confirm": None} | changes
     values = [kind(**{name: given[name] for name in names & given.keys()}) for kind, names in fields.items()]
     return hf.plan_placement(assembly, NEW, *values, engine="graph")
@@ -246,7 +246,7 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "friction_from: confidence": lambda a, v: measured(a, [("cube", ON, DOWN, 1.0)], confidence=v),
     "friction_from: standing": lambda a, v: measured(a, [("cube", ON, DOWN, 1.0)], standing=v),
     "under: mass_range": lambda a, v: under(a, mass_range=v),
-    "transport_under: directions": lambda a, v: hf.transport_under(a, v, hf.Uncertain(samples=1), engine="limit"),
+    "transport_under: directions": lambda a, v: hf.transport_under(a, v, hf.sets.Uncertain(samples=1), engine="limit"),
     "transport_under: uncertain": lambda a, v: hf.transport_under(a, DOWN, v, engine="limit"),
     "under: pose_sigma": lambda a, v: under(a, pose_sigma=v),
     "under: standing": lambda a, v: under(a, standing=v),

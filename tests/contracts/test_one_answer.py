@@ -35,7 +35,7 @@ def test_float_of_several_answers_says_what_to_take(cube: hf.answers.Assembly) -
     ):
         float(pushes)
     under = hf.robustness_under(
-        cube, "cube", SIDE, ALONG, uncertain=hf.Uncertain(mu_range=0.1, samples=3), engine="limit"
+        cube, "cube", SIDE, ALONG, uncertain=hf.sets.Uncertain(mu_range=0.1, samples=3), engine="limit"
     )
     with pytest.raises(hf.HoldfastError, match=r"of 3 samples; ask \.median or \.quantile"):
         float(under)
@@ -53,7 +53,7 @@ def test_float_of_an_unknown_answer_is_refused() -> None:
 
 def test_quantiles_of_several_shares_are_rows(cube: hf.answers.Assembly) -> None:
     u = hf.robustness_under(
-        cube, "cube", SIDE, [ALONG, (0, 1, 0)], uncertain=hf.Uncertain(mu_range=0.1, samples=9), engine="limit"
+        cube, "cube", SIDE, [ALONG, (0, 1, 0)], uncertain=hf.sets.Uncertain(mu_range=0.1, samples=9), engine="limit"
     )
     shares = (0.05, 0.5, 1.0)
     assert u.quantile(shares).shape == u.known(shares).shape == (3, 2)

@@ -28,7 +28,7 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "worst_case": lambda a: hf.sets.worst_case(a, "cube", POINT, ALONG, mu_range=0.1).force,
     "robustness_under": lambda a: (
         hf.robustness_under(
-            a, "cube", POINT, ALONG, uncertain=hf.Uncertain(samples=2, mu_range=0.2), engine="graph"
+            a, "cube", POINT, ALONG, uncertain=hf.sets.Uncertain(samples=2, mu_range=0.2), engine="graph"
         ).force
     ),
     "admissible_wrenches": lambda a: hf.sets.admissible_wrenches(a, "cube", accuracy=0.5).vertices,
@@ -39,7 +39,7 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
         hf.friction_from(a, [("cube", POINT, ALONG, 1.0)], scatter=0.1, engine="graph").predicted
     ),
     "transport_under": lambda a: (
-        hf.transport_under(a, ALONG, hf.Uncertain(samples=2, mass_range=0.2), engine="graph").acceleration
+        hf.transport_under(a, ALONG, hf.sets.Uncertain(samples=2, mass_range=0.2), engine="graph").acceleration
     ),
     "Monitor": lambda a: hf.Monitor(a, seconds=100, solves=30).update(ALONG).margin,
     "inertial_loads": lambda a: hf.sets.inertial_loads(a, acceleration=(1, 0, 0))[0].force,

@@ -46,7 +46,7 @@ TRUTHS: dict[str, Callable[[Any], object]] = {
     "transport: bounds": lambda v: hf.transport_limits(CUBE, ALONG, bounds=v),
     "carry: bounds": lambda v: hf.carry(CUBE, [[0, 1, 0, 0]], bounds=v),
     "placement: free_yaw": lambda v: hf.plan_placement(
-        CUBE, NEW, approach=hf.Approach(free_yaw=v), search=hf.Search(solves=1), engine="graph"
+        CUBE, NEW, approach=hf.sets.Approach(free_yaw=v), search=hf.Search(solves=1), engine="graph"
     ),
     "place_all: stack": lambda v: hf.place_all(
         CUBE, [NEW], where=hf.Where(stack=v), search=hf.Search(seconds=0.1), engine="graph"
@@ -98,11 +98,11 @@ SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
         r"settle: turn_degrees: is 400; needs a number from 0 to 180 degrees",
     ),
     "lean_degrees": (
-        lambda: hf.plan_placement(CUBE, NEW, approach=hf.Approach(lean_degrees=400)),
+        lambda: hf.plan_placement(CUBE, NEW, approach=hf.sets.Approach(lean_degrees=400)),
         "lean_degrees: is 400; needs a number of at most 180 degrees",
     ),
     "cone_degrees": (
-        lambda: hf.plan_placement(CUBE, NEW, approach=hf.Approach(cone_degrees=400)),
+        lambda: hf.plan_placement(CUBE, NEW, approach=hf.sets.Approach(cone_degrees=400)),
         "cone_degrees: is 400; needs a number of at most 180 degrees",
     ),
     "seconds": (
@@ -123,7 +123,9 @@ SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
     "a load": (lambda: hf.Load(None, ON, ALONG), "load: body: is None; needs a non-empty text"),  # type: ignore[arg-type]
     "scale": (lambda: hf.Mesh(SOLID.vertices, SOLID.faces, scale=(1, 0, 1)), r"Mesh: scale: is \[1.0, 0.0, 1.0\]"),
     "no stiffness": (
-        lambda: hf.robustness_under(CUBE, "cube", ON, ALONG, uncertain=hf.Uncertain(samples=2, stiffness_range=())),  # type: ignore[arg-type]
+        lambda: hf.robustness_under(
+            CUBE, "cube", ON, ALONG, uncertain=hf.sets.Uncertain(samples=2, stiffness_range=())
+        ),  # type: ignore[arg-type]
         r"stiffness_range: is \(\); needs a range",
     ),
     "mass of no number": (

@@ -9,7 +9,7 @@ import pytest
 
 from holdfast.batches.schema import TABLES
 
-PAGE = (Path(__file__).parents[2] / "docs" / "batch.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "batch.md").read_text(encoding="utf-8")
 
 
 def columns() -> str:

@@ -9,7 +9,7 @@ import pytest
 
 import holdfast as hf
 
-PAGE = Path(__file__).parents[2] / "docs" / "carry.md"
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "carry.md"
 
 
 def test_the_example_runs(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-PAGE = (Path(__file__).parents[2] / "docs" / "in_a_loop.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "in_a_loop.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL))
 OWN = ("Watched while it moves", "Many poses at once")  # the sections that need no simulator
 NEEDS = {"PyBullet": "pybullet", "Newton": "newton", "SAPIEN": "sapien", "Genesis": "genesis"}

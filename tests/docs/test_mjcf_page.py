@@ -1,4 +1,4 @@
-"""The walk-through of docs/mjcf.md is run."""
+"""The walk-through of docs/from/mujoco.md is run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
 
-PAGE = Path(__file__).parents[2] / "docs" / "mjcf.md"
+PAGE = Path(__file__).parents[2] / "docs" / "from" / "mujoco.md"
 
 
 def test_the_walk_through_works_as_printed(
@@ -19,7 +19,7 @@ def test_the_walk_through_works_as_printed(
     (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
-    exec(compile(code, "mjcf.md", "exec"), names)
+    exec(compile(code, "mujoco.md", "exec"), names)
     assert names["answer"].force[0] == pytest.approx(4 * 9.81, rel=0.01)
     assert capsys.readouterr().out.startswith("()\n")
     assert names["hf"].load_scene("crate.xml").body("crate").mass == 4

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from bench.figures.pages import pages
+
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "CONTRIBUTING.md", *pages(ROOT)]
 FOLDERS = ("src", "bench", "tests", "examples", "tools")
 DOTTED = re.compile(r"(?<![\w./-])(?:holdfast|hf|bench)(?:\.[A-Za-z_]\w*)+(?![\w/])")
 IMPORTED = re.compile(r"^\s*from ((?:holdfast|bench)[\w.]*) import ([\w, ]+)", re.MULTILINE)

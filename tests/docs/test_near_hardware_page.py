@@ -1,4 +1,4 @@
-"""The worked scene of docs/near_hardware.md runs, and every doubt takes something away."""
+"""The worked scene of docs/explanation/near_hardware.md runs, and every doubt takes something away."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 import holdfast as hf
 
-PAGE = Path(__file__).parents[2] / "docs" / "near_hardware.md"
+PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "near_hardware.md"
 
 
 def test_the_worked_scene_goes_down_from_doubt_to_doubt(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 WALKS = pytest.mark.parametrize(
-    "page", [README, (ROOT / "docs" / "five_minutes.md").read_text(encoding="utf-8")], ids=["README", "five minutes"]
+    "page", [README, (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")], ids=["README", "tutorial"]
 )
 
 

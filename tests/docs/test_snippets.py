@@ -9,12 +9,14 @@ from typing import Any
 
 import pytest
 
+from bench.figures.pages import pages
+
 DOCS = Path(__file__).parents[2] / "docs"
-OWN = {"start", "five_minutes", "batch", "carry", "near_hardware", "in_a_loop"}  # pages with a test that knows more
-NEEDS = {"mjcf": ("mujoco",), "baselines": ("pybullet", "mujoco", "casadi"), "view": ("viser",)}  # beside the library
+OWN = {"bring_a_scene", "tutorial", "batch", "carry", "near_hardware", "in_a_loop"}  # pages with a test that knows more
+NEEDS = {"mujoco": ("mujoco",), "baselines": ("pybullet", "mujoco", "casadi"), "view": ("viser",)}  # beside the library
 PAGES = {
     path.stem: found
-    for path in sorted(DOCS.glob("*.md"))
+    for path in pages(DOCS.parent)[1:]
     if path.stem not in OWN
     and (found := re.findall(r"```python\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL))
 }

@@ -14,7 +14,7 @@ import pytest
 from holdfast.cli.main import run
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "howto" / "bring_a_scene.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL))
 SNIPPET = re.compile(r"(?:`(?P<file>[\w.]+)`:\n\n)?```(?P<kind>\w*)\n(?P<text>.*?)```", re.DOTALL)
 FORMATS = [name for name, text in SECTIONS.items() if "```" in text]
@@ -44,7 +44,7 @@ def test_every_section_runs_and_prints_what_it_says(
             Path(snippet["file"]).write_text(text, encoding="utf-8")
         elif kind == "python":
             names: dict[str, Any] = {}
-            exec(compile(text, "start.md", "exec"), names)
+            exec(compile(text, "bring_a_scene.md", "exec"), names)
             promised = re.findall(r"print\(.*\)\s+# (.*)", text)
             assert promised
             printed = capsys.readouterr().out.splitlines()
@@ -67,4 +67,4 @@ def test_every_section_says_what_goes_wrong_and_is_listed_above() -> None:
 
 
 def test_the_page_can_be_found() -> None:
-    assert "docs/start.md" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "docs/howto/bring_a_scene.md" in (ROOT / "README.md").read_text(encoding="utf-8")

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
 
 import vocabulary
 
-VALUES = (hf.Where, hf.Approach, hf.Search)
+VALUES = (hf.Where, hf.sets.Approach, hf.Search)
 
 
 def test_public_calls_keep_to_the_vocabulary() -> None:

@@ -169,7 +169,7 @@ def test_a_map_and_a_factor_do_not_lean_either() -> None:
 def test_samples_draw_the_presence(pose_sigma: Any) -> None:
     assembly = hf.assemble(cartons(0.004), pose_sigma=SIGMA)
     u = hf.robustness_under(
-        assembly, "c0", PUSH, X, uncertain=hf.Uncertain(samples=40, seed=3, pose_sigma=pose_sigma), engine="limit"
+        assembly, "c0", PUSH, X, uncertain=hf.sets.Uncertain(samples=40, seed=3, pose_sigma=pose_sigma), engine="limit"
     )
     assert u.stands == 1
     assert u.quantile(0.05)[0] < 1.1 * ALONE
@@ -177,7 +177,7 @@ def test_samples_draw_the_presence(pose_sigma: Any) -> None:
     assert 0 < together < (0.4 if pose_sigma else 0.8)  # 4 mm ahead of deviates of 2.1 mm: 5 %; a coin: 50 %
     assert together <= 0.25 if pose_sigma else together >= 0.2
     plain = hf.robustness_under(
-        hf.assemble(cartons(0.004)), "c0", PUSH, X, uncertain=hf.Uncertain(samples=3, seed=3), engine="limit"
+        hf.assemble(cartons(0.004)), "c0", PUSH, X, uncertain=hf.sets.Uncertain(samples=3, seed=3), engine="limit"
     )
     assert plain.force == pytest.approx(np.full((3, 1), ALONE), rel=1e-6)
 

@@ -98,7 +98,7 @@ def test_it_answers_all_questions_that_need_no_more(share: float, tmp_path: Path
     assert t.acceleration == pytest.approx(np.full(2, share * 9.81))
     assert hf.load_factor(stack, [], engine=engine).factor == np.inf
     u = hf.robustness_under(
-        stack, body.name, point, (1, 0, 0), uncertain=hf.Uncertain(mu_range=0.1, samples=2, seed=0), engine=engine
+        stack, body.name, point, (1, 0, 0), uncertain=hf.sets.Uncertain(mu_range=0.1, samples=2, seed=0), engine=engine
     )
     assert u.median == pytest.approx([share * stack.weight])
 

@@ -117,7 +117,7 @@ def _answers(folder: Path) -> list[Original]:
             "cube",
             (-0.05, 0, 0.05),
             (1, 0, 0),
-            uncertain=hf.Uncertain(mu_range=0.1, samples=2),
+            uncertain=hf.sets.Uncertain(mu_range=0.1, samples=2),
             engine="limit",
         ),
         hf.plan_placement(assembly, thing, search=hf.Search(confirm=None, spacing=0.05), engine="limit"),

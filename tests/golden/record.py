@@ -351,7 +351,7 @@ def uncertainty_topic() -> Plain:
                         b,
                         p,
                         w,
-                        uncertain=hf.Uncertain(pose_sigma=(0.0005, 0.1), mu_range=0.2, samples=3, seed=11),
+                        uncertain=hf.sets.Uncertain(pose_sigma=(0.0005, 0.1), mu_range=0.2, samples=3, seed=11),
                         engine=e,
                     ),
                     *samples,

@@ -133,7 +133,7 @@ def test_a_quantile_tells_whether_it_is_an_answer() -> None:
         "cube",
         [(-0.05, 0, 0.01), (-0.05, 0.01, 0.01)],
         (1, 0, 0),
-        uncertain=hf.Uncertain(mu_range=0.2, samples=10),
+        uncertain=hf.sets.Uncertain(mu_range=0.2, samples=10),
         engine="graph",
     )
     assert u.known(0).all()

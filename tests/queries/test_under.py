@@ -39,7 +39,7 @@ def test_nothing_uncertain_gives_the_nominal(engine: Any, mu: Any) -> None:
     assembly = hf.assemble(stack())
     points = [(-0.05, 0.01, 0.18), (-0.05, 0, 0.12)]
     u = hf.robustness_under(
-        assembly, "cube2", points, X, uncertain=hf.Uncertain(mu_range=mu, samples=3, seed=1), engine=engine
+        assembly, "cube2", points, X, uncertain=hf.sets.Uncertain(mu_range=mu, samples=3, seed=1), engine=engine
     )
     plain = hf.robustness(assembly, "cube2", points, X, engine=engine)
     assert u.force == pytest.approx(np.broadcast_to(plain.force, (3, 2)), rel=1e-12)
@@ -55,7 +55,7 @@ def test_slip_follows_the_uniform_friction(interval: Any, engine: Any, count: in
         "cube",
         LOW,
         X,
-        uncertain=hf.Uncertain(mu_range=interval, samples=count, seed=5),
+        uncertain=hf.sets.Uncertain(mu_range=interval, samples=count, seed=5),
         engine=engine,
     )
     force = u.force[:, 0] / G
@@ -71,7 +71,7 @@ def test_slip_follows_the_uniform_friction(interval: Any, engine: Any, count: in
 def test_tipping_does_not_ask_for_friction() -> None:
     """R = m g L / (2 h), at h = L: half the weight."""
     u = hf.robustness_under(
-        hf.assemble(cube()), "cube", TOP, X, uncertain=hf.Uncertain(mu_range=(0.55, 0.9), samples=20, seed=2)
+        hf.assemble(cube()), "cube", TOP, X, uncertain=hf.sets.Uncertain(mu_range=(0.55, 0.9), samples=20, seed=2)
     )
     assert np.ptp(u.force) <= 1e-3 * G
     assert u.median == pytest.approx(G / 2, rel=5e-3)
@@ -85,7 +85,7 @@ def test_all_pairs_share_one_level() -> None:
     point = (-0.05, 0, 0.01)
     a, b = (
         hf.robustness_under(
-            assembly, "cube1", point, X, uncertain=hf.Uncertain(mu_range=m, samples=10, seed=3), engine="limit"
+            assembly, "cube1", point, X, uncertain=hf.sets.Uncertain(mu_range=m, samples=10, seed=3), engine="limit"
         ).force
         for m in (one, both)
     )
@@ -102,7 +102,7 @@ def test_an_overhang_falls_as_often_as_the_normal_tail_says(movable: bool, facto
         "cube",
         (share * L, 0, 2 * L),
         (0, 0, 1),
-        uncertain=hf.Uncertain(pose_sigma=sigma, samples=count, seed=11),
+        uncertain=hf.sets.Uncertain(pose_sigma=sigma, samples=count, seed=11),
     )
     falls = stats.norm.sf((0.5 - share) * L / (factor * sigma))
     low, high = binomial(count, falls)
@@ -121,7 +121,12 @@ def test_a_push_beside_the_overhang_follows_its_deviate() -> None:
     assembly = hf.assemble(ledge(0.3))
     end = (0.3 * L + L / 2, 0, 2 * L)
     u = hf.robustness_under(
-        assembly, "cube", end, (0, 0, -1), uncertain=hf.Uncertain(pose_sigma=sigma, samples=40, seed=4), engine="limit"
+        assembly,
+        "cube",
+        end,
+        (0, 0, -1),
+        uncertain=hf.sets.Uncertain(pose_sigma=sigma, samples=40, seed=4),
+        engine="limit",
     )
     deviates = [d[0, 0] for d in _deviates(4, 40, 1)]
     a = a0 + sigma * np.array(deviates)
@@ -147,7 +152,7 @@ def test_a_load_rides_on_its_body() -> None:
         "cube",
         end,
         (0, 0, -1),
-        uncertain=hf.Uncertain(pose_sigma=0.02 * L, samples=25, seed=4),
+        uncertain=hf.sets.Uncertain(pose_sigma=0.02 * L, samples=25, seed=4),
         standing=[load],
         engine="limit",
     )
@@ -166,7 +171,7 @@ def test_samples_are_the_scenes_with_moved_bodies() -> None:
         "cube3",
         point,
         (1, 0.2, 0),
-        uncertain=hf.Uncertain(pose_sigma=sigma, mu_range=mu, samples=5, seed=7),
+        uncertain=hf.sets.Uncertain(pose_sigma=sigma, mu_range=mu, samples=5, seed=7),
         standing=[load],
         engine="limit",
     )
@@ -205,7 +210,7 @@ def test_the_frame_in_which_a_body_is_drawn_changes_no_sample() -> None:
             "cube",
             LOW,
             X,
-            uncertain=hf.Uncertain(pose_sigma=sigma, samples=6, seed=3),
+            uncertain=hf.sets.Uncertain(pose_sigma=sigma, samples=6, seed=3),
             engine="limit",
         )
         for body in (box("cube", (L, L, L), 1, (0, 0, L / 2)), drawn)
@@ -222,7 +227,7 @@ def test_a_tilt_leans_the_contact_by_half() -> None:
         "cube",
         LOW,
         X,
-        uncertain=hf.Uncertain(pose_sigma=sigma, samples=25, seed=8),
+        uncertain=hf.sets.Uncertain(pose_sigma=sigma, samples=25, seed=8),
         engine="limit",
     )
     assert u.stands == 1
@@ -235,7 +240,12 @@ def test_contacts_arise_between_known_pairs_only() -> None:
     wall = hf.Body("wall", hf.Box((0.1, 0.3, 0.3)), pose=at(0.05 + 0.05 + 0.004, 0, 0.15), fixed=True)
     scene = hf.Scene([floor(), box("cube", (L, L, L), 1, (0, 0, L / 2)), wall], 0.5)
     u = hf.robustness_under(
-        hf.assemble(scene), "cube", LOW, X, uncertain=hf.Uncertain(pose_sigma=0.002, samples=10, seed=0), engine="limit"
+        hf.assemble(scene),
+        "cube",
+        LOW,
+        X,
+        uncertain=hf.sets.Uncertain(pose_sigma=0.002, samples=10, seed=0),
+        engine="limit",
     )
     assert u.force == pytest.approx(np.full((10, 1), 0.5 * G), rel=1e-6)
     touching = hf.robustness(hf.assemble(scene, pose_sigma=0.002), "cube", LOW, X, engine="limit")
@@ -248,7 +258,7 @@ def test_no_contact_is_lost_to_the_deviates() -> None:
         "cube3",
         (0, 0, 0.3),
         (0, 0, -1),
-        uncertain=hf.Uncertain(pose_sigma=(0.001, 0.2), samples=12, seed=6),
+        uncertain=hf.sets.Uncertain(pose_sigma=(0.001, 0.2), samples=12, seed=6),
     )
     assert u.stands == 1
     assert np.isinf(u.quantile(0)).all()
@@ -259,22 +269,22 @@ def test_given_interfaces_let_friction_vary() -> None:
     found = hf.assemble(cube())
     given = hf.assemble(cube(), interfaces=found.interfaces)
     u = hf.robustness_under(
-        given, "cube", LOW, X, uncertain=hf.Uncertain(mu_range=0.2, samples=20, seed=1), engine="limit"
+        given, "cube", LOW, X, uncertain=hf.sets.Uncertain(mu_range=0.2, samples=20, seed=1), engine="limit"
     )
     assert u.force == pytest.approx(
         hf.robustness_under(
-            found, "cube", LOW, X, uncertain=hf.Uncertain(mu_range=0.2, samples=20, seed=1), engine="limit"
+            found, "cube", LOW, X, uncertain=hf.sets.Uncertain(mu_range=0.2, samples=20, seed=1), engine="limit"
         ).force
     )
     with pytest.raises(hf.HoldfastError, match=r"pose_sigma = 0.001, but the interfaces .* given; .* vary mu_range"):
-        hf.robustness_under(given, "cube", LOW, X, uncertain=hf.Uncertain(pose_sigma=0.001, seed=1))
+        hf.robustness_under(given, "cube", LOW, X, uncertain=hf.sets.Uncertain(pose_sigma=0.001, seed=1))
 
 
 def test_a_density_stays_a_mass() -> None:
     body = hf.Body("cube", hf.Box((L, L, L)), density=1000.0, pose=at(0, 0, L / 2))
     assembly = hf.assemble(hf.Scene([floor(), body], 0.6))
     u = hf.robustness_under(
-        assembly, "cube", LOW, X, uncertain=hf.Uncertain(pose_sigma=1e-4, samples=3, seed=1), engine="limit"
+        assembly, "cube", LOW, X, uncertain=hf.sets.Uncertain(pose_sigma=1e-4, samples=3, seed=1), engine="limit"
     )
     assert u.force == pytest.approx(np.full((3, 1), 0.6 * G), rel=1e-6)
 
@@ -282,7 +292,12 @@ def test_a_density_stays_a_mass() -> None:
 def test_quantiles_are_forces_of_samples() -> None:
     points = [LOW, TOP, (-0.05, 0, 0.05)]
     u = hf.robustness_under(
-        hf.assemble(cube()), "cube", points, X, uncertain=hf.Uncertain(mu_range=0.5, samples=21, seed=9), engine="limit"
+        hf.assemble(cube()),
+        "cube",
+        points,
+        X,
+        uncertain=hf.sets.Uncertain(mu_range=0.5, samples=21, seed=9),
+        engine="limit",
     )
     assert u.force.shape == u.status.shape == (21, 3)
     assert u.quantile(0) == pytest.approx(u.force.min(0), rel=0, abs=0)
@@ -301,7 +316,7 @@ def test_the_seed_decides(engine: Any) -> None:
     assembly = hf.assemble(ledge(0.45))
 
     def asked(seed: int, samples: int = 6) -> bytes:
-        uncertain = hf.Uncertain(pose_sigma=(0.003, 0.3), mu_range=0.3, samples=samples, seed=seed)
+        uncertain = hf.sets.Uncertain(pose_sigma=(0.003, 0.3), mu_range=0.3, samples=samples, seed=seed)
         return hf.robustness_under(assembly, "cube", (0, 0, 2 * L), X, uncertain, engine=engine).force.tobytes()
 
     first = asked(1)
@@ -333,16 +348,16 @@ def test_the_seed_decides(engine: Any) -> None:
 )
 def test_what_makes_no_sense_is_refused(options: dict[str, Any], match: str) -> None:
     query: dict[str, Any] = {"assembly": hf.assemble(cube()), "body": "cube", "points": LOW, "directions": X, "seed": 1}
-    names = {field.name for field in dataclasses.fields(hf.Uncertain)}
+    names = {field.name for field in dataclasses.fields(hf.sets.Uncertain)}
     whole = {**query, **options}
     given = {name: whole.pop(name) for name in names & whole.keys()}
     with pytest.raises(hf.HoldfastError, match=match):
-        hf.robustness_under(**whole, uncertain=hf.Uncertain(**given))
+        hf.robustness_under(**whole, uncertain=hf.sets.Uncertain(**given))
 
 
 def test_a_quantile_is_a_share() -> None:
     u = hf.robustness_under(
-        hf.assemble(cube()), "cube", LOW, X, uncertain=hf.Uncertain(samples=1, seed=0), engine="limit"
+        hf.assemble(cube()), "cube", LOW, X, uncertain=hf.sets.Uncertain(samples=1, seed=0), engine="limit"
     )
     for q in (-0.1, 1.1, float("nan")):
         with pytest.raises(hf.HoldfastError, match=r"quantile: q: is .*; needs"):

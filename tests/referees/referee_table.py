@@ -1,4 +1,4 @@
-"""Print the table of docs/referee.md: ``python tests/referees/referee_table.py [scene ...]``; minutes a scene."""
+"""Print the table of referee.md: ``python tests/referees/referee_table.py [scene ...]``; minutes a scene."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Each file there names a source and holds inputs that were written after real files of it: what an input shows, its
 text with the files beside it, the options, and what must come of it. ``python -m tests.scene.scene_dialects`` writes
-the table, docs/dialects.md.
+the table, docs/reference/dialects.md.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import yaml
 import holdfast as hf
 
 FOLDER = Path(__file__).parent / "dialects"
-TABLE = Path(__file__).parents[2] / "docs" / "dialects.md"
+TABLE = Path(__file__).parents[2] / "docs" / "reference" / "dialects.md"
 FOLDERS = ("model_path", "package", "within")  # options that name folders, here relative to the root of an input
 PLACES = ("poses",)  # options that hold poses, here positions
 HEAD = """# Public scene files

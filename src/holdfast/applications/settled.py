@@ -141,10 +141,10 @@ def settle(
     """Bring the movable bodies to rest under gravity and friction, near the given poses.
 
     First, overlaps are resolved by the smallest motions, weighted by the masses. Then the bodies sink, slide and tip
-    without inertia until nothing moves (docs/settle.md). A group that comes to rest but does not stand was held by
-    self-stress: it is settled again, first without friction, and if the scene then stands, that is the answer. A body
-    whose centre of mass moves further than ``travel`` [m], or that turns by more than ``turn_degrees``, is reported as
-    falling. Overlaps deeper than ``travel`` are not resolved.
+    without inertia until nothing moves (docs/howto/settle.md). A group that comes to rest but does not stand was held
+    by self-stress: it is settled again, first without friction, and if the scene then stands, that is the answer. A
+    body whose centre of mass moves further than ``travel`` [m], or that turns by more than ``turn_degrees``, is
+    reported as falling. Overlaps deeper than ``travel`` are not resolved.
 
     Bodies in ``known`` have exact poses: where they overlap others, the others yield; gravity moves them like any other
     body. ``pose_sigma`` [m] is the standard deviation of the positions, one for all or by body: overlapping bodies

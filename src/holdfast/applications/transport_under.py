@@ -99,7 +99,7 @@ def transport_under(
     the groups of these bodies alone.
 
     Raises SceneError as ``transport_limits`` does, and HoldfastError as ``robustness_under`` does. See
-    docs/uncertainty.md.
+    docs/howto/uncertainty.md.
     """
     given = checked_assembly(assembly)
     if tilt_degrees is not None:

@@ -82,7 +82,7 @@ def _ordered(counts: Counter[str], names: Sequence[str]) -> Table[str, int]:
 
 
 class BatchTables:
-    """The tables of a folder: "scenes", "bodies", "interfaces", "pushes" and "transports", see docs/batch.md.
+    """The tables of a folder: "scenes", "bodies", "interfaces", "pushes" and "transports", see docs/howto/batch.md.
 
     Only finished shards are read. Every table is available as rows, and with the package of that name installed, as an
     Arrow table, a pandas data frame or a polars data frame.

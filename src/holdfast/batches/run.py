@@ -60,9 +60,9 @@ def batch(
     functions that they call, and ``"engine"`` to the engine of all. Rows equal the answers of single calls, bit for
     bit.
 
-    ``out`` is the folder for the tables, in shards (docs/batch.md). The same call resumes a batch that was stopped for
-    any reason: a scene is computed again only if one of its files, the question or the version has changed, or if its
-    outcome is in ``retry``, such as ``("time", "memory")``.
+    ``out`` is the folder for the tables, in shards (docs/howto/batch.md). The same call resumes a batch that was
+    stopped for any reason: a scene is computed again only if one of its files, the question or the version has changed,
+    or if its outcome is in ``retry``, such as ``("time", "memory")``.
 
     There are ``workers`` processes with one native thread each, by default one for each core. If a scene takes longer
     than ``seconds`` [s], needs too much memory or crashes its process, its row says so. ``resources`` sets the memory

@@ -36,7 +36,7 @@ class Certified(Asked):
     verdict: Verdict
 
     def save_certificate(self, path: str | os.PathLike[str], row: int | None = None) -> None:
-        """Write a JSON file that proves the answer to anybody, without holdfast; docs/certificates.md describes it.
+        """Write a JSON file that proves the answer to anybody, without holdfast; see docs/explanation/certificates.md.
 
         It lists bodies, contacts and loads, and for one ``row``, by default for all, contact forces that balance a
         multiple of the load, and a motion that proves that a greater multiple is not in equilibrium. All numbers are
@@ -64,7 +64,7 @@ class CertifiedStates(Asked):
         return False
 
     def save_certificate(self, path: str | os.PathLike[str]) -> None:
-        """Write a JSON file that proves to anybody, without holdfast, which states stand; see docs/certificates.md.
+        """Write a JSON file that proves to anybody, without holdfast, which states stand; see certificates.md.
 
         It is a list of certificates, one for each state in order, as those of ``stability``. That every way in or out
         is free, and that bodies do not clamp each other, is not proved.

@@ -10,7 +10,7 @@ NAME = {"type": "string"}
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON schema (draft 2020-12) of certificates; what the entries mean is in docs/certificates.md."""
+    """Return the JSON schema (draft 2020-12) of certificates; what the entries mean is in certificates.md."""
     number = {"anyOf": [{"type": "integer"}, {"type": "string", "pattern": f"^({NUMBER.pattern})$"}]}
     vector = {"type": "array", "items": number, "minItems": 3, "maxItems": 3}
     wrench = _table(body=NAME, force=vector, torque=vector)

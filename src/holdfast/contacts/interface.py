@@ -226,10 +226,10 @@ class Interface(Value):
     ``bodies`` are the two body names. A patch can be given by its ``polygon`` (k, 3) [m] and ``normal`` (3,) in the
     world frame, besides the ``patches``. ``status`` is "touching" or "penetrating", and ``flags`` say which contacts
     depend on a tolerance, a pose or a mesh. ``certain`` is False if the two bodies may not touch at all, for example if
-    poses are uncertain; docs/uncertainty.md says how answers use it. ``mu`` is the friction coefficient if it differs
-    from that of the two bodies, as between parts of compounds with materials of their own, and otherwise None; two
-    bodies have one interface for each coefficient. Raises GeometryError for a body paired with itself, for no patches
-    and for a polygon that is not usable.
+    poses are uncertain; docs/howto/uncertainty.md says how answers use it. ``mu`` is the friction coefficient if it
+    differs from that of the two bodies, as between parts of compounds with materials of their own, and otherwise None;
+    two bodies have one interface for each coefficient. Raises GeometryError for a body paired with itself, for no
+    patches and for a polygon that is not usable.
     """
 
     bodies: tuple[str, str]

@@ -49,7 +49,7 @@ class Imperfect(Value):
     - ``quantile``: the share of the samples that may lie below ``lower``; 0 means none.
 
     It is not made for walls of many blocks: the least of the samples is that in which some block rocks, far below what
-    measured walls bear (docs/uncertainty.md).
+    measured walls bear (docs/howto/uncertainty.md).
 
     Raises HoldfastError for options out of range, for an unknown material and where the bed is not known.
     """

@@ -181,7 +181,7 @@ def sampler(assembly: Assembly, uncertain: object, engine: Engine, standing: Seq
     """
     asked = Uncertain() if uncertain is None else uncertain
     if not isinstance(asked, Uncertain):
-        raise HoldfastError(message(f"{where}: uncertain", f"is {quoted(asked)}", "needs holdfast.Uncertain(...)"))
+        raise HoldfastError(message(f"{where}: uncertain", f"is {quoted(asked)}", "needs holdfast.sets.Uncertain(...)"))
     return Sampler(
         assembly,
         engine,

@@ -109,7 +109,7 @@ def robustness_under(
     each is present in half of the samples.
 
     Raises HoldfastError if ``pose_sigma`` is given for an assembly whose interfaces were given, or exceeds the
-    thickness of a body. See docs/uncertainty.md.
+    thickness of a body. See docs/howto/uncertainty.md.
     """
     assembly = checked_assembly(assembly)
     method, loads = engine_of(engine), checked_loads(standing)

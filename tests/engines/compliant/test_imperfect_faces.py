@@ -215,7 +215,7 @@ def test_all_samples_are_given_where_they_are_asked_for() -> None:
         "cube",
         POINTS,
         WAYS,
-        uncertain=hf.Uncertain(samples=4, flatness=5e-5, bed=BED, stiffness_range=(0.5, 2)),
+        uncertain=hf.sets.Uncertain(samples=4, flatness=5e-5, bed=BED, stiffness_range=(0.5, 2)),
     )
     covered = hf.robustness(
         cube(), "cube", POINTS, WAYS, imperfect=Imperfect(5e-5, BED, stiffness_range=(0.5, 2), samples=4)
@@ -223,7 +223,7 @@ def test_all_samples_are_given_where_they_are_asked_for() -> None:
     np.testing.assert_allclose(np.minimum(under.lower.min(0), covered.lower), covered.lower, rtol=1e-12)
     assert (under.force.std(0)[1:] > 0).all()
     with pytest.raises(hf.HoldfastError, match="no flatness"):
-        hf.robustness_under(cube(), "cube", POINTS, WAYS, uncertain=hf.Uncertain(samples=2, bed=BED))
+        hf.robustness_under(cube(), "cube", POINTS, WAYS, uncertain=hf.sets.Uncertain(samples=2, bed=BED))
 
 
 def test_stiffness_of_pairs_moves_wedged_bodies_and_not_a_lone_one() -> None:

@@ -42,8 +42,8 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
     Poses are those of ``data.xpos`` and ``data.xmat``, which ``mujoco.mj_forward`` (or ``mj_kinematics``) brings up to
     date with ``data.qpos``; ``mj_step`` alone leaves them one step behind. Frames of bodies are MuJoCo's, and so are
     masses, centres of mass and inertias. Bodies with a free joint move, with all that is welded to them; all others are
-    fixed where they are. docs/mjcf.md says what is used and what is ignored in general, and the scene's ``notes`` in
-    this case. Shapes are cached between calls, so scenes of many states of a simulation are cheap.
+    fixed where they are. docs/from/mujoco.md says what is used and what is ignored in general, and the scene's
+    ``notes`` in this case. Shapes are cached between calls, so scenes of many states of a simulation are cheap.
 
     With ``rigid=True``, moving bodies that are connected by joints or welds are one rigid body; otherwise such a
     connection raises SceneError. So do soft bodies, and everything that Scene and Body refuse.

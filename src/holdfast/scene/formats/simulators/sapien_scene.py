@@ -46,7 +46,7 @@ def from_sapien(
 
     With ``rigid=True``, moving bodies that are connected by joints or drives are one rigid body, and bodies with locked
     axes are fixed; otherwise such a connection raises SceneError. So does a moving body without gravity.
-    docs/in_a_loop.md says what is used and what is ignored, and the scene's ``notes`` in this case.
+    docs/howto/in_a_loop.md says what is used and what is ignored, and the scene's ``notes`` in this case.
     """
     if not hasattr(simulation, "entities") or not hasattr(simulation, "physx_system"):
         remedy = "needs a sapien.Scene; ManiSkill has them in env.unwrapped.scene.sub_scenes"
