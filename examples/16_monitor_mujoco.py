@@ -33,8 +33,8 @@ EVERY = 10  # steps of 2 ms between two updates
 WANTED = 4.0  # m/s² that the cart is asked for
 
 
-def drive(careful: bool) -> None:
-    """Half a second, from rest: full thrust, or as much as leaves a margin of a quarter."""
+def drive(careful: bool) -> hf.answers.Assembly:
+    """Half a second, from rest: full thrust, or as much as leaves a margin of a quarter. Returns what was carried."""
     mujoco = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_string(MODEL)
     data = mujoco.MjData(model)
@@ -60,6 +60,7 @@ def drive(careful: bool) -> None:
     vase = "stands" if data.xmat[2][8] > 0.9 else "has fallen"
     print(f"margin at least {min(margins):.2f}; after half a second the vase {vase}, the cart drives ", end="")
     print(f"{data.qvel[0]:.2f} m/s; the median update took {1e3 * np.median(seconds):.1f} ms")
+    return monitor.assembly
 
 
 if importlib.util.find_spec("mujoco") is None:
@@ -67,4 +68,4 @@ if importlib.util.find_spec("mujoco") is None:
 else:
     for careful in (False, True):
         print("with care: " if careful else "full thrust: ", end="")
-        drive(careful)
+        carried = drive(careful)

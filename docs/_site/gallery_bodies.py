@@ -15,8 +15,12 @@ SIZE: Final = (640, 480)  # [px]
 
 
 def bodies_and_movers(values: Mapping[str, Any]) -> tuple[bytes, frozenset[str]]:
-    """Draw the assembly that an example made last, as a PNG, and tell which bodies move in the last answer about it."""
-    assembly = [value for value in values.values() if isinstance(value, hf.answers.Assembly)][-1]
+    """Draw the scene that an example made last, as a PNG, and tell which bodies move in the last answer about it.
+
+    Raises LookupError for an example that made none.
+    """
+    made = [value for value in values.values() if isinstance(value, hf.answers.Assembly | hf.Scene)][-1]
+    assembly = hf.assemble(made) if isinstance(made, hf.Scene) else made
     names = {body.name for body in assembly.movable}
     found = [movers(value) & names for value in values.values()]
     moving = next((each for each in reversed(found) if each), frozenset())
@@ -28,6 +32,6 @@ def movers(answer: Any) -> frozenset[str]:  # noqa: ANN401 - any value of an exa
     if isinstance(answer, hf.answers.Stability):
         return frozenset(() if answer.mechanism is None else answer.mechanism.moving)
     moving: Iterable[Any] = getattr(answer, "moving", ())
-    if isinstance(moving, np.ndarray) and len(moving):
-        return frozenset(moving[int(answer.answers.ranking[0])])
+    if isinstance(moving, np.ndarray):
+        return frozenset(moving[int(answer.answers.ranking[0])]) if hasattr(answer, "answers") else frozenset()
     return frozenset(name for name in moving if isinstance(name, str))
