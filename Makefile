@@ -10,7 +10,7 @@ OUT ?= out
 # Where compiled loops are kept (src/holdfast/base/compiled.py)
 COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
 
-.PHONY: demo test test-slow test-referees test-kernels test-numba test-wheels wheels fuzz benchmark figures docs lint clean
+.PHONY: demo test test-slow test-referees test-kernels test-numba test-wheels wheels fuzz benchmark figures docs release-check lint clean
 
 # On all cores, in the order of the files: neighbours share what they assembled. No threads beside the processes
 PARALLEL := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal
@@ -107,6 +107,10 @@ docs: $(VENV)/.ready
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m sphinx --builder html --fail-on-warning --keep-going --quiet \
 	  --doctree-dir $(OUT)/doctrees docs $(OUT)/site
 	@echo "open $(OUT)/site/index.html"
+
+# All that a release needs, in about half an hour, and then what is left to do by hand
+release-check: test docs test-wheels
+	$(BIN)/python tools/release_check.py $(OUT)
 
 clean:
 	rm -rf $(VENV) $(VENV)-numba-* $(OUT) docs/reference/api docs/benchmarks docs/files docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -41,8 +41,9 @@ def main() -> int:
     folder.mkdir(parents=True)
     with tempfile.TemporaryDirectory() as clean:
         builder = environment(sys.executable, Path(clean))
-        called(builder, "-m", "pip", "install", "--quiet", "build")
+        called(builder, "-m", "pip", "install", "--quiet", "build", "twine")
         called(builder, "-m", "build", "--outdir", str(folder), str(ROOT))
+        called(builder, "-m", "twine", "check", "--strict", *map(str, folder.iterdir()))
     differing = different(next(folder.glob("*.whl")))
     failed = bool(differing)
     print("wheel: " + (", ".join(differing) or "holds the committed files of the package and nothing else"), flush=True)

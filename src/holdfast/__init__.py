@@ -17,7 +17,7 @@ if getattr(sys, "argv", [])[:1] == ["-m"] and sys.path[0] == os.getcwd() != os.p
 from holdfast.base.painters import painters_come_from
 from holdfast.base.public_names import homes_in_stub, names_of_stub
 
-__version__ = "0.2.0.dev0"
+__version__ = "1.0.0rc1"
 
 
 def _elsewhere(name: str) -> str | None:

@@ -59,7 +59,7 @@ def test_a_planted_command_is_found(text: str) -> None:
         installing("viewer"),
         "pip install '.[viewer]', then use the command `holdfast`",
         "pip install holdfast-robotics",
-        "install holdfast_robotics-0.2.0-py3-none-any.whl",
+        "install holdfast_robotics-1.0.0-py3-none-any.whl",
         "how to install holdfast-robotics and what holdfast is",
     ],
 )
