@@ -1,4 +1,4 @@
-"""Write the numbers and tables of README.md and docs/ that come from saved benchmark results.
+"""Write the numbers and tables of README.md, docs/ and bench/notes/ that come from saved benchmark results.
 
 A page holds each of them between two comments, which no Markdown viewer shows::
 
@@ -38,6 +38,11 @@ def figures(results: Path) -> dict[str, str]:
 def pages(root: Path) -> list[Path]:
     """README and the pages of docs/, without what ``make docs`` makes there."""
     return [root / "README.md", *(page for part in PARTS for page in sorted((root / "docs" / part).glob("*.md")))]
+
+
+def notes(root: Path) -> list[Path]:
+    """What is to be said of single suites, ``bench/notes/SUITE.md``: the site shows it above the table of the suite."""
+    return sorted((root / "bench" / "notes").glob("*.md"))
 
 
 def same(one: str, other: str) -> bool:
@@ -98,7 +103,7 @@ def refresh(root: Path, results: Path) -> list[Path]:
     """Put the saved results in a folder into all pages below ``root``; the pages that changed."""
     known = figures(results)
     changed = []
-    for path in pages(root):
+    for path in [*pages(root), *notes(root)]:
         before = path.read_text(encoding="utf-8")
         text = refreshed(before, known)
         if text != before:
@@ -111,7 +116,7 @@ def all_faults(root: Path, results: Path) -> list[str]:
     """What is wrong with the figures of all pages, one sentence each; a figure must stand on a page."""
     known = figures(results)
     found, names = [], set[str]()
-    for path in pages(root):
+    for path in [*pages(root), *notes(root)]:
         text = path.read_text(encoding="utf-8")
         names |= used(text)
         found += [f"{path.relative_to(root)}: {fault}" for fault in faults(text, known)]

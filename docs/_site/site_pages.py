@@ -17,6 +17,7 @@ from sphinx.application import Sphinx
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
 RESULTS = ROOT / "bench" / "results"
+NOTES = ROOT / "bench" / "notes"  # what there is to say of a suite, by its name
 MADE = DOCS / "benchmarks"
 HEAD = """# Benchmarks
 
@@ -29,7 +30,11 @@ each other. Times are those of two cores of a shared machine; ratios mean more t
 """
 # Links of the pages, and where they lead on the site
 LINKS = (
-    (re.compile(r"\]\((?:\.\./)+bench/results/(\w+)\.(md|png)\)"), r"](/benchmarks/\1.\2)"),
+    (
+        re.compile(r"\]\((?:\.\./)+(?:bench/)?(?:results|notes)/(\w+)\.(md|png)((?:#[\w-]+)?)\)"),
+        r"](/benchmarks/\1.\2\3)",
+    ),
+    (re.compile(r"\]\((?:\.\./)+docs/"), "](/"),
     (re.compile(r"\]\((?:\.\./)*bench/results\)"), "](/benchmarks/index.md)"),
     (re.compile(r"\]\((?:\.\./)+examples\)"), "](/gallery/index.rst)"),
     (re.compile(r"\]\((?:\.\./)*CONTRIBUTING\.md\)"), "](/contributing.md)"),
@@ -48,6 +53,10 @@ def make_benchmarks(app: Sphinx) -> None:
     names = sorted(path.stem for path in RESULTS.glob("*.md"))
     for name in names:
         text = (RESULTS / f"{name}.md").read_text(encoding="utf-8")
+        note = NOTES / f"{name}.md"
+        if note.exists():
+            head, rows = re.fullmatch(r"(.*?)(^\|.*|\Z)", text, re.DOTALL | re.MULTILINE).groups()
+            text = f"{head}{note.read_text(encoding='utf-8')}\n## Results\n\n{rows}"
         picture = RESULTS / f"{name}.png"
         if picture.exists():
             shutil.copy(picture, MADE / picture.name)

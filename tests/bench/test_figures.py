@@ -13,6 +13,7 @@ from bench.checkout import RESULTS, ROOT
 from bench.figures import pages as figures
 from bench.figures.saved_rows import Saved, UnknownResultError, listed, rounded, significant, span, table
 
+FILES = [*figures.pages(ROOT), *figures.notes(ROOT)]
 KNOWN = {"try.seconds": "21, 40 and 41", "try.rows": "| a | b |\n|---|--:|\n| x | 1 |"}
 PAGE = "Here <!-- figure: try.seconds -->20<!-- end --> ms.\n\n<!-- figure: try.rows -->\n<!-- end -->\n"
 
@@ -22,13 +23,13 @@ def known() -> dict[str, str]:
     return figures.figures(RESULTS)
 
 
-@pytest.mark.parametrize("path", figures.pages(ROOT), ids=lambda path: path.name)
+@pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_a_page_says_what_the_saved_results_say(path: Path, known: dict[str, str]) -> None:
     assert figures.faults(path.read_text(encoding="utf-8"), known) == []
 
 
 def test_every_figure_stands_on_a_page(known: dict[str, str]) -> None:
-    used = set().union(*(figures.used(path.read_text(encoding="utf-8")) for path in figures.pages(ROOT)))
+    used = set().union(*(figures.used(path.read_text(encoding="utf-8")) for path in FILES))
     assert known.keys() - used == set()
 
 
@@ -86,7 +87,7 @@ def called(*options: object) -> object:
 
 
 def test_the_command_checks_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for page in figures.pages(ROOT):
+    for page in FILES:
         copy = tmp_path / page.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_text(page.read_text(encoding="utf-8"), encoding="utf-8")

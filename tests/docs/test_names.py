@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from bench.figures.pages import pages
+from bench.figures.pages import notes, pages
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "CONTRIBUTING.md", *pages(ROOT)]
+PAGES = [ROOT / "CONTRIBUTING.md", *pages(ROOT), *notes(ROOT)]
 FOLDERS = ("src", "bench", "tests", "examples", "tools")
 DOTTED = re.compile(r"(?<![\w./-])(?:holdfast|hf|bench)(?:\.[A-Za-z_]\w*)+(?![\w/])")
 IMPORTED = re.compile(r"^\s*from ((?:holdfast|bench)[\w.]*) import ([\w, ]+)", re.MULTILINE)

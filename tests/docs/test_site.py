@@ -9,7 +9,8 @@ import file_list
 from public_api import NAMES
 
 import holdfast as hf
-from bench.figures.pages import pages
+from bench.checkout import RESULTS
+from bench.figures.pages import notes, pages
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -40,11 +41,18 @@ def test_every_page_is_in_the_contents_once() -> None:
 def test_links_between_pages_lead_somewhere() -> None:
     """In a checkout, too: nothing that `make docs` has still to make."""
     made = ("api/", "benchmarks/", "files/", "gallery/")
-    for path in {*pages(DOCS.parent), *DOCS.parent.glob("*.md")}:
+    for path in {*pages(DOCS.parent), *notes(DOCS.parent), *DOCS.parent.glob("*.md")}:
         for target in re.findall(r"\]\(([^)#\s]+)(?:#[\w-]+)?\)", path.read_text(encoding="utf-8")):
             if not target.startswith("http"):
                 assert not (DOCS in path.parents and target.startswith(made)), f"{path.name}: {target}"
                 assert (path.parent / target).exists(), f"{path.name}: {target}"
+
+
+def test_every_note_is_one_of_a_suite_and_begins_below_the_heading_of_its_page() -> None:
+    for path in notes(DOCS.parent):
+        assert (RESULTS / path.name).exists(), f"{path.name}: no suite has this name"
+        text = path.read_text(encoding="utf-8")
+        assert not re.search("^# ", re.sub(r"```.*?```", "", text, flags=re.DOTALL), re.MULTILINE), path.name
 
 
 def test_every_file_of_the_package_is_in_the_list_of_files() -> None:
