@@ -3,8 +3,8 @@
     python tools/release_check.py [FOLDER]
 
 `make release-check` runs the tests, builds site and packages into FOLDER (`out`), and then this: one version
-everywhere, a changelog that knows it, committed files only, pages with the figures of the saved benchmarks, and no dead link on the
-site. Exit code 1 if anything is wrong.
+everywhere, a changelog that knows it, committed files only, pages with the figures of the saved benchmarks, and no dead
+link on the site. Exit code 1 if anything is wrong.
 """
 
 from __future__ import annotations
