@@ -26,6 +26,14 @@ answer; 4 a defect of holdfast; 130 stopped by the user; 141 the output pipe was
 build, 0 means that a place or an order was found, for remove that the body may be taken out, for safe that the effect
 of some push is known."""
 
+TASKS = (  # what most people come for, on a scene that is shipped
+    ("does it stand?", "holdfast assess table"),
+    ("how hard can I push here?", "holdfast push table slab --at -0.25 0 0.24 --along 1 0 0"),
+    ("where is it weak?", "holdfast map table --html map.html"),
+    ("how fast may I carry it?", "holdfast transport table"),
+    ("are these scenes sound?", "holdfast check 'scenes/*.yaml' --stands"),
+)
+
 BAD_INPUT, INTERNAL, NOT_STABLE, NO_ANSWER = 2, 4, 1, 3  # exit codes
 PIPE_CLOSED = 141  # exit code of a command that was stopped by a closed pipe, as in a shell
 COMMANDS = {  # the function and the help text of each command; its module is imported when it is called
@@ -130,7 +138,7 @@ app = typer.Typer(
     name="holdfast",
     cls=Commands,
     help=HELP,
-    no_args_is_help=True,
+    invoke_without_command=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
@@ -144,11 +152,17 @@ def _version(value: bool) -> None:
 
 @app.callback()
 def _main(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")
     ] = False,
 ) -> None:
-    pass
+    if context.invoked_subcommand is None:
+        out.say("How hard can you push an assembly before something moves? Try:")
+        for task, command in TASKS:
+            out.say(f"  {task:<26} {command}")
+        out.say("`table` is shipped; name a file of your own instead: YAML, URDF, SDF, MJCF, USD, meshes and more.")
+        out.say("`holdfast --help` lists all commands, `holdfast assess --help` the options of one.")
 
 
 def run() -> None:

@@ -20,6 +20,7 @@ from holdfast.cli.common import (
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
+from holdfast.engines.answers import Claim
 from holdfast.queries.push import robustness
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.push_lines import push_report
@@ -46,7 +47,7 @@ def push(
     point, direction = in_world(given, body, at, along) if local else (np.array(at), np.array(along))
     with progress():
         assembly = scene.assembled(given)
-        result = robustness(assembly, body, point, direction, engine=method, bounds=True)
+        result = robustness(assembly, body, point, direction, engine=method, bounds=method.claim is not Claim.ESTIMATED)
     if as_json:
         print_json(result.to_dict())
     else:

@@ -86,8 +86,8 @@ class Tolerances(Value):
     @property
     def text(self) -> str:
         """The gap in words, for headings."""
-        about, each = ("about ", ", each pair its own") if self.by_pair else ("", "")
-        return f"gap {about}{self.gap * 1e3:.3g} mm{each}"
+        about = "about " if self.by_pair else ""
+        return f"gaps up to {about}{self.gap * 1e3:.3g} mm count as contact"
 
     def on(self, scene: Scene) -> Tolerances:
         """Return the same tolerances for another scene."""

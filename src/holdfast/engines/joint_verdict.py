@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from holdfast.base.text import listed
+from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 
@@ -37,21 +38,25 @@ def joint(groups: Sequence[GroupVerdict]) -> Verdict:
 
 
 def _reason(groups: Sequence[GroupVerdict], status: Status) -> str:
-    """Give the reason of every group with this status; groups with the same reason share it."""
+    """Give the reason of every group with this status; groups with the same reason share it.
+
+    What is only balanced, of all groups, comes after the reasons.
+    """
     if not groups:
         return "nothing that is asked about can move"
     by_reason: dict[str, list[str]] = {}
-    for group in groups:
-        if group.verdict.status is status:
-            by_reason.setdefault(group.verdict.reason, []).extend(group.bodies)
-    concerned = sum(group.verdict.status is status for group in groups)
-    if len(by_reason) == 1 and concerned == len(groups):
-        return next(iter(by_reason))
+    concerned = [group for group in groups if group.verdict.status is status]
+    for group in concerned:
+        reason = group.verdict.reason.removesuffix(balanced_in_verdict(group.verdict.balanced))
+        by_reason.setdefault(reason, []).extend(group.bodies)
+    balanced = balanced_in_verdict([name for group in concerned for name in group.verdict.balanced])
+    others = len(groups) - len(concerned)
+    if len(by_reason) == 1 and not others:
+        return next(iter(by_reason)) + balanced
     parts = [f"{listed(names)}: {reason}" for reason, names in by_reason.items()]
-    others = len(groups) - concerned
     if others:
         parts.append(f"{others} of {len(groups)} groups do not depend on this")
-    return "; ".join(parts)
+    return "; ".join(parts) + balanced
 
 
 def _all_of(known: Sequence[bool | None]) -> bool | None:

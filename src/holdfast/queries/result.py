@@ -80,13 +80,9 @@ class Result(PublicValue):
             ("engine", f"{self.engine} ({self.claim.words})"),
             ("verdict", f"{self.verdict.status}: {self.verdict.reason}"),
             *([("not known", undecided.text)] if undecided.count else []),
-            ("lower bound", KNOWN_HOW[self.lower_bound]),
-            ("upper bound", KNOWN_HOW[self.upper_bound]),
+            ("lower bound", self.lower_bound.value),
+            ("upper bound", self.upper_bound.value),
         ]
-
-
-KNOWN_HOW = {Bound.PROVED: "proved", Bound.ESTIMATED: "errors estimated", Bound.NONE: "none"}
-HOLDS = {Claim.HOLDS: "holds", Claim.EXISTS: "an equilibrium exists up to", Claim.ESTIMATED: "may hold"}
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -294,7 +290,13 @@ def promised(answers: Answers, unit: str = "") -> str:
     row = answers.holding
     if row is None or not 0 < answers.lower[row] < np.inf:
         return ""
-    return f"{HOLDS[answers.claim]} {number(float(answers.lower[row]), unit)}"
+    return holds_up_to(answers, row, unit)
+
+
+def holds_up_to(answers: Answers, row: int, unit: str = "") -> str:
+    """Describe the lower bound of a row and how it is known."""
+    what = "have an equilibrium" if answers.claim is Claim.EXISTS else "hold"
+    return f"{answers.lower_bound} to {what} up to {number(float(answers.lower[row]), unit)}"
 
 
 def amount(status: Status, value: float, unit: str = "") -> str:

@@ -10,7 +10,7 @@ from rich.table import Table
 from holdfast.base.text import LONGEST_NAME, one_line
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
-from holdfast.queries.result import KNOWN_HOW, promised, vector_text
+from holdfast.queries.result import promised, vector_text
 from holdfast.report.remarks import moving_words, remarks
 from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
 
@@ -20,7 +20,7 @@ def map_report(result: RobustnessMap) -> RenderableType:
     word, style = WORDS[result.verdict.status], STYLES[result.verdict.status]
     name = result.assembly.scene.name or "scene"
     head = headline(
-        name, (word, style), f"  {len(result.force):,} inward pushes  (engine {result.engine}: {result.claim.words})"
+        name, (word, style), f", {len(result.force):,} inward pushes  (engine {result.engine}: {result.claim.words})"
     )
     table = Table(title="weakest push on each body", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("body", "force [N]", "at [mm]", "along", "what moves"):
@@ -45,8 +45,7 @@ def _held_everywhere(result: RobustnessMap) -> list[str]:
     if row is None or not held:
         return []
     place = f"{vector_text(1e3 * result.points[row], '.0f')} mm"
-    body, known = one_line(result.body[row], LONGEST_NAME), KNOWN_HOW[result.lower_bound]
-    return [f"{held} at every point, the least on {body} at {place} ({known})"]
+    return [f"{held} at every point, the least on {one_line(result.body[row], LONGEST_NAME)} at {place}"]
 
 
 def _row(weak: MapPoint) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from holdfast.base.public import number
 from holdfast.engines.answers import Bound
 from holdfast.engines.verdict import Status
 from holdfast.queries.push import Robustness
-from holdfast.queries.result import HOLDS, KNOWN_HOW, gives_way
+from holdfast.queries.result import gives_way, holds_up_to
 from holdfast.report.texts import headline, sentence
 
 _STYLE = {
@@ -32,7 +32,8 @@ def push_report(result: Robustness) -> RenderableType:
         headline(result.body, (words[status], _STYLE[status]), f"  (engine {result.engine}: {result.claim.words})")
     ]
     if status is Status.FINITE:
-        lines.append(sentence("; ".join(bounds_text(result))))
+        if force > 0:  # bounds of what is only balanced are rounding
+            lines.append(sentence("; ".join(bounds_text(result))))
         mechanism = result.mechanism[0]
         lines.append(sentence(mechanism.text if mechanism else gives_way(result.mode[0], result.moving[0]), "dim"))
     if status is Status.UNDECIDED:
@@ -46,8 +47,7 @@ def bounds_text(result: Robustness) -> list[str]:
     """Describe the lower and the upper bound of the first push of an answer."""
     lines = []
     if result.lower_bound is not Bound.NONE:
-        lines.append(f"{HOLDS[result.claim]} {number(float(result.lower[0]), 'N')} ({KNOWN_HOW[result.lower_bound]})")
+        lines.append(holds_up_to(result.answers, 0, "N"))
     if result.upper_bound is not Bound.NONE:
-        high = number(float(result.upper[0]), "N")
-        lines.append(f"above {high} something moves ({KNOWN_HOW[result.upper_bound]})")
+        lines.append(f"{result.upper_bound} to move above {number(float(result.upper[0]), 'N')}")
     return lines or ["no bound is known on either side"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 
@@ -45,7 +46,7 @@ def settled_report(result: Settled, scene: str) -> RenderableType:
     """Return the verdict and a table of all bodies with their displacements, the largest first."""
     rest = f" after {result.steps} steps within {1e3 * result.travel:.3g} mm"
     head = headline(one_line(scene, LONGEST_NAME), (str(result.status), STYLES[result.status]), rest)
-    table = Table("body", "moved [mm]", "turned [deg]", "why")
+    table = Table("body", "moved [mm]", "turned [deg]", "why", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     turns = result.turned_degrees
     for k in np.argsort(-result.moved, kind="stable"):
         row = (result.names[k], f"{1e3 * result.moved[k]:.3g}", f"{round(turns[k], 6):.3g}", result.reasons[k])

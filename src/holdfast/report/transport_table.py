@@ -13,7 +13,7 @@ from holdfast.base.public import number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
-from holdfast.queries.result import KNOWN_HOW, promised
+from holdfast.queries.result import promised
 from holdfast.report.level_directions import frame_names, level_angles
 from holdfast.report.remarks import SHOWN, moving_words, remarks
 from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
@@ -65,7 +65,7 @@ def _round(result: TransportLimits) -> str:
 
 
 def _slowest(result: TransportLimits, angle: Float) -> str:
-    """Return a sentence with the acceleration that the carrier may have in any decided direction."""
+    """Return a sentence with the least acceleration in any decided direction that moves something."""
     if not result.answers.decided.any():
         return "the limit is undecided in every direction"
     least = int(result.answers.ranking[0])
@@ -73,10 +73,12 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
         return "nothing moves on it, however fast it accelerates"
     if result.status[least] is Status.UNSTABLE:
         return "it does not stand even at rest"
-    where = "in every direction" if result.answers.decided.all() else "in every direction with an answer"
-    fastest = number(float(result.acceleration[least]), "m/s²")
     moving = f"{result.mode[least]} of {listed(result.moving[least], SHOWN)}"
-    return f"{where} up to {fastest}; beyond that, when it accelerates towards {angle[least]:g}°, {moving}"
+    if not result.acceleration[least] > 0:
+        return f"the slightest acceleration moves something: {moving}"
+    among = "" if result.answers.decided.all() else ", of the directions with an answer"
+    first = number(float(result.acceleration[least]), "m/s²")
+    return f"the first to move{among}, towards {angle[least]:g}° beyond {first}: {moving}"
 
 
 def _held(result: TransportLimits, angle: Float) -> list[str]:
@@ -84,7 +86,7 @@ def _held(result: TransportLimits, angle: Float) -> list[str]:
     row, held = result.answers.holding, promised(result.answers, "m/s²")
     if row is None or not held:
         return []
-    return [f"{held} in every direction, the least towards {angle[row]:g}° ({KNOWN_HOW[result.lower_bound]})"]
+    return [f"{held} in every direction, the least towards {angle[row]:g}°"]
 
 
 def _at_quarters(result: TransportLimits, angle: Float) -> list[str]:

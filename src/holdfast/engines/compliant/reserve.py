@@ -86,5 +86,5 @@ def _fewer_hold(coarse: Grid, fine: Grid) -> Verdict:
 
 
 def _leans(why: str) -> Verdict:
-    found = undecided(f"elastic contacts with friction come to rest, but that leans on the number of nodes: {why}")
+    found = undecided(f"every body comes to rest, but that leans on the number of nodes: {why}")
     return replace(found, status=Status.UNDECIDED, equilibrium_exists=True)

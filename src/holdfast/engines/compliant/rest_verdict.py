@@ -22,7 +22,7 @@ from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
 
 BALANCED = 1e-8  # largest equilibrium error of a state of rest, relative to the total weight
-RESTS = "elastic contacts with friction come to rest: their forces balance every body"
+RESTS = "every body comes to rest, held by the forces at its contacts"
 BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative to each body's own weight
 
 

@@ -1,0 +1,100 @@
+"""What a newcomer reads first: the command without arguments, and the tables of plain scenes."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from calling import called as called_with
+from rich.console import Console
+
+import holdfast as hf
+from holdfast.cli.main import COMMANDS, TASKS
+from holdfast.report.stability_table import stability_report
+from holdfast.scene.shipped.blocks import at
+
+Call = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def called(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
+    return lambda *arguments: called_with(monkeypatch, capsys, *arguments)
+
+
+def test_without_arguments_it_shows_five_tasks(called: Call) -> None:
+    code, text, _ = called()
+    assert code == 0
+    assert len(TASKS) == 5
+    for task, command in TASKS:
+        assert task in text
+        assert command in text
+        assert command.split()[:1] == ["holdfast"]
+        assert command.split()[1] in COMMANDS
+
+
+def test_the_push_of_the_five_tasks_answers(called: Call) -> None:
+    code, text, _ = called(*TASKS[1][1].split()[1:])
+    assert code == 0
+    assert "before something moves" in text
+
+
+def test_each_leg_has_its_own_force() -> None:
+    """A table on four equal legs (±a, ±b) with a pot at (x, y): W / 4 + P (±x / 4a ± y / 4b) by linear springs."""
+    legs = [hf.Part(hf.Box((0.05, 0.05, 0.7)), at(x, y, 0.35)) for x in (0.45, -0.45) for y in (0.25, -0.25)]
+    top = hf.Part(hf.Box((1.0, 0.6, 0.03)), at(0, 0, 0.715))
+    scene = hf.Scene(
+        [
+            hf.Body("floor", hf.Box((3, 3, 0.1)), pose=at(0, 0, -0.05), fixed=True),
+            hf.Body("table", hf.Compound([top, *legs]), mass=12),
+            hf.Body("pot", hf.Cylinder(0.1, 0.2), mass=3, pose=at(0.3, 0.1, 0.83)),
+        ],
+        0.5,
+    )
+    assembly = hf.assemble(scene)
+    console = Console(file=io.StringIO(), width=80)
+    console.print(stability_report(assembly, hf.stability(assembly)))
+    lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    rows = {line.split(" mm ")[0].strip(): line.split() for line in lines if line.strip().startswith("at (")}
+    expected = {
+        f"at ({1e3 * x:.0f}, {1e3 * y:.0f}, 0)": 9.81 * (15 / 4 + 3 * (0.3 / (4 * x) + 0.1 / (4 * y)))
+        for x in (0.45, -0.45)
+        for y in (0.25, -0.25)
+    }
+    assert {place: float(row[-2]) for place, row in rows.items()} == pytest.approx(expected, rel=3e-3)  # three digits
+
+
+def test_nothing_that_is_zero_is_printed_as_rounding(called: Call, tmp_path: Path) -> None:
+    floor = hf.Body("floor", hf.Box((1, 1, 0.1)), pose=at(0, 0, -0.05), fixed=True)
+    orange = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.04))
+    hf.save_scene(hf.Scene([floor, orange], 0.5), tmp_path / "orange.yaml")
+    code, text, _ = called(
+        "push", tmp_path / "orange.yaml", "orange", "--at", "-0.04", "0", "0.04", "--along", "1", "0", "0"
+    )
+    assert code == 0
+    assert "e-" not in text
+
+
+def test_a_reason_is_said_once_whatever_is_only_balanced() -> None:
+    scene = hf.Scene(
+        [
+            hf.Body("floor", hf.Box((3, 3, 0.1)), pose=at(0, 0, -0.05), fixed=True),
+            hf.Body("box", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0.5, 0, 0.05)),
+            hf.Body("ball", hf.Sphere(0.05), mass=1, pose=at(0, 0, 0.05)),
+            hf.Body("other", hf.Sphere(0.05), mass=1, pose=at(-0.5, 0, 0.05)),
+        ],
+        0.5,
+    )
+    reason = hf.stability(scene).reason
+    assert reason.count("held by the forces at its contacts") == 1
+    assert reason.count("only balanced") == 1
+    assert "ball, other" in reason
+
+
+def test_an_engine_without_bounds_answers_a_push(called: Call) -> None:
+    code, text, _ = called(
+        "push", "cube", "cube", "--at", "-0.05", "0", "0.05", "--along", "1", "0", "0", "--engine", "graph"
+    )
+    assert code == 0
+    assert "no bound is known on either side" in text
