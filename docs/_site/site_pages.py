@@ -55,8 +55,8 @@ def make_benchmarks(app: Sphinx) -> None:
         text = (RESULTS / f"{name}.md").read_text(encoding="utf-8")
         note = NOTES / f"{name}.md"
         if note.exists():
-            head, rows = re.fullmatch(r"(.*?)(^\|.*|\Z)", text, re.DOTALL | re.MULTILINE).groups()
-            text = f"{head}{note.read_text(encoding='utf-8')}\n## Results\n\n{rows}"
+            about, rows = text.split("\n|", 1)
+            text = f"{about}\n{note.read_text(encoding='utf-8')}\n## Results\n\n|{rows}"
         picture = RESULTS / f"{name}.png"
         if picture.exists():
             shutil.copy(picture, MADE / picture.name)
