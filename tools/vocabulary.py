@@ -1,9 +1,9 @@
-"""The words of public parameters: one type, one unit and one meaning for each name, as conventions.md shows them.
+"""The words of public parameters: one type, one unit and one meaning for each name, as ``vocabulary.csv`` has them.
 
-    python tools/vocabulary.py write     # put the table into docs/reference/conventions.md
-    python tools/vocabulary.py check     # exit code 1 where a public call says something else, or the page does
+    python tools/vocabulary.py check     # exit code 1 where a public call says something else
+    python tools/vocabulary.py page      # the table as the site shows it
 
-The table is ``vocabulary.csv``. Public calls are the functions of ``holdfast``, the constructors of classes that
+Public calls are the functions of ``holdfast``, the constructors of classes that
 callers build, and all methods. Not among them are the constructors of answers, which only the library builds, and what
 engines and the library itself ask of each other.
 """
@@ -21,9 +21,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-ROOT = Path(__file__).parents[1]
-PAGE, TABLE = ROOT / "docs" / "reference" / "conventions.md", Path(__file__).with_suffix(".csv")
-BEGIN, END = "<!-- vocabulary -->", "<!-- /vocabulary -->"
+TABLE = Path(__file__).with_suffix(".csv")
+HEAD = """# All parameters
+
+One word means one thing in every public call, and has one unit ([conventions](/reference/conventions.md)).
+"""
 MOST = 8  # parameters of a public call
 MODULES = ("holdfast", "holdfast.answers", "holdfast.sets", "holdfast.plugins", "holdfast.readers")
 BUILT = {  # classes that callers build: all others are answers
@@ -135,19 +137,13 @@ PLAIN = {  # annotations in words
 }
 
 
-def as_markdown() -> str:
-    """The table as the page shows it."""
+def page() -> str:
+    """The table as Markdown, for the site."""
     rows = [
         f"| `{word.name}` | {_plain(word.type)} | {word.unit} | {word.meaning} |".replace("|  |", "| |")
         for word in sorted(words().values())
     ]
-    return "\n".join(["| parameter | type | unit | meaning |", "|---|---|---|---|", *rows])
-
-
-def written(page: str) -> str:
-    """The page with the table as it is now between its marks."""
-    before, rest = page.split(BEGIN)
-    return f"{before}{BEGIN}\n{as_markdown()}\n{END}{rest.split(END)[1]}"
+    return "\n".join([HEAD, "| parameter | type | unit | meaning |", "|---|---|---|---|", *rows, ""])
 
 
 def _plain(kind: str) -> str:
@@ -156,16 +152,13 @@ def _plain(kind: str) -> str:
 
 
 def main() -> int:
-    """Write or check the page; 1 where something is wrong."""
+    """Check all calls, or print the page; 1 where something is wrong."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("command", choices=["write", "check"])
-    page = PAGE.read_text(encoding="utf-8")
-    if parser.parse_args().command == "write":
-        PAGE.write_text(written(page), encoding="utf-8")
+    parser.add_argument("command", choices=["check", "page"])
+    if parser.parse_args().command == "page":
+        print(page(), end="")
         return 0
     found = faults()
-    if written(page) != page:
-        found.append(f"{PAGE.name} differs from {TABLE.name}: run tools/vocabulary.py write")
     print("\n".join(found))
     return 1 if found else 0
 

@@ -20,11 +20,7 @@ def pipeline(saved: Saved) -> dict[str, str]:
     paper = [whole(1000 * seconds) for seconds in saved.values(SCENES, "paper s")]
     return {
         "milliseconds": listed(ours),
-        "milliseconds-slashed": " / ".join(ours),
         "paper-milliseconds": listed(paper),
-        "paper-milliseconds-slashed": " / ".join(paper),
-        "first-call-compiling": whole(mean(saved.values(SCENES, "first call, compiling s"))),
-        "first-call-cached": rounded(mean(saved.values(SCENES, "first call, cached s")), 1),
     }
 
 
@@ -34,24 +30,6 @@ def scaling(saved: Saved) -> dict[str, str]:
     return {
         "bricks": whole(max(ratio)),
         "limit-push-of-all-bricks": rounded(saved.rows[-1]["limit query s"], 1),
-        "compliant-over-limit-to-24": span(
-            [rounded(pick(r for n, r in ratio.items() if n <= 24), 1) for pick in (min, max)]
-        ),
-        "compliant-over-limit-45-95-203": ", ".join(f"{ratio[bodies]:.1f}" for bodies in (45, 95, 203)),
-    }
-
-
-def baselines(saved: Saved) -> dict[str, str]:
-    """Simulators and solvers beside the engines."""
-    slower: dict[int, list[float]] = {}
-    solvers = [row for row in saved.rows if "HiGHS s" in row]
-    for row in solvers:
-        slower.setdefault(row["bodies"], []).append(row["HiGHS s"] / row["Clarabel s"])
-    found = {f"highs-slower-{n}": span([whole(pick(times)) for pick in (min, max)]) for n, times in slower.items()}
-    apart = max(row["apart"] for row in solvers)
-    return found | {
-        "highs-apart": _at_most(apart),
-        "stack-pressed-as-printed": rounded(saved.value("stack, pressed, PyBullet, printed", "force")),
     }
 
 
@@ -62,12 +40,6 @@ def bounds(saved: Saved) -> dict[str, str]:
         raise ValueError("a truth lies outside its bounds: the page says that none does")
     count = sum(row["queries"] for row in rows)
     return {"queries": whole(count), "narrow": whole(100 * sum(row["narrow"] for row in rows) / count)}
-
-
-def _at_most(small: float) -> str:
-    """A small number rounded up to one digit: 6e-8."""
-    power = math.floor(math.log10(small))
-    return f"{math.ceil(small / 10.0**power)}e{power}"
 
 
 def table1(saved: Saved) -> dict[str, str]:
@@ -102,25 +74,6 @@ def table1(saved: Saved) -> dict[str, str]:
         "isolated-on-table-paper": whole(saved.value("table: isolated", "paper error %")),
         "isolated-on-table-wrong-kind": whole(wrong),
         "simulated-pushes": span([whole(min(simulated)), whole(max(simulated))]),
-    }
-
-
-def compliant_maps(saved: Saved) -> dict[str, str]:
-    """Maps of ``compliant`` beside a path for every point and as many solves of ``limit``."""
-
-    def each(column: str, form: Callable[[float], str]) -> str:
-        return ", ".join(form(value) for value in saved.values(SCENES, column))
-
-    return {
-        "interpolated": whole(sum(row["interpolated"] for row in saved.rows)),
-        "solved": each("solved %", whole),
-        "over-limit": each("map / limit", rounded),
-        "paths-over-limit": each("paths / limit", rounded),
-        "over-limit-cpu": each("map / limit, CPU", rounded),
-        "mean-error": each("mean error % of 200", lambda value: f"{value:.2f}"),
-        "worst-error": each("worst error % of 200", lambda value: rounded(value, 1)),
-        "over-limit-tall-table": rounded(saved.value("tall_table", "map / limit")),
-        "over-limit-arch": rounded(saved.value("arch", "map / limit")),
     }
 
 
@@ -234,10 +187,8 @@ def placement(saved: Saved) -> dict[str, str]:
 NUMBERS: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "pipeline": pipeline,
     "scaling": scaling,
-    "baselines": baselines,
     "bounds": bounds,
     "table1": table1,
-    "compliant_maps": compliant_maps,
     "reliability": reliability,
     "graph_slanted": graph_slanted,
     "messy": messy,

@@ -7,93 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from bench.figures import predicted
-from bench.figures.saved_rows import Saved, mean, rounded, significant, span, table, whole
+from bench.figures.saved_rows import Saved, rounded, significant, span, table, whole
 
 NOTHING = "–"
 SCENES = ("cube", "stack", "table")
-
-
-def baselines(saved: Saved) -> dict[str, str]:
-    """Forces of every method on every push, and seconds a push for each scene."""
-    rows = [row for row in saved.rows if "method" in row]
-    methods = list(dict.fromkeys(row["method"] for row in rows))
-    pushes = list(dict.fromkeys(f"{row['scene']}, {row['push']}" for row in rows))
-    forces = [[push, *(_force(saved.row(f"{push}, {method}")) for method in methods)] for push in pushes]
-    seconds = [
-        [method, *(rounded(_seconds(rows, scene, method), 3) for scene in dict.fromkeys(row["scene"] for row in rows))]
-        for method in methods
-    ]
-    return {"forces": table(["push", *methods], forces), "seconds": table(["method", *SCENES], seconds)}
-
-
-def bounds(saved: Saved) -> dict[str, str]:
-    """What proofs cost beside solves, and how close the bounds are, for every scene."""
-    rows = [row for row in saved.rows if row["case"].startswith("cost")]
-    heads = ["scene", "bodies", "proof / solve, 24 together", "alone", "median width", "widest"]
-    cells = [
-        [
-            row["case"].split(": ")[1],
-            whole(row["bodies"]),
-            rounded(row["proof / solve"], 2),
-            rounded(row["proof / solve, alone"], 2),
-            f"{row['median width']:.0e}",
-            f"{row['widest']:.0e}",
-        ]
-        for row in rows
-    ]
-    return {"cost": table(heads, cells)}
-
-
-def _force(row: dict[str, Any]) -> str:
-    return rounded(float(row["force"]), 3) if row["status"] in ("finite", "infinite") else str(row["status"])
-
-
-def _seconds(rows: list[dict[str, Any]], scene: str, method: str) -> float:
-    return mean([row["push s"] for row in rows if (row["scene"], row["method"]) == (scene, method)])
-
-
-def table1(saved: Saved) -> dict[str, str]:
-    """Errors against both truths, and seconds for 1,000 pushes, beside what the paper prints."""
-    methods = list(dict.fromkeys(row["method"] for row in saved.rows))
-    truths = [(scene, truth) for scene in SCENES for truth in ("decoupled", "coupled") if (scene, truth) != BY_NOBODY]
-    errors = [
-        [
-            method,
-            *(_errors(saved.row(f"{scene}: {method}"), truth) for scene, truth in truths),
-            _printed(saved, method, "paper error %"),
-        ]
-        for method in methods
-    ]
-    seconds = [
-        [
-            method,
-            *(significant(saved.value(f"{scene}: {method}", "1,000 pushes s")) for scene in SCENES),
-            _printed(saved, method, "paper s"),
-        ]
-        for method in methods
-    ]
-    heads = ["mean error of finite answers [%]", *(f"{scene}, {truth}" for scene, truth in truths)]
-    return {
-        "errors": table([*heads, "printed (cube, stack, table)"], errors),
-        "seconds": table(["method", *SCENES, "paper (cube, stack, table)"], seconds),
-    }
-
-
-BY_NOBODY = ("table", "coupled")  # pushes without a hand-derived truth, which does not cover racking legs
-
-
-def _errors(row: dict[str, Any], truth: str) -> str:
-    found = [row.get(f"{truth}, {points}: error %") for points in ("paper's points", "own points")]
-    return " / ".join(_error(value) for value in found if value is not None)
-
-
-def _error(percent: float) -> str:
-    return "0" if percent < 1e-3 else significant(percent)
-
-
-def _printed(saved: Saved, method: str, column: str) -> str:
-    found = [saved.row(f"{scene}: {method}")[column] for scene in SCENES]
-    return NOTHING if None in found else ", ".join(f"{value:g}" for value in found)
 
 
 def disassembly(saved: Saved) -> dict[str, str]:
@@ -109,44 +26,6 @@ def disassembly(saved: Saved) -> dict[str, str]:
         if row["case"].startswith("wall ")
     ]
     return {"walls": table(["bodies", "interfaces", "plan [s]", "one verdict of the whole [s]"], rows, 0)}
-
-
-def maps(saved: Saved) -> dict[str, str]:
-    """Certified maps beside single queries."""
-    heads = ["map", "points", "solves", "µs a point", "single query µs", "times less"]
-    rows = [
-        [
-            row["case"].replace(": ", ", "),
-            whole(row["points"]),
-            whole(row["solves"]),
-            significant(row["µs a point"]),
-            significant(row["single query µs"]),
-            rounded(row["times less"], 3),
-        ]
-        for row in saved.rows
-    ]
-    return {"maps": table(heads, rows)}
-
-
-KINDS = ("straight", "slanted")
-
-
-def graph_slanted(saved: Saved) -> dict[str, str]:
-    """Answers of ``graph`` beside the certain bound of ``limit``, by family; straight / slanted pushes."""
-    families = list(dict.fromkeys(row["case"].split(", ")[0] for row in saved.rows))
-    columns: dict[str, Callable[[dict[str, Any]], str]] = {
-        "bounded pushes": lambda row: whole(row["bounded"]),
-        "above [%]": lambda row: whole(100 * row["above"] / row["bounded"]),
-        "by a tenth [%]": lambda row: whole(100 * row["above by a tenth"] / row["bounded"]),
-        "below half [%]": lambda row: whole(100 * row["below half"] / row["bounded"]),
-        "median": lambda row: rounded(float(row["50 %"])),
-        "worst": lambda row: rounded(row["worst"]),
-    }
-    lines = [
-        [family, *(" / ".join(form(saved.row(f"{family}, {kind}")) for kind in KINDS) for form in columns.values())]
-        for family in families
-    ]
-    return {"families": table(["straight / slanted pushes", *columns], lines)}
 
 
 def transport(saved: Saved) -> dict[str, str]:
@@ -333,12 +212,7 @@ def _median_and_most(values: list[float]) -> str:
 
 
 TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
-    "baselines": baselines,
-    "bounds": bounds,
-    "table1": table1,
     "disassembly": disassembly,
-    "maps": maps,
-    "graph_slanted": graph_slanted,
     "transport": transport,
     "calibration": calibration,
     "carriage": carriage,

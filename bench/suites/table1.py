@@ -169,7 +169,7 @@ def run_once(scene: str, method: Method, points: str, seed: int, count: int) -> 
 
 @cache
 def truths(which: str, scene: str, count: int, seed: int) -> Float:
-    """A truth (n,) [N] of a run's pushes (docs/explanation/decoupled_truth.md, docs/explanation/coupled_truth.md)."""
+    """A truth (n,) [N] of a run's pushes (bench/truth/decoupled.py, coupled.py)."""
     built = shipped_scene(scene)
     assembly = hf.assemble(built)
     known = decoupled.robustness if which == "decoupled" else coupled.robustness

@@ -1,4 +1,4 @@
-"""Pages of the site that are made of other files (benchmarks, the list of files), and links that mean files elsewhere.
+"""Pages of the site that are made of other files (benchmarks, files, parameters), and links that mean files elsewhere.
 
 The pages of docs/ are read on their own, too, where links lead to files beside the folder. On the site these lead to
 the pages that were made of them.
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import file_list
+import vocabulary
 from sphinx.application import Sphinx
 
 DOCS = Path(__file__).parents[1]
@@ -37,6 +38,7 @@ LINKS = (
     (re.compile(r"\]\((?:\.\./)+docs/"), "](/"),
     (re.compile(r"\]\((?:\.\./)*bench/results\)"), "](/benchmarks/index.md)"),
     (re.compile(r"\]\((?:\.\./)+examples\)"), "](/gallery/index.rst)"),
+    (re.compile(r"\]\((?:\.\./)+tools/vocabulary\.csv\)"), "](/files/parameters.md)"),
     (re.compile(r"\]\((?:\.\./)*CONTRIBUTING\.md\)"), "](/contributing.md)"),
     (re.compile(r"\]\((?:\.\./)*SECURITY\.md\)"), "](/security.md)"),
     (re.compile(r"\]\((?:\.\./)*CHANGELOG\.md\)"), "](/changelog.md)"),
@@ -55,8 +57,8 @@ def make_benchmarks(app: Sphinx) -> None:
         text = (RESULTS / f"{name}.md").read_text(encoding="utf-8")
         note = NOTES / f"{name}.md"
         if note.exists():
-            head, rows = re.fullmatch(r"(.*?)(^\|.*|\Z)", text, re.DOTALL | re.MULTILINE).groups()
-            text = f"{head}{note.read_text(encoding='utf-8')}\n## Results\n\n{rows}"
+            about, rows = text.split("\n|", 1)
+            text = f"{about}\n{note.read_text(encoding='utf-8')}\n## Results\n\n|{rows}"
         picture = RESULTS / f"{name}.png"
         if picture.exists():
             shutil.copy(picture, MADE / picture.name)
@@ -65,11 +67,12 @@ def make_benchmarks(app: Sphinx) -> None:
     (MADE / "index.md").write_text(HEAD + "\n".join(names) + "\n```\n", encoding="utf-8")
 
 
-def make_file_list(app: Sphinx) -> None:
-    """Write the page that lists all files of the package."""
+def make_lists(app: Sphinx) -> None:
+    """Write the pages that list all files of the package, and all parameters."""
     folder = DOCS / "files"
     folder.mkdir(exist_ok=True)
     (folder / "index.md").write_text(file_list.page(), encoding="utf-8")
+    (folder / "parameters.md").write_text(vocabulary.page(), encoding="utf-8")
 
 
 def lead_on_site(app: Sphinx, name: str, source: list[str]) -> None:
@@ -96,7 +99,7 @@ def mark_up_docstrings(
 def setup(app: Sphinx) -> dict[str, Any]:
     """Join the making of the site."""
     app.connect("builder-inited", make_benchmarks)
-    app.connect("builder-inited", make_file_list)
+    app.connect("builder-inited", make_lists)
     app.connect("source-read", lead_on_site)
     app.connect("include-read", lead_from_root)
     app.connect("autodoc-process-docstring", mark_up_docstrings)

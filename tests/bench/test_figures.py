@@ -91,11 +91,11 @@ def test_the_command_checks_and_writes(tmp_path: Path, capsys: pytest.CaptureFix
         copy = tmp_path / page.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_text(page.read_text(encoding="utf-8"), encoding="utf-8")
-    page = tmp_path / "docs" / "explanation" / "promises.md"
+    page = tmp_path / "docs" / "explanation" / "limit.md"
     right = page.read_text(encoding="utf-8")
     page.write_text(right.replace("-->500<!--", "-->400<!--"), encoding="utf-8")
     assert called("--check", "--root", tmp_path) == 1
-    assert "promises.md: figure 'scaling.bricks'" in capsys.readouterr().err
+    assert "limit.md: figure 'scaling.bricks'" in capsys.readouterr().err
     assert called("--root", tmp_path) == 0
     assert page.read_text(encoding="utf-8") == right
     assert called("--check", "--root", tmp_path) == 0

@@ -20,7 +20,7 @@ MU, W = 0.6, 9.81
 
 @pytest.fixture
 def casadi() -> None:
-    pytest.importorskip("casadi", reason="casadi is not installed: see docs/explanation/baselines.md")
+    pytest.importorskip("casadi", reason="casadi is not installed: see bench/notes/baselines.md")
 
 
 def cube(lean: float = 0.0) -> Assembly:

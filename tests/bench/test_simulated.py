@@ -22,7 +22,7 @@ GAIN = np.sqrt(2e-4 * MASS) * 240  # [N] that a sliding block needs to gain 1e-4
 
 
 def needs(module: str) -> None:
-    pytest.importorskip(module, reason=f"{module} is not installed: see docs/explanation/baselines.md")
+    pytest.importorskip(module, reason=f"{module} is not installed: see bench/notes/baselines.md")
 
 
 def turned(angle: float, centre: tuple[float, float, float]) -> np.ndarray:

@@ -146,7 +146,7 @@ def test_published_figure(cube: hf.answers.Assembly) -> None:
     ("across", "force"), [(0.01, 5.583), (0.02, 4.973), (0.03, 4.356), (0.03826, 3.911), (0.045, 3.594), (0.05, 3.382)]
 )
 def test_uniform_pressure_about_all_centres(cube: hf.answers.Assembly, across: float, force: float) -> None:
-    """Pushed at the floor the pressure stays uniform: the figures of docs/explanation/decoupled_truth.md."""
+    """Pushed at the floor the pressure stays uniform: the figures of bench/notes/table1.md."""
     assert truth(cube, "cube", (-0.05, across, 0.0), X) == pytest.approx(force, abs=6e-4)
 
 

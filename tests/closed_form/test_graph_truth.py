@@ -1,4 +1,4 @@
-"""Engine ``graph`` against the decoupled truth (decoupled_truth.md) on random normal pushes from outside."""
+"""Engine ``graph`` against the decoupled truth (bench/truth/decoupled.py) on random normal pushes from outside."""
 
 from __future__ import annotations
 

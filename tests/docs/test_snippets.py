@@ -13,7 +13,7 @@ from bench.figures.pages import pages
 
 DOCS = Path(__file__).parents[2] / "docs"
 OWN = {"bring_a_scene", "tutorial", "batch", "carry", "near_hardware", "in_a_loop"}  # pages with a test that knows more
-NEEDS = {"mujoco": ("mujoco",), "baselines": ("pybullet", "mujoco", "casadi"), "view": ("viser",)}  # beside the library
+NEEDS = {"mujoco": ("mujoco",), "view": ("viser",)}  # beside the library
 PAGES = {
     path.stem: found
     for path in pages(DOCS.parent)[1:]

@@ -1,4 +1,4 @@
-"""Print the table of referee.md: ``python tests/referees/referee_table.py [scene ...]``; minutes a scene."""
+"""Print the table of bench/notes/baselines.md, minutes a scene: ``referee_table.py [scene ...]``."""
 
 from __future__ import annotations
 

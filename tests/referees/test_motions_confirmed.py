@@ -10,7 +10,7 @@ from motions_table import cases
 
 pytestmark = pytest.mark.referee
 
-COUNT, SHARE = 20, 0.8  # measured over 100 pushes: see docs/reference/conventions.md
+COUNT, SHARE = 20, 0.8  # measured over 100 pushes: see bench/notes/reliability.md
 
 
 def test_the_motion_is_the_one_that_a_simulation_begins() -> None:

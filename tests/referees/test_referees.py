@@ -169,7 +169,7 @@ def test_lmgc90_on_its_own_points() -> None:
 
 @pytest.mark.referee
 def test_pybullet_beside_the_corners() -> None:
-    """All queries; a coarser referee: contacts creep and tip, most of all where bricks wedge (baselines.md)."""
+    """All queries; a coarser referee: contacts creep and tip, most of all where bricks wedge (notes/baselines.md)."""
     pytest.importorskip("pybullet")
     found = []
     for q in (q for name in SCENES for q in queries(name)):

@@ -1,4 +1,4 @@
-"""Engine ``compliant`` against the coupled truth (coupled_truth.md), which has no nodes, springs or paths."""
+"""Engine ``compliant`` against the coupled truth (bench/truth/coupled.py), which has no nodes, springs or paths."""
 
 from __future__ import annotations
 
