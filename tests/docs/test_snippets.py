@@ -1,4 +1,4 @@
-"""The Python on the pages runs as it stands there, and prints what it says. Six pages have tests of their own."""
+"""The Python on the pages runs as it stands there, and prints what it says. Some pages have tests that know more."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ import pytest
 from bench.figures.pages import pages
 
 DOCS = Path(__file__).parents[2] / "docs"
-OWN = {"bring_a_scene", "tutorial", "batch", "carry", "near_hardware", "in_a_loop"}  # pages with a test that knows more
-NEEDS = {"mujoco": ("mujoco",), "view": ("viser",)}  # beside the library
+OWN = {"tutorial", "batch", "carry", "near_hardware", "bring_a_scene", "in_a_loop"}  # beside the pages in from/
+NEEDS = {"view": ("viser",)}  # beside the library
 PAGES = {
     path.stem: found
     for path in pages(DOCS.parent)[1:]
     if path.stem not in OWN
+    and path.parent.name != "from"
     and (found := re.findall(r"```python\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL))
 }
 

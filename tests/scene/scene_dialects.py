@@ -23,12 +23,12 @@ FOLDERS = ("model_path", "package", "within")  # options that name folders, here
 PLACES = ("poses",)  # options that hold poses, here positions
 HEAD = """# Public scene files
 
-Small inputs of our own, each written after files of a public scene set (`tests/scene/dialects/`; none of the files
-themselves are in this repository), and what becomes of them. `python -m tests.scene.scene_dialects` writes the table,
-and a test compares it. Options of `hf.load_scene` stand beside the file.
+For people who use a public scene set: what of it is read, with which options of `hf.load_scene`, and what is refused.
+Each row is about small inputs of our own, written after files of that set (`tests/scene/dialects/`). None of the files
+themselves are in this repository. `python -m tests.scene.scene_dialects` writes the table, and a test compares it.
 
-| source | file, options | what it shows | outcome |
-|---|---|---|---|
+| source | read | refused → what to do |
+|---|---|---|
 """
 
 
@@ -88,27 +88,24 @@ def inputs() -> list[Input]:
 
 
 def table() -> str:
-    """The table of all inputs with what becomes of them."""
-    rows = []
+    """The table of all sources: what of each is read, with which options, and what is refused."""
+    rows: dict[str, tuple[list[str], list[str]]] = {}
     for each in inputs():
+        taken, refused = rows.setdefault(each.source, ([], []))
+        options = ", ".join(f"{key}={value!r}" for key, value in each.options.items())
         with TemporaryDirectory() as name, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            path = each.written(Path(name))
             try:
-                scene = each.loaded(path)
-                moving = len(scene.movable)
-                outcome = f"{moving} that move, {len(scene.bodies) - moving} fixed"
-                said = [(note, word) for note in scene.notes for word in each.expected.get("says", []) if word in note]
-                outcome += "".join(f"; {word if name in note else note}" for note, word in said)
+                each.loaded(each.written(Path(name)))
+                taken.append(f"`{each.file}`" + (f" (`{options}`)" if options else ""))
             except hf.HoldfastError as error:
-                outcome = f"refused: {error}".partition("can be read: ")[0]
-            for above in (f"{path.parent}/", f"{name}/set/", f"{name}/"):
-                outcome = outcome.replace(above, "")
-            outcome = outcome.replace(f"{name}/set", ".").replace("'set'", "'.'")
-        options = ", ".join(f"{key}={value!r}" for key, value in each.options.items())
-        cells = [each.source, f"`{each.file}`" + (f", `{options}`" if options else ""), each.shows, outcome]
-        rows.append("| " + " | ".join(cell.replace("|", "/").replace("\n", " ") for cell in cells) + " |\n")
-    return HEAD + "".join(rows)
+                found, remedy = str(error), "in no format that is read"
+                if "can be read: " not in found:
+                    remedy = found.rpartition("; ")[2].replace(f"{name}/set", ".")
+                refused.append(f"{each.shows} → {remedy}")
+    cells = [(source, ", ".join(dict.fromkeys(taken)), "; ".join(refused)) for source, (taken, refused) in rows.items()]
+    lines = [" | ".join(text.replace("|", "/").replace("<", "&lt;") for text in row) for row in cells]
+    return HEAD + "".join(f"| {line} |\n" for line in lines)
 
 
 if __name__ == "__main__":

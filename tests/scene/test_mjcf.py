@@ -402,6 +402,12 @@ def test_gravity_may_be_tilted_or_off() -> None:
         scene(FLOOR + cube("a"), '<option><flag gravity="disable"/></option>')
 
 
+def test_a_state_that_mujoco_has_not_worked_out_says_what_to_call() -> None:
+    made = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+    with pytest.raises(hf.errors.SceneError, match=r"no poses yet; call mujoco\.mj_forward\(model, data\)"):
+        hf.from_mujoco(made, mujoco.MjData(made))
+
+
 def test_what_is_no_model_is_refused() -> None:
     with pytest.raises(hf.errors.SceneError, match=r"from_mujoco: got a str and a NoneType; needs mujoco\.MjModel"):
         hf.from_mujoco("scene.xml", None)

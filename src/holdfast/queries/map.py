@@ -110,8 +110,9 @@ class RobustnessMap(Certified, Forces):
         """Write the map as a glTF file: a node for each body, with the colours of the picture at its vertices.
 
         ``_FORCE`` of a vertex is the largest push [N]: 3.4028235e38 where no push moves anything, -1 where it is
-        undecided and -2 where the surface is covered. ``_KIND`` distinguishes the zeros: 2 where the body is only
-        balanced, 3 where it falls without a push.
+        undecided and -2 where the surface is covered or fixed. ``_KIND`` says which: 0 a force, 1 no push moves it, 2
+        it is only balanced, 3 it falls without a push, 4 undecided, 5 no value. Places are in metres with y up: (x, y,
+        z) is at (x, z, -y). The ``extras`` of the scene hold the legend, under ``holdfast_map``.
         """
         paint(self, path, ".glb")
 
@@ -119,6 +120,7 @@ class RobustnessMap(Certified, Forces):
         """Write the map as a PLY file with the colours of the picture at its vertices.
 
         Their properties ``force`` and ``kind`` are as in ``save_glb``, but infinity is ``inf``; ``body`` is a number.
+        Places are those of the scene; comments hold the names of bodies and the legend.
         """
         paint(self, path, ".ply")
 

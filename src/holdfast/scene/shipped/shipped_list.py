@@ -45,7 +45,14 @@ _BUILDERS: Mapping[str, Callable[[], Scene]] = MappingProxyType(
 
 
 def shipped_scenes() -> tuple[str, ...]:
-    """Return the names of the scenes that come with holdfast."""
+    """Return the names of the scenes that come with holdfast.
+
+    ``cube``, ``stack`` and ``table`` (a slab on two legs) are those of the paper, and so are ``slope`` and
+    ``slope_two``, a movable wedge with one or two cubes on it, and ``cantilever``, a plank across a column with a load
+    and a counterweight. ``tall_table`` has longer legs; ``wall2x2`` and ``bonded_wall`` are bricks in quarter bond, 4
+    and 50 of them; ``arch`` has five voussoirs. In ``v_groove`` a cube stands on its edge; in ``wedged`` and
+    ``wedged_floor`` one is between two walls. ``tabletop`` is made of meshes: books, bottles, a tray, a mug.
+    """
     return tuple(_BUILDERS)
 
 

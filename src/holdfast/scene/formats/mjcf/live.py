@@ -42,8 +42,9 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
     Poses are those of ``data.xpos`` and ``data.xmat``, which ``mujoco.mj_forward`` (or ``mj_kinematics``) brings up to
     date with ``data.qpos``; ``mj_step`` alone leaves them one step behind. Frames of bodies are MuJoCo's, and so are
     masses, centres of mass and inertias. Bodies with a free joint move, with all that is welded to them; all others are
-    fixed where they are. docs/from/mujoco.md says what is used and what is ignored in general, and the scene's
-    ``notes`` in this case. Shapes are cached between calls, so scenes of many states of a simulation are cheap.
+    fixed where they are: each geom of the world and each plane by itself. A body has its own name, that of its only
+    geom, or its number. docs/from/mujoco.md says what is ignored in general, and the scene's ``notes`` in this case.
+    Shapes are cached between calls, so scenes of many states of a simulation are cheap.
 
     With ``rigid=True``, moving bodies that are connected by joints or welds are one rigid body; otherwise such a
     connection raises SceneError. So do soft bodies, and everything that Scene and Body refuse.
@@ -51,6 +52,8 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
     if not hasattr(model, "body_weldid") or not hasattr(data, "xpos"):
         problem = f"got a {type(model).__name__} and a {type(data).__name__}"
         raise SceneError(message("from_mujoco", problem, "needs mujoco.MjModel and mujoco.MjData"))
+    if not np.any(data.xmat):
+        raise SceneError(message("from_mujoco", "the state has no poses yet", "call mujoco.mj_forward(model, data)"))
     rules = Rules(model)
     owners = find_groups(model, data, rigid=checked_truth(rigid, "rigid"))
     groups, empty = _groups(model, owners, rules)

@@ -1,7 +1,9 @@
 """Write MJCF files that MuJoCo loads with the same masses, inertias, poses, shapes and friction of every pair.
 
-MuJoCo collides the convex hull of a mesh and keeps its vertices in single precision; numbers of sides and subdivisions
-of round shapes have no place in the format.
+MuJoCo collides the convex hull of a mesh and keeps its vertices in single precision, so a hollow body has to be a
+compound. Coefficients stand at the geoms where the larger one of two is that of the pair, else in ``<pair>``s. Where
+single parts are excluded, their bodies are, and ``<pair>``s name the geoms that may touch. Names of materials,
+densities, what bodies may bear, and how finely round shapes are divided have no place in the format.
 """
 
 from __future__ import annotations

@@ -48,8 +48,9 @@ def from_genesis(
     the larger coefficient, at least 0.01.
 
     With ``rigid=True``, moving bodies that are connected by joints are one rigid body; otherwise such a joint raises
-    SceneError. So does gravity compensation. docs/howto/in_a_loop.md says what is used and what is ignored, and the
-    scene's ``notes`` in this case.
+    SceneError. So does gravity compensation. A joint is under position control from the first
+    ``control_dofs_position`` on. Meshes are the convex pieces that Genesis makes of them. Entities that are not rigid,
+    equality constraints, torsional and rolling friction are left out, with notes.
     """
     if not hasattr(simulation, "rigid_solver") or not hasattr(simulation, "entities"):
         raise SceneError(message("from_genesis", f"got a {type(simulation).__name__}", "needs a genesis.Scene"))

@@ -68,7 +68,7 @@ def from_newton(
     their convex hulls, otherwise as they are.
 
     With ``rigid=True``, moving bodies that are connected by joints are one rigid body; otherwise such a joint raises
-    SceneError. docs/howto/in_a_loop.md says what is used and what is ignored, and the scene's ``notes`` in this case.
+    SceneError. docs/from/isaac_newton.md says what is used and what is ignored, and the scene's ``notes`` in this case.
     """
     if not hasattr(model, "shape_body") or not hasattr(state, "body_q"):
         problem = f"got a {type(model).__name__} and a {type(state).__name__}"

@@ -72,7 +72,7 @@ def from_pybullet(
     With ``rigid=True``, bodies that are connected by other joints or constraints are one rigid body, fixed if one of
     them is; otherwise such a connection raises SceneError. ``shapes`` are those of links, by name and in the frame of
     the link, which PyBullet does not tell: meshes that are not convex, or of several pieces. Without them such a mesh
-    raises SceneError, and so do soft bodies. docs/howto/in_a_loop.md says what is used and what is ignored, and the
+    raises SceneError, and so do soft bodies. docs/from/pybullet.md says what is used and what is ignored, and the
     scene's ``notes`` in this case.
     """
     bullet = _functions(client)

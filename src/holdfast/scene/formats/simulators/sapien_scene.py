@@ -45,8 +45,9 @@ def from_sapien(
     last ``sync_poses_gpu_to_cpu``.
 
     With ``rigid=True``, moving bodies that are connected by joints or drives are one rigid body, and bodies with locked
-    axes are fixed; otherwise such a connection raises SceneError. So does a moving body without gravity.
-    docs/howto/in_a_loop.md says what is used and what is ignored, and the scene's ``notes`` in this case.
+    axes are fixed; otherwise such a connection raises SceneError. So does a moving body without gravity. Convex meshes
+    are their hulls, others as they are; dynamic friction and rest offsets are ignored, with notes. ManiSkill has such
+    scenes in ``env.unwrapped.scene.sub_scenes``.
     """
     if not hasattr(simulation, "entities") or not hasattr(simulation, "physx_system"):
         remedy = "needs a sapien.Scene; ManiSkill has them in env.unwrapped.scene.sub_scenes"

@@ -57,13 +57,15 @@ def read(
     ``pose`` (4, 4) is that of the root link in the world; ``poses`` gives several copies of the file instead, each with
     a name and a pose. Links that fixed joints hold together are one body, named like the robot or its copy; others have
     the name of their first link appended. Movable joints are refused by name, unless ``rigid`` or ``fixed`` is True:
-    then they hold at the positions ``joints`` [rad or m], by default zero. ``fixed`` makes all bodies fixed; as names,
-    it makes these copies and bodies fixed. ``floor`` adds the half space below z = 0, with the friction of whatever
-    lies on it. ``friction`` is the coefficient of surfaces and ``density`` [kg/m³] that of links for which the file
-    gives none. ``simulator``, one of "bullet", "drake", "gazebo", chooses the friction tags of a file that has several
-    kinds. ``package`` maps the names of packages to folders, or is a function that does; ``model_path`` are folders in
-    which packages lie. With ``collision="hull"`` meshes are their convex hulls, as in Bullet, PhysX and SAPIEN; a
-    mapping says so for single links. ``up_axis`` is the axis that points up in mesh files.
+    then they hold at the positions ``joints`` [rad or m], by default zero; a joint that mimics another follows it, and
+    a floating one joins nothing. ``fixed`` makes all bodies fixed; as names, it makes these copies and bodies fixed.
+    What is fixed to a root link ``world`` is fixed, and a link without a shape is left out, with a note. ``floor`` adds
+    the half space below z = 0, with the friction of whatever lies on it. ``friction`` is the coefficient of surfaces
+    and ``density`` [kg/m³] that of links for which the file gives none. ``simulator``, one of "bullet", "drake",
+    "gazebo", chooses the friction tags of a file that has several kinds. ``package`` maps the names of packages to
+    folders, or is a function that does; ``model_path`` are folders in which packages lie. With ``collision="hull"``
+    meshes are their convex hulls, as in Bullet, PhysX and SAPIEN; a mapping says so for single links. ``up_axis`` is
+    the axis that points up in mesh files.
 
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
