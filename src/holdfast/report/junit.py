@@ -9,8 +9,7 @@ from xml.etree import ElementTree as Xml
 from holdfast.base.files import write_atomically
 from holdfast.base.text import one_line
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Finding
-
-LONGEST = 2000  # largest number of characters of a message
+from holdfast.report.texts import LONGEST_REASON
 
 
 def write_junit(findings: Sequence[Finding], path: str | os.PathLike[str]) -> None:
@@ -23,7 +22,7 @@ def write_junit(findings: Sequence[Finding], path: str | os.PathLike[str]) -> No
         element = Xml.SubElement(suite, "testcase", case)
         if found.result != PASSED:
             kind = "failure" if found.result == FAILED else "error"
-            reason = one_line(found.reason, LONGEST)
+            reason = one_line(found.reason, LONGEST_REASON)
             Xml.SubElement(element, kind, {"type": found.result, "message": reason}).text = reason
     Xml.indent(suite)
     write_atomically(path, Xml.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")

@@ -11,15 +11,13 @@ from rich.table import Table
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Float, Int
-from holdfast.base.public import MOST_ROWS
 from holdfast.base.text import LONGEST_NAME, one_line
 from holdfast.contacts.interface import Interface
 from holdfast.engines.verdict import Status
 from holdfast.queries.result import vector_text
 from holdfast.queries.stability import Stability
-from holdfast.report.texts import STYLES, WORDS, cell, headline, sentence
+from holdfast.report.texts import MOST_ROWS, STYLES, WORDS, cell, headline, sentence
 
-MOST_INTERFACES = 40  # largest number of interfaces in a table
 MOST_PATCHES = 8  # largest number of patches of an interface, as under legs, that have rows of their own
 
 
@@ -47,7 +45,7 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("between", "area [cm²]", "μ", "normal force [N]", "friction used"):  # as a share of its limit
         table.add_column(cell(heading), justify="left" if heading == "between" else "right")
-    for k, interface in enumerate(assembly.interfaces[:MOST_INTERFACES]):
+    for k, interface in enumerate(assembly.interfaces[:MOST_ROWS]):
         here = np.empty(0, dtype=np.int64) if result.forces is None else np.flatnonzero(result.forces.interface == k)
         a, b = (one_line(name, LONGEST_NAME) for name in interface.bodies)
         said = interface.flags if interface.certain else (*interface.flags, "may not exist")
@@ -63,8 +61,8 @@ def _contacts(assembly: Assembly, result: Stability) -> Table:
             place = f"  at {vector_text(1e3 * one.centroid, '.0f')} mm"
             row = _carried(assembly, result, k, here[patch == number], one.area)
             table.add_row(cell(place), f"{one.area * 1e4:.4g}", "", *row)
-    if interfaces > MOST_INTERFACES:
-        table.add_row(f"... and {interfaces - MOST_INTERFACES} more", "", "", "", "")
+    if interfaces > MOST_ROWS:
+        table.add_row(f"... and {interfaces - MOST_ROWS} more", "", "", "", "")
     return table
 
 
