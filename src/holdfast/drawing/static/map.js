@@ -38,6 +38,7 @@
   const up = unit(data.up), middle = [0, 1, 2].map(k => (data.bounds[0][k] + data.bounds[1][k]) / 2);
   const size = Math.hypot(...[0, 1, 2].map(k => data.bounds[1][k] - data.bounds[0][k])) || 1;
   const camera = {target: middle, toward: data.views.front, distance: 3 * size};
+  let framed = 0;
   function axes() {
     const right = unit(cross(up, camera.toward));
     return [right, cross(camera.toward, right), camera.toward];
@@ -53,6 +54,7 @@
     camera.target = middle;
     const reach = seen.map(([x, y, z]) => Math.max(Math.abs(x) / wide, Math.abs(y) / OPENING) + z);
     camera.distance = 1.08 * Math.max(...reach, 1e-9);
+    framed = camera.distance;
   }
   function turn(level, rise) {
     const [right, top] = axes(), tilt = Math.asin(Math.max(-1, Math.min(1, dot(camera.toward, up))));
@@ -184,7 +186,7 @@
       if (!layer.shown) continue;
       for (const part of layer.parts) if (part.shape === shape) {
         gl.bindVertexArray(part.array);
-        draw(part, layer.role === "fixed" ? [...middle, 1.2 * size] : [0, 0, 0, 0]);
+        draw(part, layer.role === "fixed" ? [...middle, 1.2 * size] : [0, 0, 0, 0], layer.role);
       }
     }
   }
@@ -205,7 +207,24 @@
       });
     }
     gl.depthMask(true);
+    gl.enable(gl.BLEND);
+    gl.disable(gl.DEPTH_TEST);
+    if (!naming) each("faces", (part, fade, role) => { // pushes shine through what hides them: no badge floats
+      if (role !== "pushes") return;
+      gl.uniform1f(faces("opacity"), 0.38);
+      gl.uniform4fv(faces("fade"), fade);
+      gl.drawElements(gl.TRIANGLES, part.count, gl.UNSIGNED_INT, 0);
+    });
+    gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
+  }
+  function spread(places) { // badges [px] moved until none covers another
+    for (let round = 0; round < 50; round++) places.forEach((p, k) => places.slice(0, k).forEach((q, j) => {
+      const way = [p[0] - q[0], p[1] - q[1]], far = Math.hypot(...way), lacks = Math.max(0, 24 - far) / 2;
+      const [x, y] = far > 0.01 ? way.map(v => v / far) : [Math.cos(k + j), Math.sin(k + j)];
+      p[0] += lacks * x; p[1] += lacks * y; q[0] -= lacks * x; q[1] -= lacks * y;
+    }));
+    return places;
   }
   function draw() {
     const view = matrix(), dense = window.devicePixelRatio || 1;
@@ -232,10 +251,12 @@
       gl.uniform3fv(dots("colour"), part.colour);
       gl.drawArrays(gl.POINTS, 0, part.count);
     });
-    data.badges.forEach((p, k) => {
+    spread(data.badges.map(p => {
       const [x, y, , w] = [0, 1, 2, 3].map(r => view[r] * p[0] + view[4 + r] * p[1] + view[8 + r] * p[2] + view[12 + r]);
-      badges.children[k].style.left = `${50 * (1 + x / w)}%`;
-      badges.children[k].style.top = `${50 * (1 - y / w)}%`;
+      return [plot.clientWidth / 2 * (1 + x / w), plot.clientHeight / 2 * (1 - y / w)];
+    })).forEach(([x, y], k) => {
+      badges.children[k].style.left = `${x}px`;
+      badges.children[k].style.top = `${y}px`;
     });
   }
   function textAt(x, y) { // under a point of the plot [px]: every cell is drawn in a colour that is its number
@@ -332,7 +353,11 @@
     badge.textContent = String(k + 1);
     badges.append(badge);
   });
-  new ResizeObserver(() => { fit(); again(); }).observe(plot);
+  new ResizeObserver(() => {
+    fit();
+    if (camera.distance === framed && camera.target === middle) frame(camera.toward); // nobody has come nearer or moved
+    draw();
+  }).observe(plot);
   fit();
   frame(data.views.front);
   draw();
