@@ -84,7 +84,7 @@ def draw_names(
     for place in name_places(seen, sizes, taken):
         x, y = box.left + place.column, box.top + place.row
         text = writer.put(x, y + 0.36 * LETTERS * unit, place.name, LETTERS, align="center")
-        text.set_path_effects(_halo(unit))
+        text.set_path_effects(halo(unit))
         text.set_gid("name")
 
 
@@ -98,11 +98,12 @@ def draw_axes(axes: Axes, box: Box, view: View, unit: float) -> None:
         past = 1.0 + 9.0 * unit / max(reach, 9.0 * unit)
         axes.text(
             x + past * right, y + past * down, letter, color=INK, fontsize=10 * unit, fontfamily=FONT, ha="center",
-            va="center", zorder=9, parse_math=False, path_effects=_halo(unit), gid=f"letter {letter}",
+            va="center", zorder=9, parse_math=False, path_effects=halo(unit), gid=f"letter {letter}",
         )  # fmt: skip
 
 
-def _halo(unit: float) -> list[Any]:
+def halo(unit: float) -> list[Any]:
+    """Return the path effects of letters with a white rim."""
     from matplotlib.patheffects import Normal, Stroke
 
     return [Stroke(linewidth=_HALO * unit, foreground="white", alpha=0.85), Normal()]

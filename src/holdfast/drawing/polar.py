@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.base.files import write_atomically
+from holdfast.base.text import one_line
 from holdfast.drawing.canvas import blank, pixel_axes, png_of
 from holdfast.drawing.colours import COVERED, FIXED, UNDECIDED
 from holdfast.drawing.footer import GREY, Writer
+from holdfast.drawing.lettering import LETTERS, LONGEST, halo
 from holdfast.drawing.marks import FONT, INK
 from holdfast.drawing.movers import colours_of
 
@@ -54,6 +56,7 @@ class Curve:
 class Footprint:
     """A body seen from above: its outline (k, 2) [m] in the axes of the plot; lower bodies are drawn first."""
 
+    name: str
     outline: NDArray[np.float64]
     fixed: bool
     height: float
@@ -185,7 +188,24 @@ def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> f
         axes.add_patch(
             Polygon(foot.outline, facecolor=colour, edgecolor=INK, lw=0.9, alpha=0.35 if foot.fixed else 0.8)
         )
+    scale = min(width / np.ptp(axes.get_xlim()), height / np.ptp(axes.get_ylim()))  # [px / m], as the aspect is equal
+    _name_footprints(axes, writer, picture, scale)
     return top + height + 60
+
+
+def _name_footprints(axes: Any, writer: Writer, picture: PolarPicture, scale: float) -> None:  # noqa: ANN401
+    """Write the names of movable bodies on their outlines, the highest first, where no other name is."""
+    taken: list[NDArray[np.float64]] = []
+    for foot in sorted(picture.footprints, key=lambda f: -f.height):
+        text = one_line(foot.name, LONGEST)
+        half = np.array([writer.width(text, LETTERS), 1.3 * LETTERS]) / (2 * scale)
+        middle = (foot.outline.min(0) + foot.outline.max(0)) / 2
+        box = np.array([middle - half, middle + half])
+        if foot.fixed or any(((box[0] < other[1]) & (other[0] < box[1])).all() for other in taken):
+            continue
+        taken.append(box)
+        style: dict[str, Any] = {"fontfamily": FONT, "fontsize": 0.72 * LETTERS, "color": INK, "parse_math": False}
+        axes.text(*middle, text, ha="center", va="center", path_effects=halo(1.0), **style)
 
 
 def _draw_legend(writer: Writer, picture: PolarPicture, top: float) -> None:

@@ -98,5 +98,5 @@ def _footprints(assembly: Assembly, frame: Float) -> tuple[Footprint, ...]:
         vertices = body.surface_world.vertices
         flat = vertices @ frame.T
         outline = flat[outline_numbers(flat)]
-        found.append(Footprint(outline, body.fixed, float((vertices @ assembly.scene.up).max())))
+        found.append(Footprint(body.name, outline, body.fixed, float((vertices @ assembly.scene.up).max())))
     return tuple(found)
