@@ -31,6 +31,7 @@ from holdfast.engines.graph.engine import Graph as Graph
 from holdfast.engines.imperfect import Imperfect as Imperfect
 from holdfast.engines.limit.engine import Limit as Limit
 from holdfast.engines.verdict import Status as Status
+from holdfast.live.rerun_log import log_to_rerun as log_to_rerun
 from holdfast.live.start import view as view
 from holdfast.queries.map import robustness_map as robustness_map
 from holdfast.queries.poses.robustness_of_poses import robustness_of_poses as robustness_of_poses

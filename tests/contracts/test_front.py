@@ -20,7 +20,7 @@ PLANNED = """
     assemble settle stability robustness robustness_map robustness_under friction_from
     stability_of_poses robustness_of_poses load_factor transport_limits transport_under carry
     plan_placement place_all Where Search can_remove disassembly_order build_order safe_pushes
-    resting_poses Monitor batch read_batch load_answer view Hold Grip
+    resting_poses Monitor batch read_batch load_answer view log_to_rerun Hold Grip
 """  # of the third plan, what can be done today
 ELSEWHERE = {
     "answers": "Assembly Stability Robustness RobustnessMap Removal Placement Placements Interface Patch Claim Bound",

@@ -13,7 +13,7 @@ from bench.figures.pages import pages
 
 DOCS = Path(__file__).parents[2] / "docs"
 OWN = {"tutorial", "batch", "carry", "near_hardware", "bring_a_scene", "in_a_loop"}  # beside the pages in from/
-NEEDS = {"view": ("viser",)}  # beside the library
+NEEDS = {"view": ("viser",), "rerun": ("rerun",)}  # beside the library
 PAGES = {
     path.stem: found
     for path in pages(DOCS.parent)[1:]

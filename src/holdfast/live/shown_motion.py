@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -10,6 +10,8 @@ from scipy.spatial.transform import Rotation
 from holdfast.base.arrays import Float
 from holdfast.engines.mechanism import STILL, Mechanism
 from holdfast.engines.mechanism import parting as parting_of
+
+SWING: Final = 0.08  # largest displacement that is shown, as a share of the assembly's size
 
 
 def moved_by(mechanism: Mechanism, amount: float) -> dict[str, Float]:

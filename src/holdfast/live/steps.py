@@ -1,4 +1,4 @@
-"""Answers with several states as steps of a slider: settling, taking apart, and places for a body."""
+"""Answers with several states as steps of a slider: settling, taking apart, putting down, and resting poses."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement
+from holdfast.applications.placement.several_result import Placements
+from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.base.arrays import Float
 from holdfast.base.public import number
@@ -70,6 +72,27 @@ def places(result: Placement) -> tuple[Step, ...]:
             moved={result.name: one.pose @ home},
         )
         for k, one in enumerate(result.candidates)
+    )
+
+
+def placing(result: Placements) -> tuple[Step, ...]:
+    """Return the states after the objects were put down one by one."""
+    return tuple(
+        Step(
+            f"{k + 1}: put down {one_line(step.body, LONGEST_NAME)}: "
+            + ("least push undecided" if step.least is None else f"least push {number(step.least, 'N')}"),
+            frozenset(result.order[k + 1 :]),
+        )
+        for k, step in enumerate(result.steps)
+    )
+
+
+def resting(result: RestingPoses) -> tuple[Step, ...]:
+    """Return the poses in which a body rests, the most probable first."""
+    home = np.linalg.inv(result.body.pose)
+    return tuple(
+        Step(f"pose {k} of {len(result)}: {pose.probability:.1%}", moved={result.body.name: pose.pose @ home})
+        for k, pose in enumerate(result, 1)
     )
 
 

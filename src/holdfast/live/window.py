@@ -34,14 +34,13 @@ from holdfast.live import scenery
 from holdfast.live.controls import Controls
 from holdfast.live.gizmo import Gizmo
 from holdfast.live.guard import Guard
-from holdfast.live.shown_motion import moved_by, parting
+from holdfast.live.shown_motion import SWING, moved_by, parting
 from holdfast.live.window_model import Model
 from holdfast.live.window_thread import Worker
 from holdfast.report.bodies import solids_of
 from holdfast.report.map_picture import outlines_of
 
 HERE: Final = "127.0.0.1"  # the only address that the server listens on
-SWING: Final = 0.08  # largest displacement of the animation, as a share of the assembly's size
 FRAMES: Final = 30  # frames per second of the animation
 PERIOD: Final = 2.0  # [s] period of the animation
 HANDLES: Final = 0.6  # length of the drag handles, as a share of the body's diagonal
