@@ -25,9 +25,6 @@ HEAD = """# Benchmarks
 What was measured, each with one command: `python -m bench run NAME` measures it again, `--compare` shows both beside
 each other. Times are those of two cores of a shared machine; ratios mean more than seconds.
 
-```{toctree}
-:maxdepth: 1
-
 """
 # Links of the pages, and where they lead on the site
 LINKS = (
@@ -52,9 +49,10 @@ def make_benchmarks(app: Sphinx) -> None:
     """Write a page for every saved benchmark, and one that lists them."""
     shutil.rmtree(MADE, ignore_errors=True)
     MADE.mkdir()
-    names = sorted(path.stem for path in RESULTS.glob("*.md"))
+    names, listed = sorted(path.stem for path in RESULTS.glob("*.md")), list[str]()
     for name in names:
         text = (RESULTS / f"{name}.md").read_text(encoding="utf-8")
+        listed.append(f"- [{name}]({name}.md): {text.splitlines()[2].replace('``', '`')}")
         note = NOTES / f"{name}.md"
         if note.exists():
             about, rows = text.split("\n|", 1)
@@ -64,7 +62,8 @@ def make_benchmarks(app: Sphinx) -> None:
             shutil.copy(picture, MADE / picture.name)
             text += f"\n![{name}]({picture.name})\n"
         (MADE / f"{name}.md").write_text(text, encoding="utf-8")
-    (MADE / "index.md").write_text(HEAD + "\n".join(names) + "\n```\n", encoding="utf-8")
+    hidden = "\n".join(["", "", "```{toctree}", ":hidden:", "", *names, "```", ""])
+    (MADE / "index.md").write_text(HEAD + "\n".join(listed) + hidden, encoding="utf-8")
 
 
 def make_lists(app: Sphinx) -> None:
