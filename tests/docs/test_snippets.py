@@ -1,8 +1,8 @@
-"""What the pages show is run, in order: files are written, Python is executed, commands are called; and they say what is told.
+"""What the pages show is run in order, files, Python and commands, and says what is told.
 
-A code block that follows a line "`name.ext` ...:" is the content of that file. Of Python, "print(...)  # text" promises
-the text. A command ends with exit code 0, or as its comment says ("# exit code 1"), and writes the pictures that it names; a
-``text`` block after commands shows lines that they print. Three pages have a test of their own, which knows more.
+A block that follows a line "`name.ext` ...:" is the content of that file. Of Python, "print(...)  # text" promises the
+text. A command ends with exit code 0, or as its comment says ("# exit code 1"), and writes the pictures that it names.
+A ``text`` block after commands shows lines that they print. Some pages have tests that know more.
 """
 
 from __future__ import annotations
