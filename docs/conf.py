@@ -38,11 +38,11 @@ autosummary_ignore_module_all = False
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",
-    "filename_pattern": r"/\d\d_",
+    "filename_pattern": r"/\d\d_|/notebooks/",
     "within_subsection_order": "FileNameSortKey",
     "reset_argv": "gallery_pictures.arguments",
     "image_scrapers": ("gallery_pictures.pictures",),
-    "capture_repr": (),
+    "capture_repr": ("_repr_html_",),
     "abort_on_example_error": True,
     "download_all_examples": False,
     "show_signature": False,

@@ -27,6 +27,8 @@ def arguments(gallery: dict[str, Any], script: dict[str, Any]) -> list[str]:
 
 def pictures(block: Any, variables: dict[str, Any], gallery: dict[str, Any]) -> str:  # noqa: ANN401 - Sphinx-Gallery's
     """Take the pictures that the example saved since the last block, and return the text that shows them."""
+    if "notebooks" in Path(variables["src_file"]).parts:  # answers show themselves there
+        return ""
     folder = _folders.get(variables["src_file"])
     saved = [] if folder is None else sorted(folder.glob("*.png"))
     shown = []

@@ -1,4 +1,4 @@
-"""Every numbered example runs from a clean folder, and the gallery of the site finds a picture for it."""
+"""Every example and notebook runs from a clean folder, and the gallery of the site finds a picture for it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = sorted((ROOT / "examples").glob("[0-9]*.py"))
+EXAMPLES = sorted((ROOT / "examples").rglob("*.py"))
 RUN = """
 import pathlib, runpy, sys
 site, *sys.argv = sys.argv[1:]
