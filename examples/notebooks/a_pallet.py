@@ -44,7 +44,8 @@ ride = hf.carry(load, "road")
 print(f"{ride.outcome}: {ride.first} first; it holds at {ride.time_scale(margin=0.1):.2f} times the speed")
 
 # %%
-# A strap over the top, drawn tight to 2 kN. It holds the load down, and presses on the cartons:
+# A strap over the top, drawn tight to 2 kN, holds the load with much to spare. But it would crush the carton beneath
+# it: draw it less tight, and lay edge boards under it.
 route = [("deck", (0, -0.3, 0)), ("top", (0, -0.3, 0.7)), ("top", (0, 0.3, 0.7)), ("deck", (0, 0.3, 0))]
 strap = hf.Strap(route, 2000, mu=0.15)
 tied = hf.carry(load, "road", standing=strap.loads(load))
