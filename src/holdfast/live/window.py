@@ -251,9 +251,8 @@ class Window:
         camera.up = tuple(up)
         camera.fov = np.deg2rad(45.0)
         camera.near = 0.01 * self.model.assembly.size
-        self.server.gui.configure_theme(
-            control_layout="collapsible", control_width="medium", show_logo=False, show_share_button=False
-        )  # beside the bodies, which a floating panel would cover
+        self.server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False)
+        self.server.gui.main_panel.dock_right()  # beside the bodies: a floating panel covers them in a narrow window
 
     def _draw_bodies(self) -> None:
         numbers = {body.name: number for number, body in enumerate(self.model.assembly.bodies)}
