@@ -342,7 +342,7 @@ def _motion(twist: Float, size: float, plural: bool) -> str:
     s = "" if plural else "s"
     velocity, spin = twist[:3], twist[3:]
     rate = float(np.linalg.norm(spin))
-    if rate * size < 1e-3 * np.linalg.norm(velocity):
+    if rate * size < 0.01 * np.linalg.norm(velocity):  # the axis is a hundred sizes away
         return f"slide{s} along {_vector(velocity / np.linalg.norm(velocity))}"
     axis = spin / rate
     origin = cross(spin, velocity) / rate**2

@@ -247,11 +247,12 @@ class Window:
         self.server.scene.set_up_direction(tuple(up))
         camera = self.server.initial_camera
         camera.look_at = tuple(middle)
-        camera.position = tuple(middle + 1.5 * self.model.assembly.size * view.toward)
+        camera.position = tuple(middle + 1.7 * self.model.assembly.size * view.toward)
         camera.up = tuple(up)
         camera.fov = np.deg2rad(45.0)
         camera.near = 0.01 * self.model.assembly.size
-        self.server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        self.server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False)
+        self.server.gui.main_panel.dock_right()  # beside the bodies: a floating panel covers them in a narrow window
 
     def _draw_bodies(self) -> None:
         numbers = {body.name: number for number, body in enumerate(self.model.assembly.bodies)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -17,10 +18,10 @@ from holdfast.drawing.ply_map import write_ply
 from holdfast.drawing.png import write_png
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
-from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import promised
 from holdfast.report.bodies import solids_of
+from holdfast.report.rims import Rims, rims_of
 from holdfast.report.texts import WORDS, what_moves
 
 LONGEST_FORCE = 0.18  # length of the arrow of the largest contact force, as a share of the assembly's size
@@ -52,12 +53,13 @@ def save_ply(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
 def picture_of(result: RobustnessMap) -> Picture:
     """Return the heat map with contacts, contact forces at rest and the weakest push on each body."""
     assembly = result.assembly
-    heat = [_surface(result, name, cells) for name, cells in result.cells.items() if len(cells.points)]
+    rims = {name: rims_of(result, name) for name in result.cells}
+    heat = [_surface(result, name, rims[name]) for name, cells in result.cells.items() if len(cells.points)]
     return Picture(
         title=_title(result),
         subtitle=_subtitle(result),
         heat=tuple(heat),
-        solids=_solids(result),
+        solids=_solids(result, rims),
         outlines=outlines_of(assembly),
         contact_points=np.empty((0, 3)) if result.verdict.forces is None else result.verdict.forces.points,
         contact_forces=() if result.verdict.forces is None else force_arrows(assembly, result.verdict.forces),
@@ -81,10 +83,12 @@ def _subtitle(result: RobustnessMap) -> str:
     return f"{verdict} · {engine} · {len(result.force):,} inward pushes{everywhere}{unknown}"
 
 
-def _surface(result: RobustnessMap, name: str, cells: Cells) -> HeatSurface:
+def _surface(result: RobustnessMap, name: str, rims: Rims) -> HeatSurface:
+    cells = result.cells[name]  # with the rims, which have the same vertices
     numbers = [k for k, body in enumerate(result.body) if body == name]
     return HeatSurface(
-        name, cells.vertices, cells.triangles, cells.cell, cells.points, result.force[numbers],
+        name, cells.vertices, np.concatenate([cells.triangles, rims.triangles]),
+        np.concatenate([cells.cell, rims.beside]), cells.points, result.force[numbers],
         tuple(_hover(result, k) for k in numbers), np.array([_kind(result, k) for k in numbers], dtype=np.int64),
     )  # fmt: skip
 
@@ -115,12 +119,12 @@ def _newton(force: float) -> str:
     return "∞" if np.isinf(force) else f"{force:.0f} N" if force >= 1000 else f"{force:.3g} N"
 
 
-def _solids(result: RobustnessMap) -> tuple[Solid, ...]:
+def _solids(result: RobustnessMap, rims: Mapping[str, Rims]) -> tuple[Solid, ...]:
     whole = solids_of(body for body in result.assembly.bodies if body.name not in result.cells)
     covered = (
-        Solid(name, cells.vertices, cells.triangles, False)
-        for name, cells in result.hidden.items()
-        if len(cells.points)
+        Solid(name, rim.covered.vertices, rim.covered.triangles, False)
+        for name, rim in rims.items()
+        if len(rim.covered.points)
     )
     return (*whole, *covered)
 
