@@ -26,7 +26,7 @@ from holdfast.assembly.connected import components
 from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
-from holdfast.base.errors import no_truth
+from holdfast.base.errors import SceneError, message, no_truth
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import listed
@@ -122,6 +122,9 @@ class Removals:
         refuse_joined(
             assembly, "removal", "leave out tension and cohesion: what it takes to tear bodies off is not told"
         )
+        if any(FIXED not in ends for ends in assembly.held_ends):
+            problem = "something holds bodies on others, and what it takes to take these apart is not told"
+            raise SceneError(message("removal", problem, "leave out holds with on="))
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")
