@@ -34,15 +34,18 @@ URDF = "\n".join(
 )
 MJCF = """<mujoco model="arm"><worldbody><geom name="floor" type="plane" size="1 1 1" pos="0 0 -1"/>
 <body name="base"><geom type="box" size="0.1 0.025 0.02"/>
-<body name="upper" pos="0 0 0.3"><joint name="shoulder" axis="0 1 0"/><inertial pos="0.2 0 0" mass="2" diaginertia="0.001 0.01 0.01"/>
+<body name="upper" pos="0 0 0.3"><joint name="shoulder" axis="0 1 0"/>
+<inertial pos="0.2 0 0" mass="2" diaginertia="0.001 0.01 0.01"/>
 <geom type="box" pos="0.2 0 0" size="0.2 0.025 0.02"/>
-<body name="fore" pos="0.4 0 0"><joint name="elbow" axis="0 1 0" {elbow}/><inertial pos="0.15 0 0" mass="1" diaginertia="0.001 0.01 0.01"/>
+<body name="fore" pos="0.4 0 0"><joint name="elbow" axis="0 1 0" {elbow}/>
+<inertial pos="0.15 0 0" mass="1" diaginertia="0.001 0.01 0.01"/>
 <geom type="box" pos="0.15 0 0" size="0.15 0.025 0.02"/>
 <body name="tool" pos="0.3 0 0"><joint name="plunger" type="slide" axis="1 0 0"/>{more}
 <inertial pos="0.05 0 0" mass="0.5" diaginertia="0.001 0.01 0.01"/></body></body></body></body></worldbody>
 <actuator><motor joint="shoulder" ctrlrange="-1 1" ctrllimited="true" gear="30"/>
 <position joint="elbow" kp="90" {range}/>
-<general joint="plunger" gainprm="5" biasprm="0 -5" biastype="affine" forcerange="-20 20" gear="-3"/></actuator></mujoco>"""
+<general joint="plunger" gainprm="5" biasprm="0 -5" biastype="affine" forcerange="-20 20" gear="-3"/>
+</actuator></mujoco>"""
 
 
 def by_urdf(folder: Path, plunger: str = "60", **options: Any) -> hf.Scene:
@@ -103,6 +106,24 @@ def test_joints_that_nothing_drives_turn_freely(tmp_path: Path) -> None:
     assert float(hf.robustness(door, "door", (0.6, 0.02, 1), (0, -1, 0), engine=LIMIT)) == pytest.approx(0, abs=1e-9)
 
 
+def test_a_finger_that_follows_another_one_is_asked_for(tmp_path: Path) -> None:
+    fingers = [
+        f"""<body name="{name}" pos="0 {y} 1"><joint name="{name} slide" type="slide" axis="0 1 0"/>
+        <geom type="box" size="0.1 0.01 0.1" mass="0.1"/></body>"""
+        for name, y in (("left", -0.1), ("right", 0.1))
+    ]
+    path = tmp_path / "hand.xml"
+    path.write_text(
+        f"""<mujoco><worldbody>{"".join(fingers)}</worldbody>
+        <equality><joint joint1="left slide" joint2="right slide" polycoef="0 -1 0 0 0"/></equality>
+        <actuator><motor joint="left slide" ctrlrange="-7 7" ctrllimited="true"/></actuator></mujoco>"""
+    )
+    with pytest.raises(SceneError, match="joint 'right slide': the file has no limit"):
+        hf.load_scene(path, hold_torques=True, floor=True)
+    hand = hf.load_scene(path, hold_torques={"right slide": 7.0}, floor=True)
+    assert float(hf.robustness(hand, "left", (0, -0.11, 1), (0, 1, 0), engine=LIMIT)) == pytest.approx(7, rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("elbow", "effort", "own"),
     [
@@ -134,9 +155,9 @@ def test_copies_hold_their_own_links(tmp_path: Path) -> None:
 
 
 def test_what_a_file_leaves_out_is_asked_for(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="joint 'plunger': the file has no limit.*hold_torques={'plunger'"):
+    with pytest.raises(SceneError, match=r"joint 'plunger': the file has no limit.*hold_torques={'plunger'"):
         by_urdf(tmp_path, plunger="0")
-    with pytest.raises(SceneError, match="joint 'elbow': the file has no limit.*hold_torques={'elbow'"):
+    with pytest.raises(SceneError, match=r"joint 'elbow': the file has no limit.*hold_torques={'elbow'"):
         by_mjcf(tmp_path, effort="")
     for read in (by_urdf, by_mjcf):
         with pytest.raises(SceneError, match="hold_torques: 'elbov': is no joint; did you mean 'elbow'"):

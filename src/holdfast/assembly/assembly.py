@@ -37,7 +37,7 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
-from holdfast.scene.hold import AnyHold, holder
+from holdfast.scene.hold import AnyHold, hold_ends
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
 
@@ -221,16 +221,10 @@ class Assembly(Value):
         normals = [patch.normal for interface in self.interfaces for patch in interface.patches]
         return frozen(contact_axes(self.axes, np.array(normals).reshape(-1, 3)))
 
-    @property
-    def held_ends(self) -> list[tuple[int, int]]:
-        """For each hold, the numbers of the body held and of the body that holds it; FIXED for the world."""
-        named = ((hold.body, holder(hold)) for hold in self.scene.holds)
-        return [(self.index[body], FIXED if by is None else self.index[by]) for body, by in named]
-
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
         """The groups of bodies that no chain of interfaces connects to a fixed body, and that nothing holds."""
-        groups = components(len(self.movable), (*self.ends, *self.held_ends))
+        groups = components(len(self.movable), (*self.ends, *hold_ends(self.scene.holds, self.index, FIXED)))
         return tuple(tuple(self.movable[k].name for k in group) for group in groups)
 
     @cached_property
@@ -302,7 +296,7 @@ class Assembly(Value):
     @cached_property
     def _joined(self) -> list[list[int]]:
         """The numbers of the bodies of every group."""
-        ends = (*self.ends, *self.held_ends)
+        ends = (*self.ends, *hold_ends(self.scene.holds, self.index, FIXED))
         return components(len(self.movable), [(a, b) for a, b in ends if a >= 0 and b >= 0])
 
     @cached_property

@@ -22,7 +22,7 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross, tangents
-from holdfast.scene.hold import AnyHold, Bounds, Grip, Hold
+from holdfast.scene.hold import AnyHold, Bounds, Grip, Hold, hold_ends
 
 ENDLESS = (np.inf, ((-np.inf, np.inf),) * 3)  # bounds of as much as is needed
 USUAL = 0.25  # share of the weight of the body held that counts as the usual force of what has no bound
@@ -96,7 +96,8 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
     holds = assembly.scene.holds
     if not holds:
         return nodes
-    made = [_Making(assembly, hold, *ends) for hold, ends in zip(holds, assembly.held_ends, strict=True)]
+    both = hold_ends(holds, assembly.index, FIXED)
+    made = [_Making(assembly, hold, *ends) for hold, ends in zip(holds, both, strict=True)]
     K = sum(len(one.mu) for one in made)
     counts = [one.fasteners for one in made]
     first = len(assembly.movable) + np.cumsum([0, *counts[:-1]])

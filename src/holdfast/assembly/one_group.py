@@ -17,7 +17,7 @@ from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.excluded import Excluded, excluded_among
 from holdfast.scene.friction import Friction
-from holdfast.scene.hold import AnyHold, holder, holds_among
+from holdfast.scene.hold import AnyHold, held_names, holds_among
 from holdfast.scene.scene import Scene
 
 
@@ -84,7 +84,7 @@ def _part(whole: Assembly, group: tuple[str, ...]) -> Part:
     occluded = tuple(p for p in whole.occluded if not names.isdisjoint(p) and _still(whole, p, names))
     pairs = (*(whole.interfaces[k].bodies for k in chosen), *(o.bodies for o in overlaps), *occluded)
     holds = holds_among(whole.scene.holds, names, [body.name for body in whole.fixed])
-    touched = {*(name for pair in pairs for name in pair), *map(holder, holds)} - names
+    touched = ({name for pair in pairs for name in pair} | held_names(holds)) - names
     still = [body for body in whole.fixed if body.name in touched] or list(whole.fixed[:1])  # if it is held in the air
     moving = [whole.movable[k] for k in given.tolist()]
     interfaces = [whole.interfaces[k] for k in chosen]

@@ -20,7 +20,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.rest import find_rest
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.body import materials_of
-from holdfast.scene.hold import holder, holds_among
+from holdfast.scene.hold import held_names, holds_among
 from holdfast.scene.scene import Scene
 
 LEVELS = (1e-3, 3e-3, DOUBTFUL_GAP)  # [m] gaps at which contacts are sought, one after another
@@ -145,7 +145,8 @@ class Reach:
         near = {b.name for _, b in self._nearby.pairs(names, supports)} - set(names)
         touching = [i for i in self.assembly.interfaces if not set(names).isdisjoint(i.bodies)]
         holds = holds_among(whole.holds, names, [body.name for body in whole.bodies if body.fixed])
-        near |= {*(name for i in touching for name in i.bodies), *map(holder, holds)} - set(names)
+        near |= {name for i in touching for name in i.bodies} | held_names(holds)
+        near -= set(names)
         others = [b if b.fixed else replace(b, fixed=True) for b in whole.bodies if b.name in near]
         if not others:
             return None

@@ -203,6 +203,11 @@ def renamed_hold(hold: AnyHold, names: Mapping[str, str]) -> AnyHold:
     return altered(hold, **{end: names.get(name or "", name) for end, name in ends.items()})
 
 
+def hold_ends(holds: Iterable[AnyHold], index: Mapping[str, int], world: int) -> list[tuple[int, int]]:
+    """Return for each hold the number of the body held and that of the body that holds it, or ``world``."""
+    return [(index[hold.body], index.get(holder(hold) or "", world)) for hold in holds]
+
+
 def held_names(holds: Iterable[AnyHold]) -> set[str]:
     """Return the names of the bodies on which holds act: those held, and those that hold them."""
     return {name for hold in holds for name in (hold.body, holder(hold)) if name is not None}

@@ -38,6 +38,7 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import ContactForces, Status, Verdict
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 from holdfast.queries.result import vector_text
+from holdfast.scene.hold import hold_ends
 
 T = TypeVar("T")
 
@@ -122,7 +123,7 @@ class Removals:
         refuse_joined(
             assembly, "removal", "leave out tension and cohesion: what it takes to tear bodies off is not told"
         )
-        if any(FIXED not in ends for ends in assembly.held_ends):
+        if any(FIXED not in ends for ends in hold_ends(assembly.scene.holds, assembly.index, FIXED)):
             problem = "something holds bodies on others, and what it takes to take these apart is not told"
             raise SceneError(message("removal", problem, "leave out holds with on="))
         self.assembly, self.engine, self.lift = assembly, engine, lift

@@ -15,6 +15,7 @@ from holdfast.base.ranges import FORCE, LENGTH
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
+from holdfast.scene.excluded import Excluded
 from holdfast.scene.formats.rigid_parts import Piece, rigid_body
 from holdfast.scene.hold import Hold, Range
 from holdfast.scene.inertial import Inertial
@@ -55,7 +56,7 @@ class Motors:
         return own
 
     def ball(self, name: str, pose: Float, own: Inertial) -> Body:
-        """Return a link without a shape: a ball around its centre of mass, of its size by its inertia; it touches nothing."""
+        """Return a link without a shape, which is to touch nothing: a ball of the size that its inertia says."""
         self.balls.append(name)
         radius, at = math.sqrt(2.5 * float(np.trace(own.inertia)) / 3 / own.mass), np.eye(4)
         at[:3, 3] = own.com
@@ -71,13 +72,11 @@ def joint_hold(body: str, on: str | None, point: Float, axis: Float, own: Range,
     return Hold(body, frame, bounded if slides else math.inf, math.inf if slides else bounded, on)
 
 
-def never_touching(
-    arms: Iterable[Sequence[str]], balls: Collection[str], every: Sequence[str]
-) -> list[tuple[str, str]]:
+def never_touching(arms: Iterable[Sequence[str]], balls: Collection[str], every: Sequence[str]) -> tuple[Excluded, ...]:
     """Return the pairs of bodies that never touch: links of one arm, and ``balls`` with ``every`` body.
 
     Shapes of links overlap at their joints, and a contact that is none would carry what a motor has to.
     """
     pairs = [pair for names in arms for pair in itertools.combinations(names, 2)]
     pairs += [(ball, name) for ball in balls for name in every if name != ball]
-    return list({(min(pair), max(pair)): None for pair in pairs})
+    return tuple({(min(pair), max(pair)): None for pair in pairs})

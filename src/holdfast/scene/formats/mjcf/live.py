@@ -87,7 +87,7 @@ def from_mujoco(
     roots = sorted({int(model.body_rootid[model.jnt_bodyid[j]]) for j in owners.joints})
     arms = [[group.name for group in groups if model.body_rootid[group.bodies[0]] == root] for root in roots]
     never = never_touching(arms, motors.balls, [body.name for body in bodies])
-    pairs = {pair: None for pair in (*apart, *never)}
+    pairs = dict.fromkeys((*apart, *never))
     return Scene(bodies, Friction(pairs=table), gravity, name, pairs, notes, holds)
 
 

@@ -114,6 +114,6 @@ def renamed(scene: Scene, names: Mapping[str, str]) -> Scene:
         return name if isinstance(end, str) else (name, end[1])
 
     bodies = tuple(replace(body, name=names.get(body.name, body.name)) for body in scene.bodies)
-    holds = [renamed_hold(hold, names) for hold in scene.holds]
+    holds = tuple(renamed_hold(hold, names) for hold in scene.holds)
     pairs = tuple((end_of(a), end_of(b)) for a, b in scene.excluded)
     return replace(scene, bodies=bodies, excluded=pairs, holds=holds)

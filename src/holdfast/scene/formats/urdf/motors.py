@@ -27,7 +27,7 @@ def with_arms(scene: Scene, groups: Sequence[Group], copies: Iterable[tuple[str,
             axis, own = at[:3, :3] @ axis_of(joint.element), motors.of(joint.name, _effort(joint))
             slides = joint.kind in SLIDING
             holds.append(joint_hold(body, on if on in fixed else None, at[:3, 3], axis, own, slides=slides))
-    return replace(scene, holds=holds, excluded=never_touching(arms, balls, [*fixed]))
+    return replace(scene, holds=tuple(holds), excluded=never_touching(arms, balls, [*fixed]))
 
 
 def _effort(joint: Joint) -> Range | None:
