@@ -20,8 +20,11 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
+from holdfast.assembly.on_surface import check_on_surface, pointing_out
 from holdfast.base.arrays import Float, Int
+from holdfast.base.errors import SceneError, message
 from holdfast.base.rigid import cross, tangents
+from holdfast.base.text import quoted
 from holdfast.scene.hold import AnyHold, Bounds, Grip, Hold, hold_ends
 
 ENDLESS = (np.inf, ((-np.inf, np.inf),) * 3)  # bounds of as much as is needed
@@ -225,6 +228,13 @@ class _Making:
         self._node(radius / self.unit, [None, None, z], {0: {whole: 1.0}, 1: {same: -1.0}}, self.unit)
 
     def _grip(self, grip: Grip) -> None:
+        where = f"grip of {quoted(grip.body)}"
+        check_on_surface(self.assembly, grip.body, grip.points, where)
+        for k in pointing_out(self.assembly.scene.body(grip.body), grip.points, grip.normals).tolist():
+            way = np.array2string(grip.normals[k], precision=4, separator=", ")
+            raise SceneError(
+                message(where, f"normal {k}, {way}, points out of the body", "needs normals into the body")
+            )
         for point, normal, most in zip(grip.points, grip.normals, grip.force, strict=True):
             pushes = [self._push(point, way) for way in (normal, *tangents(normal))]
             self.constant = self.constant - grip.pull / len(grip.points) * pushes[0]
