@@ -41,4 +41,4 @@ def pointing_out(body: Body, points: Float, directions: Float) -> Int:
     step = (WAY * surface.diagonal + OFF * off) * directions
     rows = np.flatnonzero(winding_number(points - step, surface) > INSIDE)
     deep = distance_to_surface((points - step)[rows], surface) > GRAZING * np.linalg.norm(step[rows], axis=1)
-    return rows[deep & (winding_number((points + step)[rows], surface) < INSIDE)]
+    return np.asarray(rows[deep & (winding_number((points + step)[rows], surface) < INSIDE)])
