@@ -22,7 +22,7 @@ from holdfast.cli.main import run
 ROOT = Path(__file__).parents[2]
 OWN = {"howto/bring_a_scene", "howto/in_a_loop", "explanation/near_hardware"}
 KINDS = ("python", "bash", "text")
-NEEDS = {"howto/view": ("viser",), "howto/rerun": ("rerun",)}  # beside the library
+NEEDS = {"howto/view": ("viser",), "howto/rerun": ("rerun",), "howto/arm": ("mujoco",)}  # beside the library
 BLOCK = re.compile(r"(?:`(?P<file>[\w.]+)`[^\n]*:\n\n)?```(?P<kind>[^\n]*)\n(?P<text>.*?)```", re.DOTALL)
 PAGES = {
     name: blocks

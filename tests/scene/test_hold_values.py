@@ -145,3 +145,17 @@ def test_who_takes_holds_answers_with_them() -> None:
     assert not watch.update(acceleration=(100, 0, 0)).holds
     assert hf.can_remove(held, "box", **limit).safe
     assert set(hf.disassembly_order(held, **limit).order) == {"cup", "box"}
+
+
+def test_infinity_of_yaml_is_read(tmp_path: Path) -> None:
+    held = hf.Scene(
+        [hf.Body("floor", hf.HalfSpace(), fixed=True), hf.Body("cup", hf.Box((0.1, 0.1, 0.1)), mass=1)],
+        0.5,
+        holds=[hf.Hold("cup", hf.pose(0, 0, 1), forces=INF, moments=((-INF, 4), INF, 2), on="floor")],
+    )
+    hf.save_scene(held, tmp_path / "held.yaml")
+    text = (tmp_path / "held.yaml").read_text()
+    assert "inf" in text
+    (tmp_path / "held.yaml").write_text(text.replace("'inf'", "inf").replace("-inf", "-.inf").replace(" inf", " .inf"))
+    assert ".inf" in (tmp_path / "held.yaml").read_text()
+    assert hf.load_scene(tmp_path / "held.yaml") == held

@@ -20,6 +20,7 @@ import numpy as np
 
 from holdfast.applications.strap_files import strap_entries
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.on_surface import check_on_surface
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import SceneError, located, message
@@ -31,7 +32,7 @@ from holdfast.base.values import Value, seal
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.geometry.distance import winding_number
 from holdfast.geometry.hull import convex_hull
-from holdfast.queries.request import Load, check_on_surface, checked_assembly
+from holdfast.queries.request import Load, checked_assembly
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 

@@ -37,7 +37,7 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
-from holdfast.scene.hold import AnyHold
+from holdfast.scene.hold import AnyHold, hold_ends
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
 
@@ -224,8 +224,7 @@ class Assembly(Value):
     @cached_property
     def hanging(self) -> tuple[tuple[str, ...], ...]:
         """The groups of bodies that no chain of interfaces connects to a fixed body, and that nothing holds."""
-        held = ((self.index[hold.body], FIXED) for hold in self.scene.holds)
-        groups = components(len(self.movable), (*self.ends, *held))
+        groups = components(len(self.movable), (*self.ends, *hold_ends(self.scene.holds, self.index, FIXED)))
         return tuple(tuple(self.movable[k].name for k in group) for group in groups)
 
     @cached_property
@@ -279,7 +278,7 @@ class Assembly(Value):
 
     @cached_property
     def groups(self) -> tuple[tuple[str, ...], ...]:
-        """The names of the movable bodies, grouped by the contacts between them, in the order of the scene.
+        """The names of the movable bodies, grouped by contacts and holds between them, in the order of the scene.
 
         Contacts with fixed bodies do not connect groups: two separate stacks on one floor are two groups.
         """
@@ -297,7 +296,8 @@ class Assembly(Value):
     @cached_property
     def _joined(self) -> list[list[int]]:
         """The numbers of the bodies of every group."""
-        return components(len(self.movable), [(a, b) for a, b in self.ends if a >= 0 and b >= 0])
+        ends = (*self.ends, *hold_ends(self.scene.holds, self.index, FIXED))
+        return components(len(self.movable), [(a, b) for a, b in ends if a >= 0 and b >= 0])
 
     @cached_property
     def memory(self) -> Memory:

@@ -20,9 +20,12 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
+from holdfast.assembly.on_surface import check_on_surface, pointing_out
 from holdfast.base.arrays import Float, Int
+from holdfast.base.errors import SceneError, message
 from holdfast.base.rigid import cross, tangents
-from holdfast.scene.hold import AnyHold, Bounds, Grip, Hold
+from holdfast.base.text import quoted
+from holdfast.scene.hold import AnyHold, Bounds, Grip, Hold, hold_ends
 
 ENDLESS = (np.inf, ((-np.inf, np.inf),) * 3)  # bounds of as much as is needed
 USUAL = 0.25  # share of the weight of the body held that counts as the usual force of what has no bound
@@ -96,18 +99,20 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
     holds = assembly.scene.holds
     if not holds:
         return nodes
-    made = [_Making(assembly, hold) for hold in holds]
+    both = hold_ends(holds, assembly.index, FIXED)
+    made = [_Making(assembly, hold, *ends) for hold, ends in zip(holds, both, strict=True)]
     K = sum(len(one.mu) for one in made)
     counts = [one.fasteners for one in made]
     first = len(assembly.movable) + np.cumsum([0, *counts[:-1]])
     owner = np.repeat([one.body for one in made], counts).astype(np.int64)
     constant, asked = np.zeros((len(assembly.movable), 6)), np.ones((len(assembly.movable), 6))
     for one in made:
-        constant[one.body] += one.constant
+        constant[one.body] += one.constant[0]
+        if one.other != FIXED:
+            constant[one.other] += one.constant[1]
         asked[one.body, 3:] *= not one.turns
-    body = np.repeat([one.body for one in made], [len(one.mu) for one in made]).astype(np.int64)
-    at = np.concatenate([start + np.array(one.at, dtype=np.int64) for start, one in zip(first, made, strict=True)])
-    held = np.concatenate([np.array(one.equations, dtype=bool) for one in made])
+    body = np.concatenate([np.array(one.on, dtype=np.int64) for one in made])
+    at = np.concatenate([one.ends(start) for start, one in zip(first.tolist(), made, strict=True)])
     weights = np.full(K, float(nodes.weights.mean()) if len(nodes) else 1.0)
     return HeldNodes(
         points=np.concatenate([nodes.points, np.zeros((K, 3))]),
@@ -115,7 +120,7 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
         mu=np.concatenate([nodes.mu, *(one.mu for one in made)]),
         weights=np.concatenate([nodes.weights, weights]),
         interface=np.concatenate([nodes.interface, np.full(K, len(assembly.interfaces), dtype=np.int64)]),
-        a=np.concatenate([nodes.a, np.where(held, at, FIXED)]),
+        a=np.concatenate([nodes.a, at]),
         b=np.concatenate([nodes.b, body]),
         pull=np.concatenate([nodes.pull, np.zeros(K)]),
         data=HoldData(
@@ -131,21 +136,25 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
 
 @dataclass
 class _Making:
-    """The nodes of one hold while they are made; equations are numbered from 0, six to a fastener."""
+    """The nodes of one hold while they are made; equations are numbered from 0, six to a fastener.
+
+    Wrenches are (2, 6): on the body, and on the body that holds it.
+    """
 
     assembly: Assembly
     hold: AnyHold
+    body: int
+    other: int
     mu: list[float] = field(default_factory=list)
     blocks: list[Float] = field(default_factory=list)
     usual: list[float] = field(default_factory=list)
-    equations: list[bool] = field(default_factory=list)
-    at: list[int] = field(default_factory=list)
+    on: list[int] = field(default_factory=list)
+    at: list[int | None] = field(default_factory=list)
     given: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.body = self.assembly.index[self.hold.body]
         self.unit = float(self.assembly.mass[self.body] * np.linalg.norm(self.assembly.scene.gravity))
-        self.constant, self.turns = np.zeros(6), False  # whether it bears any moment
+        self.constant, self.turns = np.zeros((2, 6)), False  # whether it bears any moment
         if isinstance(self.hold, Grip):
             self._grip(self.hold)
         else:
@@ -159,19 +168,30 @@ class _Making:
     def amounts(self) -> Float:
         return np.concatenate([self.given, np.zeros(6 * self.fasteners - len(self.given))])
 
+    def ends(self, first: int) -> Int:
+        """Return the bodies a of the nodes, with fasteners numbered from ``first``."""
+        return np.array([self.other if at is None else first + at for at in self.at], dtype=np.int64)
+
+    def _push(self, point: Float, way: Float) -> Float:
+        """Return the wrenches of a unit force along ``way`` (3,) at ``point`` (3,), world frame."""
+        com = self.assembly.com
+        ends = ((self.body, 1.0), (self.other, 0.0 if self.other == FIXED else -1.0))
+        return np.array([sign * np.concatenate([way, cross(point - com[k], way)]) for k, sign in ends])
+
     def _hold(self, hold: Hold) -> None:
         size = self.assembly.movable[self.body].size
-        axes, arm = hold.frame[:3, :3].T, hold.frame[:3, 3] - self.assembly.com[self.body]
-        pushes = [np.concatenate([axis, cross(arm, axis)]) for axis in axes]
-        turns = [np.concatenate([np.zeros(3), size * axis]) for axis in axes]
+        axes = hold.frame[:3, :3].T
+        pushes = [self._push(hold.frame[:3, 3], axis) for axis in axes]
+        opposite = np.array([[1.0], [0.0 if self.other == FIXED else -1.0]])
+        turns = [opposite * np.concatenate([np.zeros(3), size * axis]) for axis in axes]
         self._bounded(hold.forces, pushes, 1.0)
-        if hold.moments in ENDLESS:
+        if hold.moments in ENDLESS and self.other == FIXED:
             self.turns = True
         else:
             self._bounded(hold.moments, turns, size)
 
     def _bounded(self, bounds: Bounds, wrenches: list[Float], size: float) -> None:
-        """Take forces along three unit ``wrenches`` (6,), within bounds that are larger by a factor ``size``."""
+        """Take forces along three unit ``wrenches`` (2, 6), within bounds that are larger by a factor ``size``."""
         if isinstance(bounds, float) and np.isfinite(bounds):
             self._ball(bounds / size, wrenches)
             return
@@ -181,7 +201,7 @@ class _Making:
 
     def _axis(self, low: float, high: float, wrench: Float) -> None:
         if np.isfinite([low, high]).all() and low < high and 0 in (low, high):  # none is the usual force: no border
-            row, usual = self._equation(high - low), min(high - low, USUAL * self.unit)
+            (row,), usual = self._equations(high - low), min(high - low, USUAL * self.unit)
             self._node(0.0, [wrench if low == 0 else -wrench, None, None], {0: {row: 1.0}}, usual)
             self._node(0.0, [None, None, None], {0: {row: 1.0}}, high - low)
             return
@@ -189,7 +209,7 @@ class _Making:
             self.constant = self.constant + (low + high) / 2 * wrench
             half = (high - low) / 2
             if half > 0:
-                row = self._equation(self.unit)
+                (row,) = self._equations(self.unit)
                 self._node(half / self.unit, [None, wrench, None], {0: {row: 1.0}}, self.unit)
             return
         for end, sign in ((low, 1.0), (high, -1.0)):
@@ -203,14 +223,20 @@ class _Making:
         if radius == 0:
             return
         x, y, z = wrenches
-        same, whole = self._equation(0.0), self._equation(self.unit)
+        same, whole = self._equations(0.0, self.unit)
         self._node(1.0, [None, x, y], {0: {same: 1.0}}, min(radius, USUAL * self.unit))
         self._node(radius / self.unit, [None, None, z], {0: {whole: 1.0}, 1: {same: -1.0}}, self.unit)
 
     def _grip(self, grip: Grip) -> None:
-        com = self.assembly.com[self.body]
+        where = f"grip of {quoted(grip.body)}"
+        check_on_surface(self.assembly, grip.body, grip.points, where)
+        for k in pointing_out(self.assembly.scene.body(grip.body), grip.points, grip.normals).tolist():
+            way = np.array2string(grip.normals[k], precision=4, separator=", ")
+            raise SceneError(
+                message(where, f"normal {k}, {way}, points out of the body", "needs normals into the body")
+            )
         for point, normal, most in zip(grip.points, grip.normals, grip.force, strict=True):
-            pushes = [np.concatenate([way, cross(point - com, way)]) for way in (normal, *tangents(normal))]
+            pushes = [self._push(point, way) for way in (normal, *tangents(normal))]
             self.constant = self.constant - grip.pull / len(grip.points) * pushes[0]
             if most == 0:
                 continue
@@ -218,29 +244,52 @@ class _Making:
             if not np.isfinite(most):
                 self._node(grip.mu, pushes, {}, usual)
                 continue
-            row = self._equation(most)
+            (row,) = self._equations(most)
             self._node(grip.mu, pushes, {0: {row: 1.0}}, usual)
             self._node(0.0, [None, None, None], {0: {row: 1.0}}, most)
 
-    def _equation(self, amount: float) -> int:
-        self.given.append(amount)
-        return len(self.given) - 1
+    def _equations(self, *amounts: float) -> list[int]:
+        """Return the numbers of new equations with these right-hand sides, and room for two more on their fastener."""
+        if 6 - len(self.given) % 6 < len(amounts) + 3 * (self.other != FIXED):
+            self.given += [0.0] * (-len(self.given) % 6)
+        self.given += amounts
+        return list(range(len(self.given) - len(amounts), len(self.given)))
 
     def _node(
         self, mu: float, wrenches: Iterable[Float | None], entries: dict[int, dict[int, float]], usual: float
     ) -> None:
-        """Add a node: the wrench on the body of a unit force along each axis, and its entries in equations."""
-        block = np.zeros((3, 2, 6))
-        for axis, wrench in enumerate(wrenches):
-            if wrench is not None:
-                block[axis, 0] = wrench
+        """Add a node: the wrench on the body of a unit force along each axis, and its entries in equations.
+
+        A node has no more than two ends. Where one is a fastener, the body that holds gets a force that another
+        equation of the fastener makes equal.
+        """
+        block, copies = np.zeros((3, 2, 6)), []
         rows = [row for entry in entries.values() for row in entry]
-        fastener = rows[0] // 6 if rows else 0
+        fastener = rows[0] // 6 if rows else None
         for axis, entry in entries.items():
             for row, value in entry.items():
-                block[axis, 1, row - 6 * fastener] = value
+                block[axis, 1, row % 6] = value
+        for axis, wrench in enumerate(wrenches):
+            if wrench is None:
+                continue
+            block[axis, 0] = wrench[0]
+            if fastener is None:
+                block[axis, 1] = wrench[1]
+            elif self.other != FIXED:
+                self.given.append(0.0)
+                row = (len(self.given) - 1) % 6
+                block[axis, 1, row] = 1.0
+                for sign in (1.0, -1.0)[: 2 if axis else 1]:
+                    copy = np.zeros((3, 2, 6))
+                    copy[0, 0], copy[0, 1, row] = sign * wrench[1], -sign
+                    copies.append(copy)
+        self._add(mu, block, usual, self.body, fastener)
+        for copy in copies:
+            self._add(0.0, copy, usual, self.other, fastener)
+
+    def _add(self, mu: float, block: Float, usual: float, body: int, fastener: int | None) -> None:
         self.mu.append(mu)
         self.blocks.append(block)
         self.usual.append(usual)
-        self.equations.append(bool(rows))
+        self.on.append(body)
         self.at.append(fastener)

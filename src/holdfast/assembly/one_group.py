@@ -17,7 +17,7 @@ from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.excluded import Excluded, excluded_among
 from holdfast.scene.friction import Friction
-from holdfast.scene.hold import AnyHold, holds_among
+from holdfast.scene.hold import AnyHold, held_names, holds_among
 from holdfast.scene.scene import Scene
 
 
@@ -83,7 +83,8 @@ def _part(whole: Assembly, group: tuple[str, ...]) -> Part:
     overlaps = tuple(o for o in whole.overlaps if not names.isdisjoint(o.bodies) and _still(whole, o.bodies, names))
     occluded = tuple(p for p in whole.occluded if not names.isdisjoint(p) and _still(whole, p, names))
     pairs = (*(whole.interfaces[k].bodies for k in chosen), *(o.bodies for o in overlaps), *occluded)
-    touched = {name for pair in pairs for name in pair} - names
+    holds = holds_among(whole.scene.holds, names, [body.name for body in whole.fixed])
+    touched = ({name for pair in pairs for name in pair} | held_names(holds)) - names
     still = [body for body in whole.fixed if body.name in touched] or list(whole.fixed[:1])  # if it is held in the air
     moving = [whole.movable[k] for k in given.tolist()]
     interfaces = [whole.interfaces[k] for k in chosen]
@@ -91,7 +92,6 @@ def _part(whole: Assembly, group: tuple[str, ...]) -> Part:
     table = whole.scene.friction.among(named | materials_of([*still, *moving]))
     excluded = excluded_among(whole.scene.excluded, named)
     about = (whole.scene.gravity.tobytes(), whole.scene.name, whole.tolerances.rule, whole.detected)
-    holds = holds_among(whole.scene.holds, names)
     key = (*map(Same, (*still, *moving, *interfaces)), overlaps, occluded, table, excluded, holds, *about)
 
     def canonical() -> _Canonical:

@@ -63,6 +63,9 @@ class SceneGiven:
     floor: Annotated[bool, _reading("--floor", "add a floor: all that is below z = 0")] = False
     rigid: Annotated[bool, _reading("--rigid", "joints between bodies that move hold")] = False
     joints: Annotated[Several, _reading("--joints", "position of a joint that holds: rad or m", "NAME=VALUE")] = None
+    hold_torques: Annotated[
+        Several, _reading("--hold-torques", "links are held by motors: N m of a joint, or all by the file", "NAME=MAX")
+    ] = None
     key: Annotated[str | None, _reading("--key", "name or number of a keyframe", "KEY")] = None
     qpos: Annotated[str | None, _reading("--qpos", "positions of a model, nq numbers", "Q,Q,...")] = None
     world: Annotated[str | None, _reading("--world", "one of several worlds of a file", "NAME")] = None
@@ -121,6 +124,7 @@ class SceneGiven:
             "floor": self.floor or None,
             "rigid": self.rigid or None,
             "joints": {name: number("--joints", value, "NAME=VALUE") for name, value in joints} or None,
+            "hold_torques": _torques(self.hold_torques or ()),
             "key": key,
             "qpos": None if self.qpos is None else numbers("--qpos", self.qpos, "numbers with commas between them"),
             "world": self.world,
@@ -234,6 +238,12 @@ def _of_all_or_each(given: Sequence[str]) -> str | dict[str, str] | None:
     if len(given) == 1 and "=" not in given[0]:
         return given[0]
     return assigned("--collision", given, "HOW, or BODY=HOW") or None
+
+
+def _torques(given: Sequence[str]) -> bool | dict[str, float] | None:
+    """Return the torques of single joints, or True for the word ``all``: those of the file."""
+    each = assigned("--hold-torques", [text for text in given if text != "all"], "all, or NAME=MAX")
+    return {name: number("--hold-torques", text, "NAME=MAX") for name, text in each.items()} or bool(given) or None
 
 
 def _fixed(scene: Scene, names: list[str]) -> Scene:

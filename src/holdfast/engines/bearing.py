@@ -20,6 +20,7 @@ from holdfast.base.values import Value
 from holdfast.engines.forces import NO_FORCE
 from holdfast.engines.verdict import ContactForces, GroupVerdict
 from holdfast.scene.body import Body
+from holdfast.scene.hold import held_names
 
 UNITS = {"top_load": "N", "pressure": "Pa"}
 
@@ -81,7 +82,7 @@ def bearings(assembly: Assembly, groups: Sequence[GroupVerdict], standing: Float
     asked = [group for group in groups if any(_concerns(assembly, group.bodies, name) for name in names)]
     unknown = [group.bodies for group in asked if group.verdict.forces is None]
     forces = [group.verdict.forces for group in asked if group.verdict.forces is not None]
-    held = {hold.body for hold in assembly.scene.holds}  # which exert forces that nobody tells
+    held = held_names(assembly.scene.holds)  # which exert forces that nobody tells
     known = [n for n in names if n not in held and not any(_concerns(assembly, bodies, n) for bodies in unknown)]
     press = _Pressing.of(assembly, forces)
     found = [one for name in known for one in _borne(assembly, press, assembly.scene.body(name), standing)]

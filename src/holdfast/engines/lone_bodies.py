@@ -19,6 +19,7 @@ from holdfast.base.rigid import cross
 from holdfast.contacts.interface import Interface
 from holdfast.engines.verdict import Look, Status, Verdict
 from holdfast.scene.friction import NOTHING
+from holdfast.scene.hold import held_names
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def lone(assembly: Assembly) -> Int:
     Nothing joins these faces, and nothing holds the bodies.
     """
     deep = {name for overlap in assembly.overlaps for name in overlap.bodies}
-    deep |= {hold.body for hold in assembly.scene.holds}
+    deep |= held_names(assembly.scene.holds)
     found, strengths = [], strengths_of(assembly)
     for number, (body, contacts) in enumerate(zip(assembly.movable, assembly.interfaces_of, strict=True)):
         plain = all(FIXED in assembly.ends[k] and strengths[k] == NOTHING for k in contacts)

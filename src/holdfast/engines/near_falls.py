@@ -20,7 +20,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.rest import find_rest
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.body import materials_of
-from holdfast.scene.hold import holds_among
+from holdfast.scene.hold import held_names, holds_among
 from holdfast.scene.scene import Scene
 
 LEVELS = (1e-3, 3e-3, DOUBTFUL_GAP)  # [m] gaps at which contacts are sought, one after another
@@ -144,13 +144,15 @@ class Reach:
         members = [whole.body(name) for name in names]
         near = {b.name for _, b in self._nearby.pairs(names, supports)} - set(names)
         touching = [i for i in self.assembly.interfaces if not set(names).isdisjoint(i.bodies)]
-        near |= {name for i in touching for name in i.bodies} - set(names)
+        holds = holds_among(whole.holds, names, [body.name for body in whole.bodies if body.fixed])
+        near |= {name for i in touching for name in i.bodies} | held_names(holds)
+        near -= set(names)
         others = [b if b.fixed else replace(b, fixed=True) for b in whole.bodies if b.name in near]
         if not others:
             return None
         bodies = [*others, *members]
         table = whole.friction.among({body.name for body in bodies} | materials_of(bodies))
-        scene = Scene(bodies, table, whole.gravity, holds=holds_among(whole.holds, names))
+        scene = Scene(bodies, table, whole.gravity, holds=holds)
         overlaps = tuple(o for o in self.assembly.overlaps if scene.names.issuperset(o.bodies))
         known = self.assembly.known_names
         return Assembly(scene, tuple(touching), self.assembly.tolerances, overlaps, detected=False, absent=known)

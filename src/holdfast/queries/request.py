@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, assemble
+from holdfast.assembly.on_surface import check_on_surface, pointing_out
 from holdfast.assembly.strengths import check_strengths
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes
@@ -23,18 +24,12 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
-from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.scene.scene import Scene
 
 ENGINES: Registry[Callable[[], Engine]] = Registry("engine", {"graph": Graph, "limit": Limit, "compliant": Compliant})
 
 DEFAULT_ENGINE = "compliant"  # the engine of every query that does not name another
 CERTAIN_ENGINE = "limit"  # the engine that proves above which load no equilibrium exists
-
-INSIDE = 0.5  # winding number of a surface about a point, above which the point is inside
-# A push is tested this far ahead of its point and behind it: in sizes of the body, plus distances of the point from it.
-WAY, OFF = 1e-3, 10.0
-GRAZING = 0.01  # sine of the angle between a push and the surface, below which it neither presses nor pulls
 
 EngineChoice: TypeAlias = str | Engine
 
@@ -186,32 +181,9 @@ def pushes(
     return p, e, push_columns(assembly, number, p, e)
 
 
-def check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -> None:
-    """Raise SceneError, with ``where`` in its message, if a point (n, 3) [m] does not lie on the surface of a body."""
-    body = assembly.scene.body(name)
-    tolerance = assembly.tolerances.of(body) + body.shape.surface.sagitta
-    distance = distance_to_surface(points, body.surface_world)
-    worst = int(np.argmax(distance))
-    if distance[worst] > tolerance:
-        place = np.array2string(points[worst], precision=4, separator=", ")
-        away = f"{distance[worst] * 1e3:.3g} mm" if distance[worst] < 1 else f"{distance[worst]:.3g} m"
-        problem = f"point {worst} at {place} is {away} from the surface"
-        remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
-        raise SceneError(message(where, problem, remedy))
-
-
 def pulls(assembly: Assembly, name: str, points: Float, directions: Float) -> tuple[str, ...]:
-    """Return a note on the pushes at ``points`` (n, 3) [m] of a body that pull, because they point out of the body.
-
-    Their line of action is inside the body just behind the point, and outside just ahead. Pushes that graze the surface
-    or that cross a thin body are not counted.
-    """
-    surface = assembly.scene.body(name).surface_world
-    off = distance_to_surface(points, surface)[:, None]
-    step = (WAY * surface.diagonal + OFF * off) * directions
-    rows = np.flatnonzero(winding_number(points - step, surface) > INSIDE)
-    deep = distance_to_surface((points - step)[rows], surface) > GRAZING * np.linalg.norm(step[rows], axis=1)
-    rows = rows[deep & (winding_number((points + step)[rows], surface) < INSIDE)]
+    """Return a note on the pushes at ``points`` (n, 3) [m] of a body that pull, because they point out of the body."""
+    rows = pointing_out(assembly.scene.body(name), points, directions)
     if not len(rows):
         return ()
     if len(points) == 1:

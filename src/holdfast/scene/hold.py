@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -49,23 +49,33 @@ class Hold(Value):
     cup on a face whose outward normal is the z axis of the frame pulls 40 N and pushes any: ``forces=(9, 9, (-inf,
     40))``.
 
-    The hold gives whatever is needed within the bounds, at will. What holds the hand is fixed in the world: forces pass
-    from the body to it as to a fixed body. If the body is moved, the hold moves with it. Raises SceneError if all
-    bounds are 0, if low > high, or for numbers out of range.
+    The hold gives whatever is needed within the bounds, at will. ``on`` names the body that holds: it gets the opposite
+    force and moment, as the hand of a robot does, or the link of an arm that a joint carries. None is for a hand that
+    is fixed in the world. If the body is moved, the hold moves with it. Raises SceneError if all bounds are 0, if low >
+    high, or for numbers out of range.
     """
 
     body: str
     frame: Float
     forces: Bounds
     moments: Bounds
+    on: str | None
 
-    def __init__(self, body: str, frame: ArrayLike, forces: AnyBounds = 0.0, moments: AnyBounds = 0.0) -> None:
+    def __init__(
+        self,
+        body: str,
+        frame: ArrayLike,
+        forces: AnyBounds = 0.0,
+        moments: AnyBounds = 0.0,
+        on: str | None = None,
+    ) -> None:
         set_ = object.__setattr__
         set_(self, "body", checked_name(body, "hold: body"))
         where = f"hold of {quoted(self.body)}"
         set_(self, "frame", checked_pose(frame, f"{where}: frame"))
         set_(self, "forces", _bounds(forces, f"{where}: forces"))
         set_(self, "moments", _bounds(moments, f"{where}: moments"))
+        set_(self, "on", None if on is None else checked_name(on, f"{where}: on"))
         if all(bounds in (0.0, ((0.0, 0.0),) * 3) for bounds in (self.forces, self.moments)):
             raise SceneError(message(where, "holds nothing: all bounds are 0", "give forces=, moments= or both"))
         seal(self)
@@ -157,14 +167,26 @@ def checked_holds(holds: Iterable[Any], bodies: Collection[Body]) -> tuple[AnyHo
         if hold.body not in fixed:
             problem = f"holds names {quoted(hold.body)}, which is no body"
             raise SceneError(message("scene", problem, nearest_of(hold.body, sorted(fixed))))
+        other = holder(hold)
+        if other == hold.body:
+            raise SceneError(message("scene", f"holds lets {quoted(other)} hold itself", "needs another body in on="))
+        if other is not None and other not in fixed:
+            problem = f"holds has {quoted(other)} hold {quoted(hold.body)}, which is no body"
+            raise SceneError(message("scene", problem, nearest_of(other, sorted(fixed))))
         if fixed[hold.body]:
             raise SceneError(message("scene", f"holds names {quoted(hold.body)}, which is fixed", "hold what can move"))
     return found
 
 
-def holds_among(holds: Iterable[AnyHold], names: Collection[str]) -> tuple[AnyHold, ...]:
-    """Return the holds of the bodies with these names."""
-    return tuple(hold for hold in holds if hold.body in names)
+def holder(hold: AnyHold) -> str | None:
+    """Return the name of the body that holds, or None if that is fixed in the world."""
+    return hold.on if isinstance(hold, Hold) else None
+
+
+def holds_among(holds: Iterable[AnyHold], names: Collection[str], still: Collection[str] = ()) -> tuple[AnyHold, ...]:
+    """Return the holds of the bodies with these names by each other, by the world, and by the bodies ``still``."""
+    kept = {None, *names, *still}
+    return tuple(hold for hold in holds if hold.body in names and holder(hold) in kept)
 
 
 def moved_hold(hold: AnyHold, motion: Float) -> AnyHold:
@@ -173,6 +195,22 @@ def moved_hold(hold: AnyHold, motion: Float) -> AnyHold:
         return altered(hold, frame=frozen(motion @ hold.frame))
     turned = hold.normals @ motion[:3, :3].T
     return altered(hold, points=frozen(transform(motion, hold.points)), normals=frozen(turned))
+
+
+def renamed_hold(hold: AnyHold, names: Mapping[str, str]) -> AnyHold:
+    """Return a hold whose bodies have other names, where ``names`` has them."""
+    ends = {"body": hold.body, "on": holder(hold)} if isinstance(hold, Hold) else {"body": hold.body}
+    return altered(hold, **{end: names.get(name or "", name) for end, name in ends.items()})
+
+
+def hold_ends(holds: Iterable[AnyHold], index: Mapping[str, int], world: int) -> list[tuple[int, int]]:
+    """Return for each hold the number of the body held and that of the body that holds it, or ``world``."""
+    return [(index[hold.body], index.get(holder(hold) or "", world)) for hold in holds]
+
+
+def held_names(holds: Iterable[AnyHold]) -> set[str]:
+    """Return the names of the bodies on which holds act: those held, and those that hold them."""
+    return {name for hold in holds for name in (hold.body, holder(hold)) if name is not None}
 
 
 def refuse_holds(holds: Collection[AnyHold], where: str, remedy: str) -> None:

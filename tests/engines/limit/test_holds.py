@@ -10,6 +10,7 @@ from scipy.optimize import linprog
 
 import holdfast as hf
 from holdfast.base.arrays import Float
+from holdfast.base.errors import SceneError
 from holdfast.base.rigid import cross, transform
 from holdfast.sets import sensitivity, worst_case
 
@@ -18,10 +19,13 @@ CLOSE = {"rel": 1e-6, "abs": 1e-9}
 TURN = hf.pose(0.3, -0.2, 1.4, roll=20, pitch=-35, yaw=110)
 
 
-def cup(holds: Iterable[hf.Hold | hf.Grip], mass: float = 0.3) -> hf.Scene:
+CUBE = hf.Box((0.1, 0.1, 0.1))
+
+
+def cup(holds: Iterable[hf.Hold | hf.Grip], mass: float = 0.3, shape: hf.Box | hf.Cylinder = CUBE) -> hf.Scene:
     """A cube of 0.1 m whose centre is at (0, 0, 1), in the air."""
     floor = hf.Body("floor", hf.Box((1, 1, 0.1)), fixed=True, position=(0, 0, -0.05))
-    return hf.Scene([floor, hf.Body("cup", hf.Box((0.1, 0.1, 0.1)), mass=mass, position=(0, 0, 1))], 0.5, holds=holds)
+    return hf.Scene([floor, hf.Body("cup", shape, mass=mass, position=(0, 0, 1))], 0.5, holds=holds)
 
 
 def pushed(
@@ -105,12 +109,13 @@ def test_a_pinch_needs_a_grip_force_of_half_the_weight_over_mu(mass: float) -> N
 def test_three_fingers_share_the_weight() -> None:
     angle = 2 * np.pi * np.arange(3) / 3
     ways = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3)])
-    needed = 0.3 * G / (3 * 0.5)
+    needed, can = 0.3 * G / (3 * 0.5), hf.Cylinder(0.04, 0.1)
     for share, stands in ((1 - 1e-6, False), (1 + 1e-6, True)):
         grip = hf.Grip("cup", (0, 0, 1) + 0.04 * ways, -ways, 0.5, share * needed)
-        assert hf.stability(cup([grip]), engine=LIMIT).stable is stands
+        assert hf.stability(cup([grip], shape=can), engine=LIMIT).stable is stands
     one_weak = hf.Grip("cup", (0, 0, 1) + 0.04 * ways, -ways, 0.5, (9.0, 9.0, 0.1))
-    assert not hf.stability(cup([one_weak]), engine=LIMIT).stable  # the other two cannot press without the third
+    # the other two cannot press without the third
+    assert not hf.stability(cup([one_weak], shape=can), engine=LIMIT).stable
 
 
 @pytest.mark.parametrize("lever", [0.0, 0.01, 0.03])
@@ -284,3 +289,19 @@ def test_the_margin_of_a_pinch_counts_the_friction_of_its_fingers() -> None:
     """2 μ F carries m g: friction may be lower by the share 1 - m g / (2 μ F)."""
     grip = hf.Grip("cup", [(0.05, 0, 1), (-0.05, 0, 1)], [(-1, 0, 0), (1, 0, 0)], 0.5, 9.0)
     assert hf.stability(cup([grip]), engine=LIMIT).margin == pytest.approx(1 - 0.3 * G / 9.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("point", "normal", "said"),
+    [
+        ((0.05, 0, 1), (1, 0, 0), r"grip of 'cup': normal 1, \[1., 0., 0.\], points out of the body"),
+        ((0.06, 0, 1), (-1, 0, 0), "grip of 'cup': point 1 at .* is 10 mm from the surface; needs points on the body"),
+        ((0.03, 0, 1), (-1, 0, 0), "grip of 'cup': point 1 at .* is 20 mm from the surface"),
+    ],
+)
+def test_fingers_that_are_not_on_the_body_or_pull_are_refused(
+    point: tuple[float, float, float], normal: tuple[float, float, float], said: str
+) -> None:
+    scene = cup([hf.Grip("cup", [(-0.05, 0, 1), point], [(1, 0, 0), normal], 0.5, 9.0)])
+    with pytest.raises(SceneError, match=said):
+        hf.stability(scene, engine=LIMIT)

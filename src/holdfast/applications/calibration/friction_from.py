@@ -11,6 +11,7 @@ import numpy as np
 from holdfast.applications.calibration.friction_fit import LEAST_SCATTER, MOST_SCATTER, STEPS, Fit, contradicted
 from holdfast.applications.calibration.measured_friction import MeasuredFriction
 from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.on_surface import check_on_surface
 from holdfast.base.arrays import (
     Bool,
     Float,
@@ -36,7 +37,6 @@ from holdfast.queries.request import (
     EngineChoice,
     Load,
     body_number,
-    check_on_surface,
     checked_assembly,
     engine_of,
     push_columns,

@@ -35,7 +35,7 @@ def held_still(assembly: Assembly, names: State) -> Assembly:
     scene = assembly.scene
     bodies = tuple(replace(body, fixed=True) if body.name in names else body for body in scene.bodies)
     fixed = {body.name for body in bodies if body.fixed}
-    still = replace(scene, bodies=bodies, holds=holds_among(scene.holds, {body.name for body in bodies} - fixed))
+    still = replace(scene, bodies=bodies, holds=holds_among(scene.holds, scene.names - fixed, fixed))
     kept = tuple(one for one in assembly.interfaces if not fixed.issuperset(one.bodies))
     return replace(assembly, scene=still, interfaces=kept)
 

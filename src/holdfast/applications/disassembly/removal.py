@@ -26,7 +26,7 @@ from holdfast.assembly.connected import components
 from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
-from holdfast.base.errors import no_truth
+from holdfast.base.errors import SceneError, message, no_truth
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import listed
@@ -38,6 +38,7 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import ContactForces, Status, Verdict
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 from holdfast.queries.result import vector_text
+from holdfast.scene.hold import hold_ends
 
 T = TypeVar("T")
 
@@ -122,6 +123,9 @@ class Removals:
         refuse_joined(
             assembly, "removal", "leave out tension and cohesion: what it takes to tear bodies off is not told"
         )
+        if any(FIXED not in ends for ends in hold_ends(assembly.scene.holds, assembly.index, FIXED)):
+            problem = "something holds bodies on others, and what it takes to take these apart is not told"
+            raise SceneError(message("removal", problem, "leave out holds with on="))
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")

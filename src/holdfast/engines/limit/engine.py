@@ -25,6 +25,7 @@ from holdfast.engines.limit.loose import comes_loose
 from holdfast.engines.lone_bodies import firm_verdict, rest_firmly
 from holdfast.engines.rest import Rest
 from holdfast.engines.verdict import Status, Verdict
+from holdfast.scene.hold import held_names
 
 COMES_ABOUT = "an equilibrium exists that needs no self-stress"
 
@@ -119,6 +120,6 @@ def _with_holds(state: LimitState, wrench: Float) -> Float:
     assembly, own, inside = state.assembly, state.rest.nodes.contacts, state.proofs.resting
     forces = state.rest.forces if inside is None else inside.reshape(-1, 3)
     pressed = with_pull(assembly, wrenches_of(assembly, own, forces[: len(own)]))
-    names = {hold.body for hold in assembly.scene.holds}
+    names = held_names(assembly.scene.holds)
     held = np.repeat([body.name in names for body in assembly.movable], 6)
     return np.where(held, -pressed, wrench)

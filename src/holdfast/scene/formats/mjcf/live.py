@@ -11,8 +11,10 @@ from holdfast.base.arrays import Float, checked_truth
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
+from holdfast.scene.formats.joint_holds import Motors, Torques, never_touching
 from holdfast.scene.formats.mjcf import mjcf_shapes
 from holdfast.scene.formats.mjcf.mjcf_groups import STILL, Groups, find_groups, frame_of, inertia_of
+from holdfast.scene.formats.mjcf.mjcf_motors import holds_of
 from holdfast.scene.formats.mjcf.rules import Rules
 from holdfast.scene.formats.simulators.links import Collider, body_of, kept_apart, relative, unique
 from holdfast.scene.friction import Friction
@@ -36,7 +38,14 @@ class Group(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # infinite numbers raise an error that names the body
-def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -> Scene:  # noqa: ANN401
+def from_mujoco(
+    model: Any,  # noqa: ANN401
+    data: Any,  # noqa: ANN401
+    *,
+    rigid: bool = False,
+    hold_torques: Torques = False,
+    name: str = "",
+) -> Scene:
     """Return the scene of a MuJoCo model ``mujoco.MjModel`` in the state ``data``, ``mujoco.MjData``.
 
     Poses are those of ``data.xpos`` and ``data.xmat``, which ``mujoco.mj_forward`` (or ``mj_kinematics``) brings up to
@@ -47,7 +56,11 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
     Shapes are cached between calls, so scenes of many states of a simulation are cheap.
 
     With ``rigid=True``, moving bodies that are connected by joints or welds are one rigid body; otherwise such a
-    connection raises SceneError. So do soft bodies, and everything that Scene and Body refuse.
+    connection raises SceneError. So do soft bodies, and everything that Scene and Body refuse. With ``hold_torques``
+    every body with a hinge or a slide moves, held by the body that carries it: the joint bears any force and moment but
+    along its axis, where its actuators give at most what ``forcerange``, ``actuatorfrcrange`` or, of a motor,
+    ``ctrlrange`` say, or ``hold_torques`` by the joint's name [N m, or N if it slides]; a joint that nothing drives
+    gives none. Bodies of one kinematic tree never touch each other then.
     """
     if not hasattr(model, "body_weldid") or not hasattr(data, "xpos"):
         problem = f"got a {type(model).__name__} and a {type(data).__name__}"
@@ -55,18 +68,27 @@ def from_mujoco(model: Any, data: Any, *, rigid: bool = False, name: str = "") -
     if not np.any(data.xmat):
         raise SceneError(message("from_mujoco", "the state has no poses yet", "call mujoco.mj_forward(model, data)"))
     rules = Rules(model)
-    owners = find_groups(model, data, rigid=checked_truth(rigid, "rigid"))
+    motors = Motors(hold_torques, welded=checked_truth(rigid, "rigid"))
+    owners = find_groups(model, data, rigid=rigid, motors=motors.held)
     groups, empty = _groups(model, owners, rules)
     bodies = []
     for group in groups:
         with located(f"body {quoted(group.name)}"):
-            bodies.append(_body(model, data, group, rules))
+            bodies.append(_body(model, data, group, rules, motors))
     table = rules.table([g for group in groups for g in group.geoms]) if groups else {}
     gravity = np.zeros(3) if model.opt.disableflags & NO_GRAVITY else np.array(model.opt.gravity)
-    notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners)]
+    notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners, motors.held)]
     notes += _overlaps(data, groups, bodies)
     apart = [] if rules.all_may else kept_apart([(g.name, g.fixed, g.geoms) for g in groups], rules.touching)
-    return Scene(bodies, Friction(pairs=table), gravity, name, apart, notes)
+    if not motors.held:
+        return Scene(bodies, Friction(pairs=table), gravity, name, apart, notes)
+    moving = {group.bodies[0]: group.name for group in groups if not group.fixed}
+    holds = holds_of(model, data, owners.joints, motors, moving, owners.owner)
+    roots = sorted({int(model.body_rootid[model.jnt_bodyid[j]]) for j in owners.joints})
+    arms = [[group.name for group in groups if model.body_rootid[group.bodies[0]] == root] for root in roots]
+    never = never_touching(arms, motors.balls, [body.name for body in bodies])
+    pairs = dict.fromkeys((*apart, *never))
+    return Scene(bodies, Friction(pairs=table), gravity, name, pairs, notes, holds)
 
 
 def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list[str]]:  # noqa: ANN401
@@ -76,12 +98,12 @@ def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list
     for g in np.flatnonzero(rules.colliding).tolist():
         of_body.setdefault(int(model.geom_bodyid[g]), []).append(g)
     moving = [g for b, geoms in of_body.items() for g in geoms if owners.owner[b] != STILL]
-    found, empty = [], []
+    found, empty, jointed = [], [], {int(model.jnt_bodyid[j]) for j in owners.joints}
     for b in range(int(model.nbody)):
         if owners.owner[b] == b and b != STILL:
             bodies = owners.of(b)
             geoms = [g for each in bodies for g in of_body.get(each, [])]
-            if geoms:
+            if geoms or b in jointed:
                 found.append(Group(_called(owners, rules, b, geoms), bodies, geoms, False))
             else:
                 empty.append(owners.names[b])
@@ -112,8 +134,10 @@ def _called(owners: Groups, rules: Rules, b: int, geoms: list[int]) -> str:
     return only if only and b not in owners.named else owners.names[b]
 
 
-def _body(model: Any, data: Any, group: Group, rules: Rules) -> Body:  # noqa: ANN401
+def _body(model: Any, data: Any, group: Group, rules: Rules, motors: Motors) -> Body:  # noqa: ANN401
     home = frame_of(data, group.bodies[0])
+    if not group.geoms:
+        return motors.ball(group.name, home, inertia_of(model, data, group.bodies))
     if group.fixed and len(group.geoms) == 1 and group.bodies[0] == 0:
         geom = _collider(model, data, group.geoms[0], home, rules)
         return body_of(group.name, home @ geom.pose, [geom._replace(pose=np.eye(4))])
@@ -152,7 +176,7 @@ def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa:
     return notes
 
 
-def _unread(model: Any, data: Any, owners: Groups) -> list[str]:  # noqa: ANN401
+def _unread(model: Any, data: Any, owners: Groups, motors: bool) -> list[str]:  # noqa: ANN401
     """Return notes on what acts on bodies in MuJoCo, but not in the scene.
 
     Equality constraints, tendons, gravity compensation and soft bodies are not among it: if they act on a moving body,
@@ -175,7 +199,7 @@ def _unread(model: Any, data: Any, owners: Groups) -> list[str]:  # noqa: ANN401
         ("moving surfaces (surfacevel)", set_of_geoms("geom_surfacevel")),
         ("adhesion", [*set_of_geoms("geom_adhesion"), *pairs, *target[kind == BODY].tolist()]),
         ("actuators that push", moving(np.asarray(model.site_bodyid)[target[kind == SITE]])),
-        ("actuators of joints", moving(np.asarray(model.jnt_bodyid)[target[np.isin(kind, JOINTS)]])),
+        ("actuators of joints", [] if motors else moving(np.asarray(model.jnt_bodyid)[target[np.isin(kind, JOINTS)]])),
         ("plugins", moving(np.flatnonzero(np.asarray(model.body_plugin) >= 0))),
         ("applied forces (xfrc_applied)", moving(np.unique(np.nonzero(data.xfrc_applied)[0]))),
         ("springs of joints", moving(np.asarray(model.jnt_bodyid)[np.unique(np.concatenate(springs))])),

@@ -30,29 +30,34 @@ class Groups:
 
     ``owner`` (nbody,) is the number of that free body for each body, or STILL. ``names`` are those of all bodies;
     bodies without a name get their number, and ``named`` are the numbers of the others. ``notes`` say what was held
-    fixed or joined.
+    fixed or joined. ``joints`` are those by which motors hold bodies.
     """
 
     owner: Int
     names: Sequence[str]
     named: frozenset[int]
     notes: tuple[str, ...]
+    joints: tuple[int, ...]
 
     def of(self, owner: int) -> list[int]:
         """Return the numbers of the bodies that move with this one, itself first."""
         return [int(b) for b in np.flatnonzero(self.owner == owner)]
 
 
-def find_groups(model: Any, data: Any, *, rigid: bool) -> Groups:  # noqa: ANN401 - MuJoCo has no types
+def find_groups(model: Any, data: Any, *, rigid: bool, motors: bool = False) -> Groups:  # noqa: ANN401 - MuJoCo has no types
     """Find which bodies move as one.
 
     A body moves if it has a free joint, or other joints that nothing holds and that together allow the same motions. A
     joint or a weld between moving bodies raises SceneError with its name, and so does a movable joint between a body
-    and the world that nothing drives, unless ``rigid`` is True: then they hold.
+    and the world that nothing drives, unless ``rigid`` is True: then they hold. With ``motors``, every body with a
+    joint moves.
     """
     given = entries(model, "body", int(model.nbody))
     names = [name or f"body {b}" for b, name in enumerate(given)]
     owner, faulty, fixed, freed = _owners(model, data)
+    joints = sorted({*faulty, *fixed}) if motors else []
+    if motors:
+        owner, faulty, fixed = _owned(model, {*owner.tolist(), *model.jnt_bodyid[joints].tolist()} - {STILL}), [], []
     faults = [f"{_joint(model, j)} of {quoted(names[model.jnt_bodyid[j]])}" for j in faulty]
     joined = []
     for a, b, what in _equalities(model, data):
@@ -69,7 +74,7 @@ def find_groups(model: Any, data: Any, *, rigid: bool) -> Groups:  # noqa: ANN40
     notes = [f"taken as rigid as it is now: {listed(faults)}"] if faults else []
     notes += [f"{quoted(names[b])} moves freely by its joints: {_named(model, each)}" for b, each in freed.items()]
     notes += _held(model, fixed, names)
-    return Groups(owner, names, frozenset(b for b, name in enumerate(given) if name), tuple(notes))
+    return Groups(owner, names, frozenset(b for b, name in enumerate(given) if name), tuple(notes), tuple(joints))
 
 
 def _owners(model: Any, data: Any) -> tuple[Int, list[int], list[int], dict[int, list[int]]]:  # noqa: ANN401

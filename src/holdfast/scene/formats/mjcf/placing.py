@@ -16,6 +16,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.excluded import body_of
 from holdfast.scene.formats.floor import FLOOR
 from holdfast.scene.formats.rigid_parts import copies_of
+from holdfast.scene.hold import renamed_hold
 from holdfast.scene.scene import Scene
 
 ALL = 2**31 - 1  # contype and conaffinity of the floor: it touches whatever touches anything
@@ -113,4 +114,6 @@ def renamed(scene: Scene, names: Mapping[str, str]) -> Scene:
         return name if isinstance(end, str) else (name, end[1])
 
     bodies = tuple(replace(body, name=names.get(body.name, body.name)) for body in scene.bodies)
-    return replace(scene, bodies=bodies, excluded=tuple((end_of(a), end_of(b)) for a, b in scene.excluded))
+    holds = tuple(renamed_hold(hold, names) for hold in scene.holds)
+    pairs = tuple((end_of(a), end_of(b)) for a, b in scene.excluded)
+    return replace(scene, bodies=bodies, excluded=pairs, holds=holds)

@@ -18,6 +18,7 @@ from holdfast.base.arrays import Float, checked
 from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of, warn
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import listed, one_line, quoted
+from holdfast.scene.formats.joint_holds import Torques
 from holdfast.scene.formats.joint_limits import check_within
 from holdfast.scene.formats.mjcf.live import from_mujoco
 from holdfast.scene.formats.mjcf.mjcf_guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed, root_of
@@ -43,6 +44,7 @@ def read(
     key: str | int | None = None,
     qpos: ArrayLike | None = None,
     rigid: bool = False,
+    hold_torques: Torques = False,
     free: bool | Collection[str] = False,
     pose: ArrayLike | None = None,
     poses: Mapping[str, ArrayLike] | None = None,
@@ -51,10 +53,10 @@ def read(
 ) -> Scene:
     """Return the scene at the model's initial positions, at those of the keyframe ``key``, or at ``qpos`` (nq,).
 
-    ``rigid`` is as in ``from_mujoco``. ``free`` gives a free joint to each body of the world that has no joint, or to
-    those in which the named bodies are, as models of single objects need it; their keyframes are then dropped. ``pose``
-    (4, 4) is that of the whole model in the world; ``poses`` gives several copies of it instead, each with a name and a
-    pose. ``floor`` adds the half space below z = 0, with the friction of whatever lies on it.
+    ``rigid`` and ``hold_torques`` are as in ``from_mujoco``. ``free`` gives a free joint to each body of the world that
+    has no joint, or to those in which the named bodies are, as models of single objects need it; their keyframes are
+    then dropped. ``pose`` (4, 4) is that of the whole model in the world; ``poses`` gives several copies of it instead,
+    each with a name and a pose. ``floor`` adds the half space below z = 0, with the friction of whatever lies on it.
 
     The files to which the model refers must be in its own folder, or in the folder ``within``. Raises SceneError with
     MuJoCo's message for a model that MuJoCo refuses.
@@ -80,7 +82,8 @@ def read(
             problem = f"MuJoCo refuses it: {' '.join(str(cause).split())}"
             raise SceneError(message(str(path), problem, "correct the model")) from None
         with located(str(path)):
-            scene = renamed(from_mujoco(model, data, rigid=rigid, name=_name(model, path)), single)
+            scene = from_mujoco(model, data, rigid=rigid, hold_torques=hold_torques, name=_name(model, path))
+            scene = renamed(scene, single)
     return replace(scene, notes=(*notes, *unseen, *scene.notes, *(f"MuJoCo warns: {text}" for text in heard)))
 
 

@@ -15,11 +15,13 @@ from holdfast.base.ranges import DENSITY
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.formats.joint_holds import Motors, Torques
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.rigid_parts import Notes, copies_of, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
+from holdfast.scene.formats.urdf.motors import with_arms
 from holdfast.scene.formats.urdf.tree import Group, groups_of
 from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES, KNOWN, LinkReader
 from holdfast.scene.inertial import together
@@ -41,6 +43,7 @@ def read(
     poses: Mapping[str, ArrayLike] | None = None,
     joints: Mapping[str, float] | None = None,
     rigid: bool = False,
+    hold_torques: Torques = False,
     fixed: bool | Collection[str] = False,
     floor: bool = False,
     friction: float | None = None,
@@ -58,14 +61,16 @@ def read(
     a name and a pose. Links that fixed joints hold together are one body, named like the robot or its copy; others have
     the name of their first link appended. Movable joints are refused by name, unless ``rigid`` or ``fixed`` is True:
     then they hold at the positions ``joints`` [rad or m], by default zero; a joint that mimics another follows it, and
-    a floating one joins nothing. ``fixed`` makes all bodies fixed; as names, it makes these copies and bodies fixed.
-    What is fixed to a root link ``world`` is fixed, and a link without a shape is left out, with a note. ``floor`` adds
-    the half space below z = 0, with the friction of whatever lies on it. ``friction`` is the coefficient of surfaces
-    and ``density`` [kg/m³] that of links for which the file gives none. ``simulator``, one of "bullet", "drake",
-    "gazebo", chooses the friction tags of a file that has several kinds. ``package`` maps the names of packages to
-    folders, or is a function that does; ``model_path`` are folders in which packages lie. With ``collision="hull"``
-    meshes are their convex hulls, as in Bullet, PhysX and SAPIEN; a mapping says so for single links. ``up_axis`` is
-    the axis that points up in mesh files.
+    a floating one joins nothing. With ``hold_torques`` the links between joints are bodies, each held by the one below
+    it: a joint bears any force and moment but along its axis, where its motor gives at most the ``effort`` of the file,
+    or what ``hold_torques`` says by name [N m, or N if it slides]; links of one robot never touch each other. ``fixed``
+    makes all bodies fixed; as names, it makes these copies and bodies fixed. What is fixed to a root link ``world`` is
+    fixed, and a link without a shape is left out, with a note. ``floor`` adds the half space below z = 0, with the
+    friction of whatever lies on it. ``friction`` is the coefficient of surfaces and ``density`` [kg/m³] that of links
+    for which the file gives none. ``simulator``, one of "bullet", "drake", "gazebo", chooses the friction tags of a
+    file that has several kinds. ``package`` maps the names of packages to folders, or is a function that does;
+    ``model_path`` are folders in which packages lie. With ``collision="hull"`` meshes are their convex hulls, as in
+    Bullet, PhysX and SAPIEN; a mapping says so for single links. ``up_axis`` is the axis that points up in mesh files.
 
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
@@ -86,14 +91,18 @@ def read(
         fixed = _names_in(fixed)
     all_fixed = fixed if isinstance(fixed, bool) else {copy for copy, _ in copies} <= set(fixed)
     positions = {} if joints is None else checked_mapping(joints, "joints", '{"elbow": 0.5}')
-    groups = groups_of(root, links, positions, checked_truth(rigid, "rigid") or all_fixed, notes)
-    bodies = [body for group in groups if (body := _body(group, links, reader, density, all_fixed)) is not None]
+    locked = checked_truth(rigid, "rigid") or all_fixed
+    motors = Motors(hold_torques, welded=locked)
+    groups = groups_of(root, links, positions, locked, notes, motors=motors.held)
+    motors.check_names([group.joint.name for group in groups if group.joint is not None])
+    bodies = [body for group in groups if (body := _body(group, links, reader, density, all_fixed, motors))]
     if not bodies:
         root.fail("has no link with a shape", "needs a <collision> or <visual>")
     placed = _held([(copy, body) for copy, place in copies for body in _placed(bodies, copy, place)], fixed)
     remedy = "give floor=True for a floor at z = 0, or fixed=True for what carries others"
     placed = with_floor(placed, floor, root.place, remedy, problem="is a thing that nothing carries")
-    return scene_of(placed, reader.surfaces.table(FLOOR if floor else None), gravity, name, notes)
+    scene = scene_of(placed, reader.surfaces.table(FLOOR if floor else None), gravity, name, notes)
+    return with_arms(scene, groups, copies, motors) if motors.held else scene
 
 
 def _names_in(fixed: object) -> list[str]:
@@ -146,7 +155,12 @@ def _links(root: Element) -> dict[str, Element]:
 
 
 def _body(
-    group: Group, links: Mapping[str, Element], reader: LinkReader, density: float | None, fixed: bool
+    group: Group,
+    links: Mapping[str, Element],
+    reader: LinkReader,
+    density: float | None,
+    fixed: bool,
+    motors: Motors,
 ) -> tuple[str, Body] | None:
     """Return the body of a group with the name of its first link, at its pose in the root; None if it has no shape."""
     pieces, inertials, unknown = [], [], []
@@ -156,6 +170,12 @@ def _body(
         pieces += [piece._replace(pose=at @ piece.pose) for piece in own]
         inertials += [] if inertial is None else [inertial.seen(at)]
         unknown += [links[name]] if own and inertial is None else []
+    massive = [inertial for inertial in inertials if inertial.mass]
+    if group.joint is not None and not massive and not unknown:
+        links[group.top].fail("has no mass, and moves by a joint of its own", "give it a mass in its <inertial>")
+    if not pieces and group.joint is not None:
+        reader.notes.of(quoted(group.top), "no shape, so it touches nothing")
+        return group.top, motors.ball(group.top, group.pose, together(massive))
     if not pieces:
         if any(inertial.mass for inertial in inertials):
             reader.notes.of(quoted(group.top), "no shape, so it touches nothing and is left out")
@@ -163,7 +183,6 @@ def _body(
     fixed = fixed or (group.top == WORLD and not links[WORLD].children)
     if unknown and not fixed:
         unknown[0].fail("has no <inertial>", "give density=, or fixed=True")
-    massive = [inertial for inertial in inertials if inertial.mass]
     if not massive and not fixed:
         reader.notes.of(quoted(group.top), "mass 0, so it is fixed, as in Bullet")
         fixed = True

@@ -17,7 +17,7 @@ from holdfast.scene.formats.rigid_parts import pose_of
 from holdfast.scene.xml import Element
 
 TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)
-LIMITED = ("revolute", *SLIDING)
+LIMITED, MOVED = ("revolute", *SLIDING), (*TURNING, *SLIDING)
 KINDS = ("fixed", "floating", "planar", *TURNING, *SLIDING)
 OTHERS = ("spherical", "ball", "universal", "screw", "curvilinear")  # of Bullet, Habitat and Drake; they move, too
 
@@ -35,11 +35,16 @@ class Joint(NamedTuple):
 
 @dataclass(frozen=True)
 class Group:
-    """Links that move as one: the first one, its pose (4, 4) in the root, and the pose of each link in the first."""
+    """Links that move as one: the first one, its pose (4, 4) in the root, and the pose of each link in the first.
+
+    If a motor holds the group, ``joint`` carries its first link and ``above`` is the first link of the group below it.
+    """
 
     top: str
     pose: Float
     links: Mapping[str, Float]
+    joint: Joint | None = None
+    above: str = ""
 
 
 def origin_of(element: Element) -> Float:
@@ -52,36 +57,46 @@ def origin_of(element: Element) -> Float:
 
 
 def groups_of(
-    root: Element, links: Mapping[str, Element], positions: Mapping[str, float], locked: bool, notes: list[str]
+    root: Element,
+    links: Mapping[str, Element],
+    positions: Mapping[str, float],
+    locked: bool,
+    notes: list[str],
+    *,
+    motors: bool = False,
 ) -> list[Group]:
     """Return the groups of links, the root's first.
 
     ``positions`` [rad or m] are those of movable joints, by default zero. Such joints are refused by name unless
-    ``locked`` is True: then they hold. Raises SceneError if the links are not a tree.
+    ``locked`` is True: then they hold. With ``motors``, those that turn or slide divide groups. Raises SceneError if
+    the links are not a tree.
     """
     joints = _joints(root, links, positions)
     below: dict[str, list[Joint]] = {name: [] for name in links}
     for joint in joints:
         below[joint.parent].append(joint)
-    _check_movable(root, joints, locked, notes)
+    dividing = ("floating", *(MOVED if motors else ()))
+    _check_movable(root, [joint for joint in joints if joint.kind not in ("fixed", *dividing)], locked, notes)
     carried = {joint.child for joint in joints}
     tops = [name for name in links if name not in carried]
     if len(tops) != 1:
         what = f"has {len(tops)} links that no joint carries ({listed(tops)})" if tops else "has joints in a circle"
         root.fail(what, "needs a tree of links with one root")
-    found, waiting, reached = [], [(tops[0], np.eye(4))], 0
+    found, reached = [], 0
+    waiting: list[tuple[str, Float, Joint | None, str]] = [(tops[0], np.eye(4), None, "")]
     while waiting:
-        top, pose = waiting.pop(0)
+        top, pose, held, above = waiting.pop(0)
         placed, stack = {top: np.eye(4)}, [top]
         while stack:
             link = stack.pop()
             for joint in below[link]:
-                if joint.kind == "floating":
-                    waiting.append((joint.child, pose @ placed[link] @ joint.pose))
+                if joint.kind in dividing:
+                    held_by = joint if joint.kind in MOVED else None
+                    waiting.append((joint.child, pose @ placed[link] @ joint.pose, held_by, top))
                 else:
                     placed[joint.child] = placed[link] @ joint.pose
                     stack.append(joint.child)
-        found.append(Group(top, pose, placed))
+        found.append(Group(top, pose, placed, held, above))
         reached += len(placed)
     if reached < len(links):
         root.fail("has joints in a circle", "needs a tree of links with one root")
@@ -158,13 +173,9 @@ def _motion(element: Element, kind: str, position: float) -> Float:
     pose = np.eye(4)
     if position == 0.0:
         return pose
-    if kind not in (*TURNING, *SLIDING):
+    if kind not in MOVED:
         element.fail(f"is {kind} and has the position {position:g}", "give positions of turning and sliding joints")
-    axis = element.child("axis")
-    along = np.array((1.0, 0.0, 0.0) if axis is None else axis.numbers("xyz", 3))
-    if not along.any():
-        element.fail("has a zero axis", "needs a direction")
-    x, y, z = along = unit(along)
+    x, y, z = along = axis_of(element)
     if kind in SLIDING:
         pose[:3, 3] = along * position
         return pose
@@ -173,14 +184,25 @@ def _motion(element: Element, kind: str, position: float) -> Float:
     return pose
 
 
-def _check_movable(root: Element, joints: list[Joint], locked: bool, notes: list[str]) -> None:
+def axis_of(element: Element) -> Float:
+    """Return the unit vector (3,) of a joint's axis in the frame of its child."""
+    axis = element.child("axis")
+    along = np.array((1.0, 0.0, 0.0) if axis is None else axis.numbers("xyz", 3))
+    if not along.any():
+        element.fail("has a zero axis", "needs a direction")
+    return unit(along)
+
+
+def _check_movable(root: Element, movable: list[Joint], locked: bool, notes: list[str]) -> None:
     """Refuse movable joints by name, unless they hold."""
-    movable = [joint for joint in joints if joint.kind not in ("fixed", "floating")]
     if not movable:
         return
     named = listed([f"{quoted(joint.name)} ({joint.kind})" for joint in movable])
     if locked:
         notes.append(f"joints that hold as if welded: {named}")
         return
-    remedy = "give rigid=True for one rigid body (at joints={name: position}), or fixed=True"
+    remedy = (
+        "give rigid=True for one rigid body (at joints={name: position}), fixed=True, or hold_torques=True for joints "
+        "that turn or slide and that motors hold"
+    )
     root.fail(f"has joints that can move: {named}; a joint between bodies is no contact", remedy)

@@ -1,0 +1,37 @@
+"""The arms of a URDF file: links that are held by the motors of their joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from holdfast.base.arrays import Float
+from holdfast.scene.formats.joint_holds import Motors, joint_hold, never_touching
+from holdfast.scene.formats.urdf.tree import SLIDING, Group, Joint, axis_of
+from holdfast.scene.hold import Range
+from holdfast.scene.scene import Scene
+
+
+def with_arms(scene: Scene, groups: Sequence[Group], copies: Iterable[tuple[str, Float]], motors: Motors) -> Scene:
+    """Return the scene with the holds of all joints, for each copy of the file at its pose (4, 4) in the world."""
+    fixed, holds, arms, balls = {body.name: body.fixed for body in scene.bodies}, [], [], []
+    for copy, place in copies:
+        names = {group.top: copy if copy in fixed else f"{copy}/{group.top}" for group in groups}
+        arms.append([name for name in names.values() if name in fixed])
+        balls += [names[top] for top in motors.balls]
+        for group in groups:
+            joint, body = group.joint, names[group.top]
+            if joint is None or body not in fixed or fixed[body]:
+                continue
+            at, on = place @ group.pose, names[group.above]
+            axis, own = at[:3, :3] @ axis_of(joint.element), motors.of(joint.name, _effort(joint))
+            slides = joint.kind in SLIDING
+            holds.append(joint_hold(body, on if on in fixed else None, at[:3, 3], axis, own, slides=slides))
+    return replace(scene, holds=tuple(holds), excluded=never_touching(arms, balls, [*fixed]))
+
+
+def _effort(joint: Joint) -> Range | None:
+    """Return the range of a joint by its <limit>; None without one, and for 0, which files write for none."""
+    limit = joint.element.child("limit")
+    effort = 0.0 if limit is None else limit.number("effort", 0.0)
+    return (-effort, effort) if effort > 0 else None
