@@ -38,14 +38,22 @@ def test_every_page_is_in_the_contents_once() -> None:
     assert len({*listed("index.md")}) == len(listed("index.md"))
 
 
+def anchors(path: Path) -> set[str]:
+    """What a link to a heading of a page says behind #."""
+    headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
+
+
 def test_links_between_pages_lead_somewhere() -> None:
     """In a checkout, too: nothing that `make docs` has still to make."""
     made = ("api/", "benchmarks/", "files/", "gallery/")
     for path in {*pages(DOCS.parent), *notes(DOCS.parent), *DOCS.parent.glob("*.md")}:
-        for target in re.findall(r"\]\(([^)#\s]+)(?:#[\w-]+)?\)", path.read_text(encoding="utf-8")):
+        for target, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([\w-]+))?\)", path.read_text(encoding="utf-8")):
             if not target.startswith("http"):
+                there = path.parent / target if target else path
                 assert not (DOCS in path.parents and target.startswith(made)), f"{path.name}: {target}"
-                assert (path.parent / target).exists(), f"{path.name}: {target}"
+                assert there.exists(), f"{path.name}: {target}"
+                assert not anchor or anchor in anchors(there), f"{path.name}: {target}#{anchor}"
 
 
 def test_every_note_is_one_of_a_suite_and_begins_below_the_heading_of_its_page() -> None:
