@@ -7,6 +7,8 @@ A camera saw a stack of boxes, with errors of millimetres: bring it to rest, and
 
 # %%
 # The detections: the second box hovers, the third hovers and leans.
+import numpy as np
+
 import holdfast as hf
 
 given = hf.shipped_scene("stack")
@@ -22,7 +24,7 @@ rest
 
 # %%
 # Ask the scene at rest as if it were exact:
-push = ("cube3", rest.scene.body("cube3").placed([(-0.05, 0, 0.0)])[0], (1, 0, 0))
+push = ("cube3", rest.scene.body("cube3").placed(np.array([(-0.05, 0, 0)]))[0], (1, 0, 0))
 ideal = hf.robustness(rest.scene, *push)
 print(f"{ideal.force[0]:.2f} N")
 
