@@ -26,6 +26,7 @@ exclude_patterns = ["_site", "_templates", "gallery/*.ipynb", "gallery/*.py"]
 templates_path = ["_templates"]
 nitpicky = False
 
+myst_enable_extensions = ["html_image"]
 myst_heading_anchors = 4
 myst_links_external_new_tab = False
 

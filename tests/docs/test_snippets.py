@@ -22,7 +22,7 @@ from holdfast.cli.main import run
 ROOT = Path(__file__).parents[2]
 OWN = {"howto/bring_a_scene", "howto/in_a_loop", "explanation/near_hardware"}
 KINDS = ("python", "bash", "text")
-NEEDS = {"howto/view": ("viser",), "howto/rerun": ("rerun",), "howto/arm": ("mujoco",)}  # beside the library
+NEEDS = {"viser": "hf.view("} | {name: f"import {name}" for name in ("jax", "mujoco", "rerun", "torch")}
 BLOCK = re.compile(r"(?:`(?P<file>[\w.]+)`[^\n]*:\n\n)?```(?P<kind>[^\n]*)\n(?P<text>.*?)```", re.DOTALL)
 PAGES = {
     name: blocks
@@ -50,7 +50,8 @@ def words(text: str) -> str:
 def test_what_a_page_shows_runs_and_says_what_is_told(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    missing = [name for name in NEEDS.get(page, ()) if importlib.util.find_spec(name) is None]
+    shown = "".join(block["text"] for block in PAGES[page])
+    missing = [name for name, word in NEEDS.items() if word in shown and importlib.util.find_spec(name) is None]
     if missing:
         pytest.skip(f"needs {', '.join(missing)}")
     monkeypatch.chdir(tmp_path)

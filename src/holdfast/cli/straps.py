@@ -11,7 +11,7 @@ from holdfast.applications.strap import Strap
 from holdfast.assembly.assembly import Assembly
 from holdfast.queries.request import Load
 
-Straps = Annotated[Path | None, typer.Option(help="YAML or JSON file with straps, see docs/howto/carry.md")]
+Straps = Annotated[Path | None, typer.Option(help="YAML or JSON file with straps, see docs/howto/straps.md")]
 
 
 def strap_loads(path: Path | None, assembly: Assembly) -> tuple[Load, ...]:

@@ -48,7 +48,7 @@ ROUNDS = 8  # scans of all coefficients, each from where the last one found the 
 ARRIVED = STEPS[STEPS > 0][0]  # step of ln mu below which a scan is not repeated: the finest one of it
 SMOOTH = 0.3  # a coefficient of 0 has no logarithm: the scans begin here
 DEPENDS = 1e-3  # relative change of a force along a scan below which it does not depend on the coefficient
-WIDE = 0.3  # scatter beyond twice what real pushes had (docs/howto/uncertainty.md), where a note tells of it
+WIDE = 0.3  # scatter beyond twice what real pushes had (docs/howto/friction.md), where a note tells of it
 UNLIKELY = 1e-3  # probability below which pushes contradict each other
 REACH = 1e12  # largest and smallest force, in weights of the assembly, where nothing, or anything at all, moves it
 WHERE = "friction_from"
@@ -96,7 +96,7 @@ def friction_from(
     pushes within a given scatter, the answer is undecided.
 
     Raises SceneError if there are no pushes, or if one is malformed or on a fixed or unknown body. Raises HoldfastError
-    if the scatter cannot be estimated. See docs/howto/uncertainty.md.
+    if the scatter cannot be estimated. See docs/howto/friction.md.
     """
     given = checked_assembly(assembly)
     pushes = _checked(given, measured)
