@@ -98,3 +98,24 @@ def test_an_engine_without_bounds_answers_a_push(called: Call) -> None:
     )
     assert code == 0
     assert "no bound is known on either side" in text
+
+
+@pytest.mark.parametrize(
+    "question", [("push", "vase", "--at=-0.08,0,0.1", "--along=1,0,0"), ("map", "--spacing", "0.1"), ("transport",)]
+)
+def test_no_reason_is_said_twice(called: Call, tmp_path: Path, question: tuple[str, ...]) -> None:
+    """One box falls, another hovers by a little more than what counts as contact."""
+    scene = hf.Scene(
+        [
+            hf.Body("floor", hf.Box((1, 1, 0.1)), pose=at(0, 0, -0.05), fixed=True),
+            hf.Body("box", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0.53, 0, 0.05)),
+            hf.Body("vase", hf.Box((0.16, 0.16, 0.2)), mass=1, pose=at(0, 0, 0.1004)),
+        ],
+        0.5,
+    )
+    hf.save_scene(scene, tmp_path / "scene.yaml")
+    command, *rest = question
+    _, text, _ = called(command, tmp_path / "scene.yaml", *rest)
+    told = " ".join(text.split())
+    assert told.count("would rest there") == 1
+    assert told.count("no contact forces balance every body") <= 1

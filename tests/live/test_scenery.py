@@ -104,7 +104,7 @@ def test_what_is_said_of_a_push(standing: Model) -> None:
     assert model.push is not None
     told = scenery.push_html(model)
     assert f"R = <b>{model.push.force[0]:.4g} N</b>" in told
-    assert "(proved)" in told
+    assert "proved to move above" in told
     assert "cube1" in told
 
 

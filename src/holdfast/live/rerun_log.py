@@ -81,14 +81,17 @@ def log_to_rerun(answer: Loggable, *, entity: str = "holdfast", recording: Any =
     a verdict that was saved or copied and does not know its assembly any more, and for anything else.
     """
     path = checked_name(entity, "log_to_rerun: entity")
-    given: object = answer
-    if not isinstance(given, Loggable):
-        problem = f"answer is a {type(given).__name__}"
-        raise HoldfastError(message("log_to_rerun", problem, "needs a scene, an assembly or an answer"))
+    _check(answer)
     sink = _Sink(_rerun(recording), path, recording)
     content = _content(answer)
     sink.still(content.picture, repr(answer))
     sink.moving(content)
+
+
+def _check(answer: object) -> None:
+    if not isinstance(answer, Loggable):
+        problem = f"answer is a {type(answer).__name__}"
+        raise HoldfastError(message("log_to_rerun", problem, "needs a scene, an assembly or an answer"))
 
 
 def _rerun(recording: Any) -> ModuleType:  # noqa: ANN401 - rerun's

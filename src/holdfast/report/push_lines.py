@@ -9,6 +9,7 @@ from holdfast.engines.answers import Bound
 from holdfast.engines.verdict import Status
 from holdfast.queries.push import Robustness
 from holdfast.queries.result import gives_way, holds_up_to
+from holdfast.report.remarks import repeats
 from holdfast.report.texts import headline, sentence
 
 _STYLE = {
@@ -37,10 +38,12 @@ def push_report(result: Robustness) -> RenderableType:
         mechanism = result.mechanism[0]
         lines.append(sentence(mechanism.text if mechanism else gives_way(result.mode[0], result.moving[0]), "dim"))
     if status is Status.UNDECIDED:
-        lines.append(sentence(result.undecided.text, "yellow"))
+        lines += [sentence(reason, "yellow") for reason in result.undecided.reasons]
     if status is Status.UNSTABLE:
         lines.append(sentence(result.verdict.reason, "dim"))
-    return Group(*lines, *(sentence(f"note: {note}", "yellow") for note in result.notes))
+    said = () if status is Status.FINITE else (*result.undecided.reasons, result.verdict.reason)
+    notes = [note for note in result.notes if note not in said and not repeats(note, result.verdict)]
+    return Group(*lines, *(sentence(f"note: {note}", "yellow") for note in notes))
 
 
 def bounds_text(result: Robustness) -> list[str]:

@@ -7,7 +7,7 @@ import shlex
 from rich.text import Text
 
 from holdfast.base.text import listed
-from holdfast.engines.verdict import Status
+from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries.result import Columns
 from holdfast.report.texts import sentence
 
@@ -18,11 +18,17 @@ def remarks(result: Columns) -> list[Text]:
     """Return the reason of a verdict that is not STABLE, the number of undecided answers, and the notes, none twice."""
     stands = result.verdict.status is Status.STABLE
     remarks = [] if stands else [sentence(result.verdict.reason, "dim")]
-    notes = [note for note in result.notes if stands or result.verdict.reason not in note]
+    notes = [note for note in result.notes if not repeats(note, result.verdict)]
     if result.undecided.count:
         known = {result.verdict.reason, *result.notes}.issuperset(result.undecided.reasons)
         remarks.append(sentence(result.undecided.brief if known else result.undecided.text, "bold yellow"))
     return remarks + [sentence(f"note: {note}", "yellow") for note in (*notes, *_way_out(result))]
+
+
+def repeats(note: str, verdict: Verdict) -> bool:
+    """Tell whether a note says of some bodies only what the reason of a verdict that is not STABLE says already."""
+    said = (note.partition(word)[2] for word in (": does not stand: ", ": undecided: ") if word in note)
+    return verdict.status is not Status.STABLE and (verdict.reason in note or any(s in verdict.reason for s in said))
 
 
 def _way_out(result: Columns) -> list[str]:

@@ -49,7 +49,7 @@ def rims_of(result: RobustnessMap, name: str) -> Rims:
         beyond[own] &= ~inside(outline.buffer(COORDINATES * patch.size), places).reshape(-1, 3)
     turned = result.assembly.size  # distance that a unit difference of normals counts as
     tree = search_tree(np.hstack([shown.points, turned * shown.normals]))
-    beside: Int = np.asarray(tree.query(np.hstack([hidden.points, turned * hidden.normals]))[1], dtype=np.int64)
+    beside = np.asarray(tree.query(np.hstack([hidden.points, turned * hidden.normals]))[1], dtype=np.int64)
     alike = (shown.normals[beside] * hidden.normals).sum(1) > 0.9
     rim = on_patch & alike & (np.bincount(hidden.cell, beyond.any(1), minlength=len(on_patch)) > 0)
     shows = rim[hidden.cell]
