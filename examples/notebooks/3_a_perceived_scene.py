@@ -34,7 +34,7 @@ print(f"{ideal.force[0]:.2f} N")
 sigma = (0.001, 0.3)
 doubtful = hf.assemble(rest.scene, pose_sigma=sigma)
 print(f"lower {hf.robustness(doubtful, *push).lower[0]:.2f} N")
-doubts = hf.sets.Uncertain(pose_sigma=sigma, mu_range=0.2, mass_range=0.1, samples=40, seed=1)
+doubts = hf.sets.Uncertain(pose_sigma=sigma, mu_range=0.2, mass_range=0.1, samples=20, seed=1)
 under = hf.robustness_under(doubtful, *push, doubts)
 print(f"robot {under.quantile(0.05)[0]:.2f} N")
 
