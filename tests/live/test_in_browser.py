@@ -110,11 +110,12 @@ def seen(found: hf.answers.RobustnessMap, pixels: np.ndarray, camera: Any) -> li
 
 
 def on_screen(camera: Any, point: np.ndarray) -> tuple[float, float]:
-    """Where a point (3,) [m] of the world is seen [px]."""
+    """Where a point (3,) [m] of the world is seen [px]; the picture is left of the panel."""
     turned = pytest.importorskip("viser.transforms").SO3(np.array(camera.wxyz)).as_matrix()
-    focal = SIZE[1] / 2 / np.tan(camera.fov / 2)
+    wide, high = camera.image_width, camera.image_height
+    focal = high / 2 / np.tan(camera.fov / 2)
     right, down, away = (point - np.array(camera.position)) @ turned
-    return SIZE[0] / 2 + focal * right / away, SIZE[1] / 2 + focal * down / away
+    return wide / 2 + focal * right / away, high / 2 + focal * down / away
 
 
 def test_a_body_is_dragged_by_the_arrows_and_taken_back(page: Any) -> None:
