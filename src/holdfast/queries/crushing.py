@@ -55,17 +55,20 @@ def unless_crushed(found: Answers, state: Groups, W: Float, pressed: Pressed) ->
     force, lower = np.array(found.force), np.array(found.lower)
     status, mechanism = found.status.tolist(), found.mechanism.tolist()
     loads = _Loads(state, [name for name in names if name not in held], W, pressed)
-    bearing = False
+    bearing, unknown = False, 0
     for k in reported("who is crushed", list(range(len(found)))):
         reached = loads.reached(k)
         if not reached or status[k] not in (Status.FINITE, Status.INFINITE):
             continue
         bearing = True
         force[k], known, first = loads.most(k, reached, force[k], lower[k])
+        unknown += known < lower[k] * (1 - 2 * CLOSE) and not first
         lower[k] = min(lower[k], known)
         if first:
             mechanism[k] = crush_of(first, len(state.assembly.movable))
             status[k] = Status.FINITE if force[k] else Status.UNSTABLE
+    if unknown:
+        notes.append(f"what bodies bear is not known up to {unknown} of the answers: lower ends where it is known")
     how = weakest_bound([found.lower_bound, Bound.ESTIMATED]) if bearing else found.lower_bound
     lowered = replace(
         found,
@@ -131,8 +134,10 @@ class _Loads:
         if names not in self.rest:
             self.rest[names] = self.share(k, 0.0, names)
         rest, first = self.rest[names]
-        if not largest or rest > UP_TO:
-            return (0.0, 0.0, first) if rest > UP_TO else (largest, largest, "")
+        if not first or not largest:  # forces at rest are not known, or the least load moves something
+            return largest, 0.0, ""
+        if rest > UP_TO:
+            return 0.0, 0.0, first
         ends = np.sort([sure * NEAR[0], *largest * NEAR])[::-1] if np.isfinite(largest) else self._far(k) * FAR
         tried = ((end, *self.share(k, end, names)) for end in ends.tolist() if end)
         end, share, first = next((each for each in tried if each[2]), (0.0, rest, ""))
@@ -141,7 +146,7 @@ class _Loads:
                 return 0.0, 0.0, first
             beyond = lambda factor: self.share(k, factor, names)[0] - 1  # noqa: E731
             factor = float(brentq(beyond, 0.0, end, xtol=CLOSE**2 * end, rtol=CLOSE))
-            return factor, factor * (1 - CLOSE), first
+            return factor, factor * (1 - CLOSE), self.share(k, factor, names)[1] or first
         if end == ends[0]:
             return largest, largest, ""
         middle, _ = self.share(k, end / 2, names)
