@@ -20,14 +20,10 @@ from scipy.optimize import linprog
 import holdfast as hf
 from bench.scenes.real_pallets import pallet, pallets
 from bench.suite import Case, Row, Suite
+from holdfast.sets import box_compression_strength
 
 PALLETS = 40
 EDGE, CALIPER, SAFETY = 5600.0, 4e-3, 4.0  # [N/m] edge crush strength, [m] thickness of the board, factor of safety
-
-
-def compression_strength(length: float, width: float) -> float:
-    """McKee's formula for the box compression strength [N] of a carton with this base [m]."""
-    return float(5.87 * EDGE * np.sqrt(2 * (length + width) * CALIPER))
 
 
 def limited(scene: hf.Scene) -> hf.Scene:
@@ -38,7 +34,7 @@ def limited(scene: hf.Scene) -> hf.Scene:
             bodies.append(body)
             continue
         x, y, _ = np.ptp(body.surface_world.vertices, axis=0)
-        bodies.append(replace(body, top_load=compression_strength(x, y) / SAFETY))
+        bodies.append(replace(body, top_load=box_compression_strength(EDGE, CALIPER, 2 * (x + y)) / SAFETY))
     return hf.Scene(bodies, scene.friction, scene.gravity, scene.name)
 
 

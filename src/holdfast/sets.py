@@ -1,4 +1,4 @@
-"""Questions of specialists: convex sets of loads and accelerations, sensitivities, the worst case, constraint.
+"""Questions of specialists: convex sets of loads and accelerations, sensitivities, the worst case, cartons.
 
 The names are listed in ``sets.pyi``, and each is imported when it is first used.
 """

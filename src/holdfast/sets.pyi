@@ -10,4 +10,5 @@ from holdfast.queries.sets import admissible_wrenches as admissible_wrenches
 from holdfast.queries.sets import sustainable_accelerations as sustainable_accelerations
 from holdfast.queries.uncertain import Uncertain as Uncertain
 from holdfast.queries.worst_case import worst_case as worst_case
+from holdfast.scene.cartons import box_compression_strength as box_compression_strength
 from holdfast.scene.shipped import shipped_scenes as shipped_scenes

@@ -51,6 +51,7 @@ def test_a_push_that_moved_nothing_sets_a_lower_end() -> None:
     z = stats.norm.ppf(np.exp(-stats.chi2.ppf(0.95, 1) / 2))
     assert found.intervals[PAIR] == pytest.approx((0.5 * np.exp(0.1 * z), np.inf), rel=1e-3)
     assert found.mu_range[PAIR][1] == 0.6, "the scene's own"
+    assert any("the interval alone says something" in note for note in found.notes)
     above = hf.friction_from(cube(), [low(1.5 * G, False)], scatter=0.1)
     assert above.mu_range[PAIR][0] == above.mu_range[PAIR][1] > 0.6
 
@@ -58,6 +59,7 @@ def test_a_push_that_moved_nothing_sets_a_lower_end() -> None:
 def test_held_and_moved_enclose_the_coefficient() -> None:
     found = hf.friction_from(cube(), [low(0.4 * G, False), low(0.5 * G), low(0.55 * G)], scatter=0.05)
     alone = hf.friction_from(cube(), [low(0.5 * G), low(0.55 * G)], scatter=0.05)
+    assert not any("the interval alone" in note for note in found.notes)
     assert alone.intervals[PAIR][0] <= found.intervals[PAIR][0] < found.mu[PAIR] < found.intervals[PAIR][1] < 0.6
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 import shapely
@@ -161,3 +164,12 @@ def test_a_grid_has_nodes_along_straight_edges_and_at_the_corners_of_a_rim(side:
     rim = np.array(SHAPES["disc"])
     corner = np.linalg.norm(rim[:, None] - points[:, :2], axis=2).min(1) < 1e-9
     assert corner.sum() == min(40, side**2 // 2)
+
+
+def test_nodes_are_kept_with_their_interface_and_go_with_it() -> None:
+    square = interface("square")
+    assert interface_nodes(square, 9, "quadrature") is interface_nodes(square, 9, "quadrature")
+    gone = weakref.ref(square)
+    del square
+    gc.collect()
+    assert gone() is None

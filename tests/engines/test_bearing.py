@@ -121,16 +121,6 @@ def test_a_table_of_boxes_has_limits(tmp_path: Path) -> None:
     assert [one.body for one in verdict.bearing] == ["low"]
 
 
-def test_answers_that_look_at_no_limit_say_so() -> None:
-    scene = column(top_load=250.0)
-    note = "top_load and pressure are looked at at rest alone"
-    assert note in " ".join(hf.robustness(scene, "box3", (0.2, 0, 1.05), (-1, 0, 0)).notes)
-    assert note in " ".join(hf.transport_limits(scene, [(1, 0, 0)]).notes)
-    poses = np.array([scene.body("box3").pose])
-    assert note in " ".join(hf.stability_of_poses(scene, "box3", poses).notes)
-    assert note not in " ".join(hf.stability(scene).notes)
-
-
 def test_a_batch_and_its_gate_name_who_is_crushed(tmp_path: Path) -> None:
     hf.save_scene(column(top_load=250.0), tmp_path / "column.yaml")
     found = hf.batch(str(tmp_path / "column.yaml"), out=tmp_path / "out", ask=["stability"], workers=1)

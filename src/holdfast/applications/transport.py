@@ -41,7 +41,9 @@ from holdfast.queries.request import (
     Load,
     body_numbers,
     checked_assembly,
+    checked_loads,
     engine_of,
+    pressed_by,
     total_wrench,
 )
 from holdfast.queries.result import ROW_HEADS, Columns, least, vector_text, verdict_words
@@ -61,7 +63,8 @@ class TransportLimits(Certified, Columns):
     what it means: FINITE; INFINITE; UNSTABLE (the acceleration is 0: the assembly does not stand on the carrier even at
     rest); UNDECIDED (the acceleration 0 is no answer: see ``undecided``). ``lower`` and ``upper`` (n,) [m/s²] bound the
     true answer as far as the engine can promise. ``moving`` (names), ``mode`` and ``mechanism``, each (n,), say what
-    gives way. ``verdict`` says whether ``assembly`` stands on the carrier before it accelerates.
+    gives way; where the mode is "crush", a body bears as much as it may. ``verdict`` says whether ``assembly`` stands
+    on the carrier before it accelerates.
     """
 
     assembly: Assembly
@@ -142,8 +145,10 @@ def transport_limits(
     method = engine_of(engine)
     counted, note = counted_bodies(given, bodies, "transport_limits")
     W = carrier_columns(given, counted, ways)
+    standing = checked_loads(standing)
     held = total_wrench(given, standing)
-    found = asked(method, given, W, held, bounds=bounds, imperfect=imperfect)
+    pressed = pressed_by(given, standing), np.zeros((len(given.bodies), len(ways)))
+    found = asked(method, given, W, held, bounds=bounds, imperfect=imperfect, pressed=pressed)
     found = replace(found, notes=(*found.notes, *note))
     return asking(TransportLimits(answers=found, assembly=given, directions=ways), Question(given, held, None, W))
 

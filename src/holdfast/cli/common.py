@@ -59,9 +59,14 @@ def certify(save: Callable[[Path], None], path: Path | None, *, as_json: bool) -
 
 
 def exit_code(status: Status, answers: Answers) -> int:
-    """Return the exit code of an answer: that of its status, or of UNDECIDED if it stands but no row is decided."""
-    nothing = len(answers) > 0 and not answers.decided.any()
-    return EXIT[Status.UNDECIDED if nothing and status is Status.STABLE else status]
+    """Return the exit code of an answer: that of its status, unless it stands and no row is decided, or one gives way.
+
+    A row gives way without any load where a body is crushed at rest.
+    """
+    if status is not Status.STABLE or not len(answers):
+        return EXIT[status]
+    nothing, crushed = not answers.decided.any(), Status.UNSTABLE in answers.status
+    return EXIT[Status.UNSTABLE if crushed else Status.UNDECIDED if nothing else status]
 
 
 def order_exit_code(*, reached: bool, proven: bool) -> int:

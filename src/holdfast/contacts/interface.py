@@ -13,6 +13,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_number, frozen, read_only, unit
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.kinds import shaped
+from holdfast.base.memory import Memory
 from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import Frame, snapped, tangents
 from holdfast.base.rounding import COORDINATES
@@ -24,6 +25,7 @@ from holdfast.geometry.spatial import search_tree
 
 FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size
 
+MOST_CACHED = 100  # sets of nodes that are kept with an interface
 BITS = 40  # binary digits of the coordinates of a patch in canonical form, about twelve decimal digits
 FIRST = 30  # binary digits of coordinates that decide at which corner an outline begins
 
@@ -296,6 +298,11 @@ class Interface(Value):
             self._canonical.clear()  # bodies belong to one group at a time
             self._canonical[key] = known
         return known
+
+    @cached_property
+    def memory(self) -> Memory:
+        """Nodes on it that may be asked for again; they go with it."""
+        return Memory(MOST_CACHED)
 
     @cached_property
     def _canonical(self) -> dict[tuple[bytes, bytes, bool], Interface]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from holdfast.base.arrays import Float, frozen
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.memory import Memory, Same
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.spots import Spots, nearest_spot
 from holdfast.contacts.weights import LEAST, corrected
@@ -29,9 +28,6 @@ NEAR = 0.3  # [grid steps] grid nodes within this distance of a node on the outl
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 MOST_CACHED = 1000  # largest number of grids, and of shares of rectangles, in the caches
 MOST_BENT = 64  # largest number of spots of a bent patch that are used as its corners
-MOST_SAMPLED = 10_000  # number of interfaces whose nodes are cached, as similar assemblies share them
-
-_CACHE = Memory(MOST_SAMPLED)
 
 
 def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: int = 0) -> list[tuple[Float, Float]]:
@@ -47,8 +43,8 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
         )
     if count < 4:
         raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
-    key = Same(interface), count, sampling, seed
-    return _CACHE.recalled(key, 1, lambda: _sampled(interface, count, sampling, seed))
+    key = count, sampling, seed
+    return interface.memory.recalled(key, 1, lambda: _sampled(interface, count, sampling, seed))
 
 
 def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:

@@ -149,9 +149,10 @@ class System:
         self._in_threads(len(s), run)
         return found
 
-    def rests_near(self, q: Float) -> bool:
-        """Tell whether bodies rest in a state near the displacement ``q`` (n,), without any motion to it."""
-        return rests_near(self.model, make_work(self.model, self.fronts), q.copy(), self.fronts)
+    def rest_near(self, q: Float) -> Float | None:
+        """Return the displacement (n,) of a state of rest near ``q`` (n,), without any motion to it, or None."""
+        found = q.copy()
+        return found if rests_near(self.model, make_work(self.model, self.fronts), found, self.fronts) else None
 
     def _patiently(self, function: Callable[P, R]) -> Callable[P, R]:
         """The function as it is to be called where it may take long: machine code in a thread that can be left."""

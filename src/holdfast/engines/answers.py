@@ -131,7 +131,7 @@ class Answers(Value):
       inf: no multiple of the load moves anything); UNSTABLE (force 0: it moves even without the load); or UNDECIDED
       (force 0, which is no answer: the answer is not known). ``undecided`` says how many rows are, and why.
     - ``mechanism``: how bodies begin to move, or None where nothing gives way. ``moving`` gives the names of the
-      moving bodies, and ``mode`` is "slip", "topple", "mixed", "roll" or "none".
+      moving bodies, or of the one that is crushed; ``mode`` is "slip", "topple", "mixed", "roll", "crush" or "none".
     - ``solved``: False where the answer was interpolated between neighbouring loads.
     - ``error``: the relative error that ``force`` may have because of the interpolation; 0 where ``solved``.
 
@@ -237,7 +237,7 @@ class Answers(Value):
 
     @cached_property
     def mode(self) -> Objects:
-        """(n,) "slip", "topple", "mixed", "roll", or "none" where nothing gives way."""
+        """(n,) "slip", "topple", "mixed", "roll", "crush", or "none" where nothing gives way."""
         return objects(["none" if m is None else m.mode for m in self.mechanism])
 
     @cached_property

@@ -23,6 +23,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.hold import held_names
 
 UNITS = {"top_load": "N", "pressure": "Pa"}
+UNCHECKED = "who is crushed was not asked here: stability, robustness, load_factor, transport_limits and carry ask it"
 
 
 @archived
@@ -64,32 +65,36 @@ def limited(bodies: Iterable[Body]) -> tuple[str, ...]:
 
 def unchecked_limits(bodies: Iterable[Body]) -> tuple[str, ...]:
     """Return a note for answers that do not look at what bodies bear; none if no body has a limit."""
-    if not limited(bodies):
-        return ()
-    return ("top_load and pressure are looked at at rest alone, by stability: not under these loads, motions or poses",)
+    return (UNCHECKED,) if limited(bodies) else ()
 
 
-def bearings(assembly: Assembly, groups: Sequence[GroupVerdict], standing: Float | None = None) -> tuple[Bearing, ...]:
-    """Return what every body with a limit bears, the largest share of a limit first.
+def bearings(
+    assembly: Assembly,
+    groups: Sequence[GroupVerdict],
+    pressed: Float | None = None,
+    names: Sequence[str] | None = None,
+) -> tuple[Bearing, ...]:
+    """Return what bodies with a limit bear, the largest share of a limit first: all of them, or those in ``names``.
 
-    ``groups`` are the verdicts on the groups of the assembly. ``standing`` (6J,) are loads beside the weight: those
-    that press a body down count as load on its top. A body is left out if forces on it are not known, as where a
+    ``groups`` are the verdicts on the groups of the assembly that concern them. ``pressed`` (B,) [N] is how much loads
+    press each body down, which counts as load on its top. A body is left out if forces on it are not known, as where a
     group that it belongs to, or that rests on it, does not stand, or where something holds it.
     """
-    names = limited(assembly.bodies)
+    names = limited(assembly.bodies) if names is None else names
     if not names:
         return ()
-    asked = [group for group in groups if any(_concerns(assembly, group.bodies, name) for name in names)]
+    asked = [group for group in groups if any(concerns(assembly, group.bodies, name) for name in names)]
     unknown = [group.bodies for group in asked if group.verdict.forces is None]
     forces = [group.verdict.forces for group in asked if group.verdict.forces is not None]
     held = held_names(assembly.scene.holds)  # which exert forces that nobody tells
-    known = [n for n in names if n not in held and not any(_concerns(assembly, bodies, n) for bodies in unknown)]
+    known = [n for n in names if n not in held and not any(concerns(assembly, bodies, n) for bodies in unknown)]
     press = _Pressing.of(assembly, forces)
-    found = [one for name in known for one in _borne(assembly, press, assembly.scene.body(name), standing)]
+    loads = {} if pressed is None else dict(zip((body.name for body in assembly.bodies), pressed.tolist(), strict=True))
+    found = [one for n in known for one in _borne(assembly, press, assembly.scene.body(n), loads.get(n, 0.0))]
     return tuple(sorted(found, key=lambda one: -one.share))
 
 
-def _concerns(assembly: Assembly, group: Sequence[str], name: str) -> bool:
+def concerns(assembly: Assembly, group: Sequence[str], name: str) -> bool:
     """Tell whether a body belongs to a group or is fixed and touched by it."""
     if assembly.index[name] >= 0:
         return name in group
@@ -119,18 +124,14 @@ class _Pressing:
         return cls(normal, (on_second, on_first))
 
 
-def _borne(assembly: Assembly, press: _Pressing, body: Body, standing: Float | None) -> Iterable[Bearing]:
+def _borne(assembly: Assembly, press: _Pressing, body: Body, pressed: float) -> Iterable[Bearing]:
     touching = [k for k, interface in enumerate(assembly.interfaces) if body.name in interface.bodies]
     other = {k: next(name for name in assembly.interfaces[k].bodies if name != body.name) for k in touching}
     none = NO_FORCE * assembly.weight
     if body.top_load is not None:
         side = {k: int(assembly.interfaces[k].bodies[1] != body.name) for k in touching}
         down = {k: max(float(press.down[side[k]][k]), 0.0) for k in touching}
-        number_ = assembly.index[body.name]
-        pushed = 0.0
-        if standing is not None and number_ >= 0:
-            pushed = max(float(-standing[6 * number_ : 6 * number_ + 3] @ assembly.scene.up), 0.0)
-        yield _bearing(body.name, "top_load", sum(down.values()) + pushed, body.top_load, none, down, other)
+        yield _bearing(body.name, "top_load", sum(down.values()) + pressed, body.top_load, none, down, other)
     if body.pressure is not None:
         pressing = {k: float(press.normal[k]) for k in touching if press.normal[k] > none}
         areas = {k: assembly.interfaces[k].area for k in pressing}

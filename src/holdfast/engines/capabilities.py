@@ -18,7 +18,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import State
-from holdfast.engines.verdict import Verdict
+from holdfast.engines.verdict import ContactForces, Verdict
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -203,6 +203,15 @@ class Judging(Protocol):
         What ``prepare`` finds of them is the same, for the same reason; where False, it has to be asked. The verdict
         has no forces.
         """
+        ...
+
+
+@runtime_checkable
+class Loadable(Protocol):
+    """A state that finds contact forces under a load for less than it takes to be prepared for it."""
+
+    def forces_under(self, load: Float) -> ContactForces | None:
+        """Return the contact forces once a ``load`` (6J,) [N, N m] acts as well, or None if they are not known."""
         ...
 
 

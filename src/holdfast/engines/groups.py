@@ -29,7 +29,7 @@ from holdfast.engines.amendments import doubtful_contacts
 from holdfast.engines.amendments.negligible import without_negligible
 from holdfast.engines.answers import Answers, joined_notes, weakest_bound
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.capabilities import Judging, held_by
+from holdfast.engines.capabilities import Judging, Loadable, held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.joint_verdict import joint
 from holdfast.engines.lone_bodies import lone
@@ -199,6 +199,26 @@ class Groups:
     def verdicts(self) -> tuple[GroupVerdict, ...]:
         """The verdict on each group, in the order of ``assembly.groups``."""
         return tuple(self._judged(number) for number in range(len(self.assembly.groups)))
+
+    def verdicts_under(self, load: Float, numbers: Iterable[int]) -> tuple[GroupVerdict, ...]:
+        """Return the verdicts on the groups with these ``numbers``, with the contact forces under ``load`` (6J,).
+
+        They are those of contacts as detected, and None where they are not known. None of them is kept.
+        """
+        found = []
+        for number in numbers:
+            group = self.group(number)
+            if group.part is None or group.state is None or not load[group.part.rows].any():
+                found.append(self._judged(number))
+                continue
+            state, own = doubtful_contacts.as_detected(group.state), load[group.part.rows]
+            if isinstance(state, Loadable):
+                verdict = replace(state.verdict(), forces=state.forces_under(own))
+            else:
+                own = own if self.standing is None else own + self.standing[group.part.rows]
+                verdict = self.engine.prepare(group.part.assembly, own, self.acceleration).verdict()
+            found.append(GroupVerdict(bodies=group.names, verdict=self._checked(group.part, verdict)))
+        return tuple(found)
 
     def verdict_on(self, bodies: Iterable[int]) -> Verdict:
         """Say whether the groups of these movable bodies stand, given by the numbers of the bodies."""

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes, joined_nodes, reordered_nodes
+from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, joined_nodes, reordered_nodes
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
@@ -28,7 +28,7 @@ SHARE = 0.05  # of sliding and opening together, by the fastest node of each, be
 STILL = 1e-4  # speed at contacts, relative to that of the bodies, below which nothing slides or opens
 NAMED = 8  # the most body names in one part of a sentence
 
-Mode = Literal["slip", "topple", "mixed", "roll", "none"]
+Mode = Literal["slip", "topple", "mixed", "roll", "crush", "none"]
 
 
 @archived
@@ -127,6 +127,9 @@ class Mechanism(Value):
     ``limit``: a contact that slides by |u_t| also opens by μ |u_t|. ``text`` describes the motion of each group of
     bodies and names the contacts that slide, open or roll. ``own`` (K, 6) are the twists of the bodies of the
     ``kinematics`` alone.
+
+    Where ``mode`` is "crush", nothing moves: ``moving`` names the body that bears as much as it may, and there are no
+    twists.
     """
 
     moving: tuple[str, ...]
@@ -145,7 +148,7 @@ class Mechanism(Value):
             problem = f"has {len(self.own)} twists for {len(names)} bodies, or infinite ones"
             raise HoldfastError(message("mechanism", problem, "needs a twist for each body"))
         still = {*self.moving} - {name for name, twist in zip(names, self.own, strict=True) if twist.any()}
-        if still:
+        if still and self.mode != "crush":
             problem = f"{listed(sorted(still), NAMED)} moves without a twist"
             raise HoldfastError(message("mechanism", problem, "needs one for each body that moves"))
 
@@ -171,12 +174,20 @@ class Mechanism(Value):
     @cached_property
     def text(self) -> str:
         """The motion in words, composed on demand: maps hold thousands of mechanisms that nobody reads."""
+        if self.mode == "crush":
+            return f"{listed(self.moving, NAMED)} bears as much as it may"
         return "; ".join(_groups(self) + _contacts(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the motion and its description in words, as plain data for JSON."""
         names = ("moving", "twists", "mode", "text")
         return {name: to_dict(getattr(self, name)) for name in names}
+
+
+def crush_of(body: str, count: int) -> Mechanism:
+    """Return the mechanism of a ``body`` that is crushed, in an assembly of ``count`` movable bodies."""
+    nobody = Kinematics((), np.zeros((0, 3)), np.zeros(0, dtype=np.int64), count, 0.0, (), NO_NODES)
+    return Mechanism(moving=(body,), own=np.zeros((0, 6)), mode="crush", dual=False, kinematics=nobody)
 
 
 def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:

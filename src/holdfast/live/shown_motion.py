@@ -22,7 +22,7 @@ def moved_by(mechanism: Mechanism, amount: float) -> dict[str, Float]:
     """
     number = {name: k for k, name in enumerate(mechanism.kinematics.names)}
     places = {}
-    for name in mechanism.moving:
+    for name in mechanism.moving if mechanism.mode != "crush" else ():
         k = number[name]
         com, twist = mechanism.kinematics.com[k], mechanism.own[k]
         place = np.eye(4)

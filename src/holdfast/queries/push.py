@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
@@ -22,6 +23,7 @@ from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
+from holdfast.queries.crushing import Pressed, unless_crushed
 from holdfast.queries.imperfect_bounds import covering
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
@@ -29,7 +31,9 @@ from holdfast.queries.request import (
     EngineChoice,
     Load,
     checked_assembly,
+    checked_loads,
     engine_of,
+    pressed_by,
     pulls,
     pushes,
     total_wrench,
@@ -50,10 +54,12 @@ class Robustness(Certified, Forces):
     push moves it. ``lower`` and ``upper`` (n,) [N] bound the true answer as far as the engine can promise;
     ``lower_bound`` and ``upper_bound`` say how these bounds are known.
 
+    Where a body has a ``top_load`` or a ``pressure``, ``force`` and ``lower`` also end where it is crushed.
+
     Three columns (n,) say what gives way: ``moving`` holds the names of the moving bodies, ``mode`` is "slip",
-    "topple", "mixed", "roll" or "none", and ``mechanism`` is a Mechanism or None. ``points`` (n, 3) [m] and the unit
-    ``directions`` (n, 3) are in the world frame. ``engine``, ``claim``, ``verdict`` and ``notes`` apply to the whole
-    answer.
+    "topple", "mixed", "roll", "crush" or "none", and ``mechanism`` is a Mechanism or None. ``points`` (n, 3) [m] and
+    the unit ``directions`` (n, 3) are in the world frame. ``engine``, ``claim``, ``verdict`` and ``notes`` apply to the
+    whole answer.
     """
 
     body: str
@@ -135,8 +141,11 @@ def robustness(
     assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {quoted(body)}")
     method = engine_of(engine)
+    standing = checked_loads(standing)
     held = total_wrench(assembly, standing)
-    found = asked(method, assembly, W, held, bounds=bounds, imperfect=imperfect)
+    down = np.where([[one.name == body] for one in assembly.bodies], np.maximum(-e @ assembly.scene.up, 0.0), 0.0)
+    pressed = pressed_by(assembly, standing), down
+    found = asked(method, assembly, W, held, bounds=bounds, imperfect=imperfect, pressed=pressed)
     found = replace(found, notes=(*found.notes, *pulls(assembly, body, p, e)))
     return asking(Robustness(answers=found, body=body, points=p, directions=e), Question(assembly, held, None, W))
 
@@ -159,13 +168,15 @@ def load_factor(
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
+    loads, standing = checked_loads(loads), checked_loads(standing)
     W = total_wrench(assembly, loads)[:, None]
     moved = (
         None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration", within=ACCELERATION)
     )
     held = total_wrench(assembly, standing)
-    found = LoadFactor(answers=asked(method, assembly, W, held, moved, bounds=bounds, imperfect=imperfect))
-    return asking(found, Question(assembly, held, moved, W))
+    pressed = pressed_by(assembly, standing), pressed_by(assembly, loads)[:, None]
+    found = asked(method, assembly, W, held, moved, bounds=bounds, imperfect=imperfect, pressed=pressed)
+    return asking(LoadFactor(answers=found), Question(assembly, held, moved, W))
 
 
 def asked(
@@ -177,21 +188,25 @@ def asked(
     *,
     bounds: bool,
     imperfect: Imperfect | None = None,
+    pressed: Pressed | None = None,
 ) -> Answers:
     """Return the answers of the engine for the load columns W (6J, n).
 
     ``standing`` (6J,) is the wrench of the standing loads. With ``bounds``, the upper bounds come from limit analysis
     with forces at the corners of the patches; these can replace the forces at any nodes inside the patches.
-    ``imperfect`` is as in ``robustness``. Raises HoldfastError for ``bounds`` with an engine that only estimates.
+    ``imperfect`` is as in ``robustness``. With ``pressed``, no answer goes beyond where a body is crushed
+    (crushing.py). Raises
+    HoldfastError for ``bounds`` with an engine that only estimates.
     """
     bounded = checked_truth(bounds, "bounds")
     covers = covering(imperfect, method, assembly, standing, acceleration)
-    found = prepared(method, assembly, standing, acceleration).load_factor(W)
+    state = prepared(method, assembly, standing, acceleration)
+    found = state.load_factor(W)
     found = found if covers is None else covers.over(found, W)
-    if not bounded or method.claim is Claim.EXISTS:
-        return found
-    if method.claim is Claim.ESTIMATED:
-        remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
-        raise HoldfastError(message("bounds", f"asked of engine {method.name!r}", remedy))
-    certain = prepared(engine_of(CERTAIN_ENGINE), assembly, standing, acceleration)
-    return found.bounded_by(certain.load_factor(W))
+    if bounded and method.claim is not Claim.EXISTS:
+        if method.claim is Claim.ESTIMATED:
+            remedy = "engine graph is not ordered against limit: ask 'compliant', or 'limit' itself"
+            raise HoldfastError(message("bounds", f"asked of engine {method.name!r}", remedy))
+        certain = prepared(engine_of(CERTAIN_ENGINE), assembly, standing, acceleration)
+        found = found.bounded_by(certain.load_factor(W))
+    return found if pressed is None else unless_crushed(found, state, W, pressed)

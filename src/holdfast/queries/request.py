@@ -119,6 +119,15 @@ def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:
     return total
 
 
+def pressed_by(assembly: Assembly, loads: Iterable[Load]) -> Float:
+    """Return how much ``loads`` press each of the B bodies down (B,) [N]; what others pull up is not taken off it."""
+    total = {body.name: 0.0 for body in assembly.bodies}
+    for load in checked_loads(loads):
+        assembly.scene.body(load.body)
+        total[load.body] += max(-float(load.force @ assembly.scene.up), 0.0)
+    return np.array(list(total.values()))
+
+
 def checked_loads(loads: Iterable[Load]) -> list[Load]:
     """Return loads as a list, so that they can be iterated twice; raise SceneError unless all are loads."""
     if isinstance(loads, Load) or not isinstance(loads, Iterable):

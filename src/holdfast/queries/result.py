@@ -134,7 +134,7 @@ class Columns(Result):
 
     @property
     def mode(self) -> Objects:
-        """What the contacts do (n,): "slip", "topple", "mixed", "roll" or "none"."""
+        """What the contacts do (n,): "slip", "topple", "mixed", "roll", "crush" or "none"."""
         return self.answers.mode
 
     @property
@@ -236,7 +236,7 @@ class Single(Result):
 
     @property
     def mode(self) -> Mode:
-        """What the contacts do: "slip", "topple", "mixed", "roll" or "none"."""
+        """What the contacts do: "slip", "topple", "mixed", "roll", "crush" or "none"."""
         mode: Mode = self.answers.mode[0]
         return mode
 

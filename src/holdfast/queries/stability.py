@@ -21,7 +21,16 @@ from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 from holdfast.queries.margin import margin_of
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.queries.request import (
+    DEFAULT_ENGINE,
+    EngineChoice,
+    Load,
+    checked_assembly,
+    checked_loads,
+    engine_of,
+    pressed_by,
+    total_wrench,
+)
 from holdfast.scene.scene import Scene
 
 
@@ -176,16 +185,17 @@ def stability(
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)
-    standing = total_wrench(assembly, loads)
+    loads = checked_loads(loads)
+    standing, pressed = total_wrench(assembly, loads), pressed_by(assembly, loads)
     state = prepared(method, assembly, standing)
     verdict = state.verdict() if assembly.movable else undecided("nothing here can move: every body is fixed")
     groups = state.verdicts
     notes = (*assembly.notes, *state.notes)
-    bearing = bearings(assembly, groups, standing)
+    bearing = bearings(assembly, groups, pressed)
     lacking = {*limited(assembly.bodies)} - {one.body for one in bearing}
     if verdict.stable and lacking:
         notes = (*notes, f"what {listed(sorted(lacking))} may bear was not compared: forces on it are not known")
-    margin = partial(margin_of, method, assembly, standing)
+    margin = partial(margin_of, method, assembly, standing, pressed)
     found = Stability(
         engine=method.name,
         claim=method.claim,

@@ -32,15 +32,16 @@ def push_report(result: Robustness) -> RenderableType:
     lines: list[RenderableType] = [
         headline(result.body, (words[status], _STYLE[status]), f"  (engine {result.engine}: {result.claim.words})")
     ]
+    mechanism = result.mechanism[0]
     if status is Status.FINITE:
         if force > 0:  # bounds of what is only balanced are rounding
             lines.append(sentence("; ".join(bounds_text(result))))
-        mechanism = result.mechanism[0]
         lines.append(sentence(mechanism.text if mechanism else gives_way(result.mode[0], result.moving[0]), "dim"))
     if status is Status.UNDECIDED:
         lines += [sentence(reason, "yellow") for reason in result.undecided.reasons]
     if status is Status.UNSTABLE:
-        lines.append(sentence(result.verdict.reason, "dim"))
+        crushed = mechanism is not None and mechanism.mode == "crush"
+        lines.append(sentence(mechanism.text if mechanism and crushed else result.verdict.reason, "dim"))
     said = () if status is Status.FINITE else (*result.undecided.reasons, result.verdict.reason)
     notes = [note for note in result.notes if note not in said and not repeats(note, result.verdict)]
     return Group(*lines, *(sentence(f"note: {note}", "yellow") for note in notes))

@@ -72,7 +72,7 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
     if result.status[least] is Status.INFINITE:
         return "nothing moves on it, however fast it accelerates"
     if result.status[least] is Status.UNSTABLE:
-        return "it does not stand even at rest"
+        return "even at rest " + ("something is crushed" if result.mode[least] == "crush" else "it does not stand")
     moving = f"{result.mode[least]} of {listed(result.moving[least], SHOWN)}"
     if not result.acceleration[least] > 0:
         return f"the slightest acceleration moves something: {moving}"
@@ -123,6 +123,6 @@ def _gives_way(result: TransportLimits, k: int) -> str:
         return "nothing"
     if result.status[k] is Status.UNDECIDED:
         return "undecided"
-    falls = "falls at rest" if result.status[k] is Status.UNSTABLE else ""
+    falls = ("" if result.mode[k] == "crush" else "falls ") + "at rest" if result.status[k] is Status.UNSTABLE else ""
     kind = falls or ("" if result.acceleration[k] > 0 else "only balanced")
     return moving_words(result.mode[k], result.moving[k], kind)

@@ -27,7 +27,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.progress import report
 from holdfast.base.public import number
 from holdfast.base.ranges import FORCE, PLACE
-from holdfast.base.text import quoted
+from holdfast.base.text import listed, quoted
 from holdfast.base.values import Table
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
@@ -50,6 +50,7 @@ SMOOTH = 0.3  # a coefficient of 0 has no logarithm: the scans begin here
 DEPENDS = 1e-3  # relative change of a force along a scan below which it does not depend on the coefficient
 WIDE = 0.3  # scatter beyond twice what real pushes had (docs/howto/friction.md), where a note tells of it
 UNLIKELY = 1e-3  # probability below which pushes contradict each other
+NAMED = 3  # the most pairs that a note names
 REACH = 1e12  # largest and smallest force, in weights of the assembly, where nothing, or anything at all, moves it
 WHERE = "friction_from"
 FORM = "pushes as (body, point, direction, force) or (body, point, direction, force, moved)"
@@ -127,6 +128,10 @@ def friction_from(
             if np.isfinite([low, high]).any():
                 known[k] = (best[place], low, high)
         undecided = "" if known else "the pushes exclude no coefficient of friction"
+    plain = [pairs[k][0] for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]
+    if plain:
+        named = listed([" and ".join(pair) for pair in plain], NAMED)
+        notes = (*notes, f"of {named} the interval alone says something: it is open, and mu any of its likely values")
     off = fit.predicted(best) - fit.force
     spread = fit.scatter(off) if used.any() else scatter or 0.0
     if scatter is None and not undecided and spread > WIDE:

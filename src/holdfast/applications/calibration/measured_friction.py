@@ -23,9 +23,10 @@ class MeasuredFriction(PublicValue):
     """What n measured pushes say about the coefficients of friction of pairs of bodies, by the names of the two.
 
     ``mu`` holds the most likely coefficients, and ``intervals`` their intervals (low, high) at the stated
-    ``confidence``; low is 0, or high is inf, where the pushes set no such end. ``undetermined`` are the pairs of which
-    the pushes say nothing: they are in no other table. If nothing is known at all, ``undecided`` says why; otherwise
-    it is "".
+    ``confidence``; low is 0, or high is inf, where the pushes set no such end. There the interval alone says something:
+    many coefficients may be equally likely, of which ``mu`` is one, and a note says so. ``undetermined`` are the pairs
+    of which the pushes say nothing: they are in no other table. If nothing is known at all, ``undecided`` says why;
+    otherwise it is "".
 
     ``mu_range`` holds wider intervals, for ``worst_case`` and ``Uncertain``: within them lies, at the same confidence,
     what one further push shows, as friction differs from place to place and from push to push. Where the pushes set no

@@ -27,7 +27,16 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
 from holdfast.queries.push import asked
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, engine_of, total_wrench
+from holdfast.queries.request import (
+    DEFAULT_ENGINE,
+    EngineChoice,
+    Load,
+    checked_assembly,
+    checked_loads,
+    engine_of,
+    pressed_by,
+    total_wrench,
+)
 from holdfast.scene.scene import Scene
 
 ProfileChoice: TypeAlias = Profile | str | os.PathLike[str] | ArrayLike
@@ -98,7 +107,8 @@ class _Question:
         imperfect: Imperfect | None,
     ) -> None:
         self.assembly, self.method, self.bounds, self.imperfect = assembly, method, bounds, imperfect
-        self.standing = total_wrench(assembly, standing)
+        standing = checked_loads(standing)
+        self.standing, self.pressed = total_wrench(assembly, standing), pressed_by(assembly, standing)
 
     def over(self, motion: Profile, gravity: Float) -> Answers:
         """Return the answers for the n times of a motion, at which gravity is ``gravity`` (n, 3) [m/s²]."""
@@ -132,7 +142,10 @@ class _Question:
         chosen = (values[rows] for values in (motion.acceleration, motion.angular_acceleration))
         a, alpha = (values / scale[:, None] for values in chosen)
         W = inertial_wrenches(here, a, alpha, motion.angular_velocity[rows], motion.pivot)
-        found = asked(self.method, here, W, self.standing, bounds=self.bounds, imperfect=self.imperfect)
+        pressed = self.pressed, np.zeros((len(here.bodies), len(rows)))
+        found = asked(
+            self.method, here, W, self.standing, bounds=self.bounds, imperfect=self.imperfect, pressed=pressed
+        )
         verdict = prepared(self.method, here, self.standing).verdict()
         if verdict.status is not Status.UNSTABLE:
             return replace(found, verdict=verdict)

@@ -19,6 +19,7 @@ from holdfast.base.progress import report
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
+from holdfast.queries.crushing import verdict_on_bearing
 from holdfast.scene.hold import holds_among
 
 MOST_TRIED = 8  # bodies that hands are tried at in one step: those held already, the neighbours, those that would move
@@ -122,7 +123,7 @@ class Hands:
         return True
 
     def _rests(self, rest: Assembly, load: Float) -> bool:
-        return prepared(self.plain.engine, rest, load).verdict().status is Status.STABLE
+        return verdict_on_bearing(prepared(self.plain.engine, rest, load)).status is Status.STABLE
 
     def least(self, present: State, held: State) -> tuple[HandHold, ...]:
         """Return the least holds of the bodies that are held, in a state that stands with them."""

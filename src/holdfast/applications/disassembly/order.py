@@ -277,7 +277,7 @@ def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, .
 
 def check_stands(removals: Removals) -> None:
     """Raise UnstableError if the whole assembly does not stand, and SolverError if that is undecided."""
-    for part in removals.parts(removals.names):
+    for part in [*removals.parts(removals.names), frozenset(removals.names)]:  # several may lie on one fixed body
         verdict = removals.verdict(part)
         where = f"scene {removals.assembly.scene.name!r}"
         if verdict.status is Status.UNSTABLE:

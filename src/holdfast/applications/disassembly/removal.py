@@ -33,9 +33,10 @@ from holdfast.base.text import listed
 from holdfast.certificates.certified import CertifiedStates
 from holdfast.engines.answers import Claim
 from holdfast.engines.capabilities import RELEASES
-from holdfast.engines.contract import FORCES_ONLY, Engine, State
-from holdfast.engines.groups import prepared
+from holdfast.engines.contract import FORCES_ONLY, Engine
+from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import ContactForces, Status, Verdict
+from holdfast.queries.crushing import verdict_on_bearing
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 from holdfast.queries.result import vector_text
 from holdfast.scene.hold import hold_ends
@@ -131,7 +132,7 @@ class Removals:
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")
         self.asked = 0  # number of checks by contact forces so far
         self._verdicts: dict[frozenset[str], Verdict] = {}
-        self._states: OrderedDict[frozenset[str], State] = OrderedDict()
+        self._states: OrderedDict[frozenset[str], Groups] = OrderedDict()
         self._reduced: OrderedDict[frozenset[str], Assembly] = OrderedDict()
         self._answers: dict[tuple[frozenset[str], str], Removal] = {}
 
@@ -183,10 +184,10 @@ class Removals:
     def verdict(self, part: frozenset[str]) -> Verdict:
         """Return the verdict on whether a part stands."""
         if part not in self._verdicts:
-            self._verdicts[part] = self.state(part).verdict()
+            self._verdicts[part] = verdict_on_bearing(self.state(part))
         return self._verdicts[part]
 
-    def state(self, part: frozenset[str]) -> State:
+    def state(self, part: frozenset[str]) -> Groups:
         """Return the engine prepared for a part, from a cache."""
         return _cached(self._states, part, lambda: prepared(self.engine, self.reduced(part)))
 
@@ -209,8 +210,8 @@ class Removals:
         verdicts = [self.verdict(rest) for rest in self.parts(part - {name})]
         falls = [verdict for verdict in verdicts if verdict.status is Status.UNSTABLE]
         if falls:
-            moving = tuple(n for v in falls if v.mechanism is not None for n in v.mechanism.moving)
-            return Removal(name, Answer.UNSAFE, f"without it {listed(moving)} would move", moving=moving)
+            moving, what = gives_way_in(falls)
+            return Removal(name, Answer.UNSAFE, f"without it {what}", moving=moving)
         for verdict in verdicts:
             if verdict.status is Status.UNDECIDED:
                 return Removal(name, Answer.UNDECIDED, f"whether the rest stands without it: {verdict.reason}")
@@ -282,10 +283,10 @@ class Removals:
     def _under(self, name: str, assembly: Assembly, loads: Iterable[tuple[str, Float]]) -> Removal | None:
         """Return the answer for the first load under which other bodies move or may move, or None if there is none."""
         for when, load in loads:
-            verdict = prepared(self.engine, assembly, load).verdict()
-            moving = () if verdict.mechanism is None else verdict.mechanism.moving
+            verdict = verdict_on_bearing(prepared(self.engine, assembly, load))
             if verdict.status is Status.UNSTABLE:
-                return Removal(name, Answer.UNSAFE, f"{when} {listed(moving)} would move", moving=moving)
+                moving, what = gives_way_in([verdict])
+                return Removal(name, Answer.UNSAFE, f"{when} {what}", moving=moving)
             if verdict.status is Status.UNDECIDED:
                 return Removal(name, Answer.UNDECIDED, f"{when}: {verdict.reason}")
         return None
@@ -302,6 +303,14 @@ class Removals:
         load = np.zeros(6 * len(names))
         load[6 * k : 6 * k + 3] = body.mass * np.linalg.norm(self.assembly.scene.gravity) * direction
         return load
+
+
+def gives_way_in(verdicts: Iterable[Verdict]) -> tuple[tuple[str, ...], str]:
+    """Return the bodies that move or are crushed in verdicts on what does not stand, and that in words."""
+    found = [v.mechanism for v in verdicts if v.mechanism is not None]
+    moving = tuple(name for one in found for name in one.moving)
+    how = "be crushed" if found and all(one.mode == "crush" for one in found) else "move"
+    return moving, f"{listed(moving)} would {how}"
 
 
 def pressing_on(rest: Assembly, name: str, whole: Assembly, forces: ContactForces) -> Float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from numpy.typing import ArrayLike
 
 from holdfast.applications.disassembly.hands import Hands
-from holdfast.applications.disassembly.removal import Answer, Removal, Removals
+from holdfast.applications.disassembly.removal import Answer, Removal, Removals, gives_way_in
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import checked_direction, checked_whole
 from holdfast.base.errors import SceneError, message
@@ -54,8 +54,8 @@ def _answer(removals: Removals, body: str, whole: frozenset[str], hands: int) ->
     verdict = removals.verdict(removals.part_of(body, whole))
     blockers = removals.exits.blockers(body, whole)
     if verdict.status is Status.UNSTABLE:
-        moving = () if verdict.mechanism is None else verdict.mechanism.moving
-        reason = f"it does not stand as it is: {listed(moving)} would move"
+        moving, what = gives_way_in([verdict])
+        reason = f"it does not stand as it is: {what}"
         return Removal(body, Answer.UNSAFE, reason, blockers=blockers, moving=moving)
     if verdict.status is Status.UNDECIDED and not blockers:
         return Removal(body, Answer.UNDECIDED, f"whether it stands as it is: {verdict.reason}")

@@ -20,10 +20,12 @@ from holdfast.engines.compliant.columns import Columns, followed, surveyed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.refinement import Refined
+from holdfast.engines.compliant.rest_verdict import balanced_forces
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
 from holdfast.engines.directions import by_body
 from holdfast.engines.mechanism import Mechanism
-from holdfast.engines.verdict import Status, Verdict
+from holdfast.engines.rest import contact_forces
+from holdfast.engines.verdict import ContactForces, Status, Verdict
 
 NAME, CLAIM = "compliant", Claim.HOLDS
 MANY = 40  # smallest number of columns on one body for which interpolation pays off
@@ -140,6 +142,20 @@ class Standing:
                 if self.without_idle is not None:
                     held &= self.without_idle.held(W)
         return np.asarray(held)
+
+    def forces_under(self, load: Float) -> ContactForces | None:
+        """Return the contact forces once a ``load`` (6J,) [N, N m] has grown from 0, None if its path ends before."""
+        grid = self.grid
+        with self._asking:
+            path = grid.paths(load[:, None], most=1.0)
+            if path.outcome[0] != PathOutcome.REACHED:
+                return None
+            system = grid.system.under(grid.system.model.wrench + grid.loads(load[:, None])[0])
+            back = grid.settled.q + (path.q[0] - grid.settled.q) / path.peak[0]  # the path steps beyond the load
+            q = system.rest_near(back)
+            found = None if q is None else balanced_forces(grid, q, load)
+            found = found or balanced_forces(grid, system.come_to_rest(near=path.q[0]).q, load)
+        return None if found is None else contact_forces(grid.assembly, grid.nodes, found[0])
 
     def _begin_bounds(self) -> None:
         """Begin once what lower bounds need, while the first long path is followed, which leaves a processor idle."""

@@ -68,7 +68,7 @@ def _reserve(grid: Grid) -> float:
 def _without(grid: Grid, share: float) -> RestOutcome:
     """Say how the search for rest ends without this share of all friction, beginning at rest with all of it."""
     system, q = grid.system.slippery(1 - share), grid.settled.q
-    if grid.hold is None and system.rests_near(q):
+    if grid.hold is None and system.rest_near(q) is not None:
         return RestOutcome.RESTS
     found = system.come_to_rest(near=q, most=PATIENCE)
     if found.outcome is RestOutcome.RESTS and balanced_forces(replace(grid, system=system), found.q) is None:

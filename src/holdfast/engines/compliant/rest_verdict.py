@@ -51,11 +51,11 @@ def at_rest(grid: Grid) -> AtRest | None:
     return AtRest(_stands(grid.assembly, grid.nodes, *found, loose), free)
 
 
-def balanced_forces(grid: Grid, q: Float) -> tuple[Float, float] | None:
+def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Float, float] | None:
     """Return the contact forces (I, 3) [N] at displacements q (6J,) of the model, and their equilibrium error.
 
-    The error is relative to the total weight. None if they balance badly; what a regularisation spring carries counts
-    as unbalanced.
+    They balance a ``load`` (6J,) [N, N m] beside what acts at rest. The error is relative to the total weight. None if
+    they balance badly; what a regularisation spring carries counts as unbalanced.
     """
     forces = np.zeros((len(grid.nodes), 3))
     node_forces(grid.system.model, q, forces)
@@ -63,7 +63,7 @@ def balanced_forces(grid: Grid, q: Float) -> tuple[Float, float] | None:
         model = grid.system.model
         forces[:, 0] += model.k * model.apart + grid.nodes.pull / grid.unit
     forces *= grid.unit
-    total, each = unbalanced(grid.places, forces, grid.wrench)
+    total, each = unbalanced(grid.places, forces, grid.wrench + load)
     most, most_each = (SPRING_SHARE, SPRING_SHARE) if grid.hold is not None else (BALANCED, BALANCED_EACH)
     return None if total > most or each > most_each else (forces, total)
 
