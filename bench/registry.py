@@ -17,6 +17,7 @@ SUITES = (
     "cargo",
     "carriage",
     "certificates",
+    "checked_constraint",
     "compliant_maps",
     "constraint",
     "contacts",

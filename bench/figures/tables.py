@@ -81,6 +81,15 @@ def constraint(saved: Saved) -> dict[str, str]:
     return {"table": table(heads, cells)}
 
 
+def checked_constraint(saved: Saved) -> dict[str, str]:
+    """How often a constraint with compliant is above its lower bound, what was told of it, and how close it is."""
+    heads = ["body", "above", "told", "of these, nine in ten by less than", "by up to", "median below", "90 % below"]
+    keys = ("above %", "told %", "nine in ten of these by less than %", "above by up to %")
+    keys += ("median short %", "90 % short %")
+    rows = [row for row in saved.rows if "refused" not in row]
+    return {"table": table(heads, [[row["case"], *(f"{significant(row[key])} %" for key in keys)] for row in rows])}
+
+
 def questions(saved: Saved) -> dict[str, str]:
     """What is called safe to take out, to put in and to push, and what MuJoCo sees of it, for every scene."""
     pushes = ["alone", "nothing", "others", "unknown", "simulated", "unsafe safe", "others, not seen"]
@@ -216,6 +225,7 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "transport": transport,
     "calibration": calibration,
     "carriage": carriage,
+    "checked_constraint": checked_constraint,
     "constraint": constraint,
     "questions": questions,
     "placement": placement_tables,
