@@ -25,6 +25,7 @@ SUITES = (
     "dense",
     "disassembly",
     "experiments",
+    "firmer",
     "graph_slanted",
     "imperfect",
     "instant",
