@@ -28,7 +28,7 @@ def shelf(*others: hf.Body) -> hf.Scene:
 
 @pytest.mark.parametrize("engine", ["limit", "compliant"])
 def test_a_cube_off_the_middle_of_a_column_comes_back(engine: str) -> None:
-    """A push at its upper edge tips it: m g times what is left of half its side, over its height, so m g / 2 at most."""
+    """A push at its upper edge tips it: m g times what is left of half its side over its height, m g / 2 at most."""
     edge = [hf.Load("cube", (0.05 * s + 0.02, 0, 0.3), force=(-s, 0, 0)) for s in (-1, 1)]
     moves = hf.sets.Moves(turn_degrees=0)
     found = hf.firmer(on_a_column(0.02), "cube", pushes=edge, moves=moves, engine=engine)
