@@ -49,6 +49,21 @@ def _off_simulation(row: dict[str, Any]) -> str:
     return f"{significant(off)} %" if math.isfinite(off) and not row["case"].endswith("simulation") else ""
 
 
+def firmer(saved: Saved) -> dict[str, str]:
+    """The least push before and after, how much all bodies grew, and the same of random places."""
+    heads = ["moved", "least before", "after", "random", "all grew by", "random", "time", "random", "as firm after"]
+    cells = []
+    for row in saved.rows:
+        if "random s" not in row:
+            continue
+        newtons = [f"{row[key]:.3g} N" for key in ("least before N", "least after N", "least by random N")]
+        grew = [f"{100 * (row[key] - 1):.0f} %" for key in ("all grew by", "all grew by random")]
+        reached = row["as firm as random after s"]
+        seconds = [f"{row[key]:.2g} s" for key in ("s", "random s")]
+        cells.append([row["case"], *newtons, *grew, *seconds, "never" if reached == "inf" else f"{reached:.2g} s"])
+    return {"table": table(heads, cells)}
+
+
 def constraint(saved: Saved) -> dict[str, str]:
     """How close a planner's constraint is to single solves, its gradient, and calls a second, for every body."""
     heads = [
@@ -227,6 +242,7 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "carriage": carriage,
     "checked_constraint": checked_constraint,
     "constraint": constraint,
+    "firmer": firmer,
     "questions": questions,
     "placement": placement_tables,
     "experiments": predicted.tables,

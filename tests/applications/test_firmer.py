@@ -74,12 +74,12 @@ def test_limits_are_kept(moves: hf.sets.Moves, far: float) -> None:
     assert found.after >= found.before
 
 
-@pytest.mark.parametrize(("gap", "nearest"), [(0.005, 0.005), (0.0, 0.0)])
-def test_it_keeps_away_from_others_and_touches_nothing_new(gap: float, nearest: float) -> None:
+@pytest.mark.parametrize(("apart", "nearest"), [(0.005, 0.005), (0.0, 0.0)])
+def test_it_keeps_away_from_others_and_touches_nothing_new(apart: float, nearest: float) -> None:
     """A fixed post stands 10 mm from the cube, which should move 20 mm towards it."""
     post = hf.Body("post", hf.Box((0.02, 0.1, 0.4)), pose=at(-0.05, 0, 0.2), fixed=True)
     scene = on_a_column(0.02, 0, post)
-    found = hf.firmer(scene, "cube", moves=hf.sets.Moves(gap=gap), engine="limit")
+    found = hf.firmer(scene, "cube", moves=hf.sets.Moves(apart=apart), engine="limit")
     left = found.poses["cube"][0, 3] - 0.05 - (-0.04)
     assert nearest - 1e-6 <= left < 0.01
     assert {frozenset(i.bodies) for i in found.assembly.interfaces} == {frozenset({"column", "cube"})}

@@ -46,10 +46,10 @@ def firmer(
     they stay on the same supports, touch nothing new, keep their distance from others, and come no nearer to an edge.
     What rests on them moves along.
 
-    The pushes are inward ones all over the moved bodies and the movable ones on which they rest, or ``pushes``, each
-    asked on its own. They travel with their bodies. Of a ``motion`` of the carrier (see ``carry``) it is the least
-    factor of its inertial loads that is to grow. What counts is ``lower`` of the ``engine``, 0 where it is undecided.
-    First the weakest body that can be made firmer is; no body ends weaker than it began.
+    The pushes are about 150 inward ones all over the moved bodies and the movable ones on which they rest, or
+    ``pushes``, each asked on its own. They travel with their bodies. Of a ``motion`` of the carrier (see ``carry``) it
+    is the least factor of its inertial loads that is to grow. What counts is ``lower`` of the ``engine``, 0 where it is
+    undecided. First the weakest body that can be made firmer is; no body ends weaker than it began.
 
     The search ends where no step in ten directions is better, however short, or after about ``seconds``.
 

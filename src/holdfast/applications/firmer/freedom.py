@@ -39,7 +39,7 @@ class Moves(Value):
 
     - ``slide`` [m]: how far each may slide in the plane that it stands on.
     - ``turn_degrees`` [deg]: how far each may be turned about the normal of that plane.
-    - ``gap`` [m]: the distance to keep from bodies that it does not touch, where it is not smaller already.
+    - ``apart`` [m]: the distance to keep from bodies that it does not touch, where it is not smaller already.
     - ``nearer_edges``: whether it may come nearer to the edges of what it stands on.
 
     Raises SceneError for a value that is invalid.
@@ -47,12 +47,12 @@ class Moves(Value):
 
     slide: float = 0.1
     turn_degrees: float = 180.0
-    gap: float = 0.005
+    apart: float = 0.005
     nearer_edges: bool = False
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        for name, within in (("slide", LENGTH), ("turn_degrees", BETWEEN), ("gap", LENGTH)):
+        for name, within in (("slide", LENGTH), ("turn_degrees", BETWEEN), ("apart", LENGTH)):
             set_(self, name, checked_number(getattr(self, name), f"Moves: {name}", minimum=0, within=within))
         set_(self, "nearer_edges", checked_truth(self.nearer_edges, "Moves: nearer_edges"))
 
@@ -174,5 +174,5 @@ class Freedom:
             carriers=frozenset(carriers),
             touched=frozenset(other for interface in own for other in interface.bodies if other != name),
             edge=edge_margin(placed, beneath, own, scene.up) if bounded else np.inf,
-            clearance=clearance(placed, [scene.body(other) for other in self._apart[name]], self.moves.gap),
+            clearance=clearance(placed, [scene.body(other) for other in self._apart[name]], self.moves.apart),
         )

@@ -53,12 +53,15 @@ class Pushes:
     @classmethod
     def map_of(cls, assembly: Assembly, names: Sequence[str], engine: Engine) -> Pushes:
         """Return inward pushes all over the exposed surfaces of the bodies ``names``."""
-        area = sum(assembly.scene.body(name).surface_world.area for name in names)
-        spacing = float(np.sqrt(area / MOST_PUSHES))
-        cells = [exposed_cells(assembly, name, spacing)[0] for name in names]
-        bodies = [name for name, own in zip(names, cells, strict=True) for _ in own.points]
-        points, normals = (np.vstack([getattr(own, what) for own in cells]) for what in ("points", "normals"))
-        return cls._in_frames(assembly, engine, bodies, points, -normals)
+        areas = np.array([assembly.scene.body(name).surface_world.area for name in names])
+        bodies, points, normals = [], [np.zeros((0, 3))], [np.zeros((0, 3))]
+        for name, most in zip(names, np.ceil(MOST_PUSHES * areas / areas.sum()).astype(int).tolist(), strict=True):
+            cells = exposed_cells(assembly, name, float(np.sqrt(areas.sum() / MOST_PUSHES)))[0]
+            every = max(len(cells.points) // most, 1)  # a round side has many facets, each with cells of its own
+            points.append(cells.points[::every])
+            normals.append(cells.normals[::every])
+            bodies += [name] * len(points[-1])
+        return cls._in_frames(assembly, engine, bodies, np.vstack(points), -np.vstack(normals))
 
     @classmethod
     def given(cls, assembly: Assembly, loads: Iterable[Load], engine: Engine) -> Pushes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
+from holdfast.base.painters import paint
 from holdfast.base.public import Summary, number
 from holdfast.base.text import listed
 from holdfast.base.values import Table, Value, seal
@@ -88,6 +90,10 @@ class Firmer(Result, Sequence[FirmerStep]):
             turned = Rotation.from_matrix(new[:3, :3] @ old[:3, :3].T).magnitude()
             found[name] = float(np.linalg.norm((new - old) @ centre)), float(np.degrees(turned))
         return found
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the scene before and after as a PNG picture."""
+        paint(self, path, ".png")
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, with all steps."""
