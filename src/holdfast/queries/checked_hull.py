@@ -18,13 +18,12 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.rounding import SUM
 from holdfast.engines.capabilities import LoadHull
+from holdfast.engines.limit.load_hull import LARGEST, MOST, WIDER
 from holdfast.geometry.hull_gauge import SLIGHT, hull_gauge
 
 ROUND = 250  # directions that are measured, then learnt
-LARGEST = 2.0  # a known point goes no farther than this many boxes, as those of ``limit``
 FARTHEST = 200.0  # boxes up to which a factor counts, so that no price is 0: 0 could not become dearer
 PASSES = 100  # after which all prices are raised alike
-MOST, WIDER = 0.9, 3.0  # share of the directions that are to be within so many times the wanted accuracy
 
 Lower = Callable[[Float], Float]  # the lower bounds (n,) of the factors of loads (n, 6), in units of the box
 
