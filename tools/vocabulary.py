@@ -30,7 +30,7 @@ MOST = 8  # parameters of a public call
 MODULES = ("holdfast", "holdfast.answers", "holdfast.sets", "holdfast.plugins", "holdfast.readers")
 BUILT = {  # classes that callers build: all others are answers
     *("Approach", "Body", "Box", "Capsule", "Compliant", "Compound", "Cylinder", "Ellipsoid", "Friction", "Graph"),
-    *("HalfSpace", "Imperfect", "Interface", "Limit", "Load", "Mesh", "Monitor", "Part", "Patch", "Profile"),
+    *("HalfSpace", "Imperfect", "Interface", "Limit", "Load", "Mesh", "Monitor", "Moves", "Part", "Patch", "Profile"),
     *("Resources", "Scene", "Search", "Sphere", "Strap", "Tool", "Uncertain", "Weights", "Where"),
 }
 MANY = {"Body", "Uncertain"}  # a body is what it is, and so is what is not known: these may take more

@@ -49,6 +49,21 @@ def _off_simulation(row: dict[str, Any]) -> str:
     return f"{significant(off)} %" if math.isfinite(off) and not row["case"].endswith("simulation") else ""
 
 
+def firmer(saved: Saved) -> dict[str, str]:
+    """The least push before and after, how much all bodies grew, and the same of random places."""
+    heads = ["moved", "least before", "after", "random", "all grew by", "random", "time", "random", "as firm after"]
+    cells = []
+    for row in saved.rows:
+        if "random s" not in row:
+            continue
+        newtons = [f"{row[key]:.3g} N" for key in ("least before N", "least after N", "least by random N")]
+        grew = [f"{100 * (row[key] - 1):.0f} %" for key in ("all grew by", "all grew by random")]
+        reached = row["as firm as random after s"]
+        seconds = [f"{row[key]:.2g} s" for key in ("s", "random s")]
+        cells.append([row["case"], *newtons, *grew, *seconds, "never" if reached == "inf" else f"{reached:.2g} s"])
+    return {"table": table(heads, cells)}
+
+
 def constraint(saved: Saved) -> dict[str, str]:
     """How close a planner's constraint is to single solves, its gradient, and calls a second, for every body."""
     heads = [
@@ -79,6 +94,15 @@ def constraint(saved: Saved) -> dict[str, str]:
         for row in saved.rows
     ]
     return {"table": table(heads, cells)}
+
+
+def checked_constraint(saved: Saved) -> dict[str, str]:
+    """How often a constraint with compliant is above its lower bound, what was told of it, and how close it is."""
+    heads = ["body", "above", "told", "of these, nine in ten by less than", "by up to", "median below", "90 % below"]
+    keys = ("above %", "told %", "nine in ten of these by less than %", "above by up to %")
+    keys += ("median short %", "90 % short %")
+    rows = [row for row in saved.rows if "refused" not in row]
+    return {"table": table(heads, [[row["case"], *(f"{significant(row[key])} %" for key in keys)] for row in rows])}
 
 
 def questions(saved: Saved) -> dict[str, str]:
@@ -216,7 +240,9 @@ TABLES: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "transport": transport,
     "calibration": calibration,
     "carriage": carriage,
+    "checked_constraint": checked_constraint,
     "constraint": constraint,
+    "firmer": firmer,
     "questions": questions,
     "placement": placement_tables,
     "experiments": predicted.tables,

@@ -62,7 +62,7 @@ def _row(case: str, assembly: hf.answers.Assembly, body: str) -> Row:
     found = hf.sets.constraint(assembly, body)
     built = time.process_time() - start
     count = WRENCHES if len(assembly.movable) <= MANY else FEWER
-    wrenches = _drawn(assembly, body, found, count)
+    wrenches = drawn(assembly, body, found, count)
     start = time.process_time()
     value = np.asarray(found.value(wrenches))
     many = time.process_time() - start
@@ -96,7 +96,7 @@ def _row(case: str, assembly: hf.answers.Assembly, body: str) -> Row:
     }
 
 
-def _drawn(assembly: hf.answers.Assembly, body: str, found: hf.answers.Constraint, count: int) -> Float:
+def drawn(assembly: hf.answers.Assembly, body: str, found: hf.answers.Constraint, count: int) -> Float:
     """Wrenches (n, 6): half anywhere, in units of what the body takes along the axes, half pushes on its surface."""
     rng = np.random.default_rng(1)
     largest = np.minimum(np.asarray(found.value(np.eye(6))), found.box)

@@ -9,6 +9,7 @@ from holdfast.applications.carrying.profile import Profile as Profile
 from holdfast.applications.disassembly.build import build_order as build_order
 from holdfast.applications.disassembly.order import disassembly_order as disassembly_order
 from holdfast.applications.disassembly.removal_check import can_remove as can_remove
+from holdfast.applications.firmer.firmer import firmer as firmer
 from holdfast.applications.monitor import Monitor as Monitor
 from holdfast.applications.placement.conditions import Search as Search
 from holdfast.applications.placement.conditions import Where as Where

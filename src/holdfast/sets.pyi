@@ -1,3 +1,4 @@
+from holdfast.applications.firmer.freedom import Moves as Moves
 from holdfast.applications.inertia import inertial_loads as inertial_loads
 from holdfast.applications.placement.conditions import Approach as Approach
 from holdfast.applications.placement.options import Weights as Weights

@@ -36,6 +36,7 @@ ASSEMBLING = (
     "remove",
     "build",
     "safe",
+    "firmer",
     "view",
     "calibrate",
 )

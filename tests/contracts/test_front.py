@@ -20,11 +20,11 @@ PLANNED = """
     assemble settle stability robustness robustness_map robustness_under friction_from
     stability_of_poses robustness_of_poses load_factor transport_limits transport_under carry
     plan_placement place_all Where Search can_remove disassembly_order build_order safe_pushes
-    resting_poses Monitor batch read_batch load_answer view log_to_rerun Hold Grip
+    resting_poses firmer Monitor batch read_batch load_answer view log_to_rerun Hold Grip
 """  # of the third plan, what can be done today
 ELSEWHERE = {
     "answers": "Assembly Stability Robustness RobustnessMap Removal Placement Placements Interface Patch Claim Bound",
-    "sets": "sensitivity worst_case admissible_wrenches sustainable_accelerations constraint Approach Uncertain",
+    "sets": "sensitivity worst_case admissible_wrenches sustainable_accelerations constraint Approach Uncertain Moves",
     "errors": "SceneError GeometryError SolverError UnstableError HoldfastWarning",
     "plugins": "register_engine register_format",
     "readers": "from_genesis from_planning_scene from_sapien",

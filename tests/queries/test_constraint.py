@@ -9,8 +9,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
+from bench.scenes.shelf import shelf
+from holdfast.engines.groups import prepared
 from holdfast.engines.limit.engine import Limit
 from holdfast.queries.constraint import inward_pushes
+from holdfast.queries.request import engine_of
+from holdfast.queries.sets import wrench_columns
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box, floor
 
@@ -183,6 +187,43 @@ def test_the_same_question_has_the_same_answer_to_the_last_digit(cube: hf.answer
     np.testing.assert_array_equal(again.value(w), cube.value(w))
 
 
+@pytest.fixture(scope="module", params=["cube", "tin"])
+def firm(request: pytest.FixtureRequest) -> tuple[hf.answers.Assembly, hf.answers.Constraint]:
+    """Of ``compliant``: a cube on a plane, and a tin under another on a shelf of eight things with an orange."""
+    assembly = hf.assemble(shipped_scene("cube") if request.param == "cube" else shelf())
+    return assembly, hf.sets.constraint(assembly, request.param, engine="compliant", solves=512)
+
+
+def test_where_compliant_was_asked_its_lower_is_kept(
+    firm: tuple[hf.answers.Assembly, hf.answers.Constraint],
+) -> None:
+    """Known wrenches are as they were asked, whatever combination of others is cheaper."""
+    assembly, found = firm
+    wrenches = found.known[:: len(found.known) // 60]
+    W = wrench_columns(assembly, found.body, "known") @ wrenches.T
+    lower = prepared(engine_of("compliant"), assembly).load_factor(W).lower
+    assert (np.asarray(found.value(wrenches)) <= lower * (1 + 1e-6)).all()  # a path of another scale differs by so much
+
+
+def test_the_share_above_lower_in_between_is_told(firm: tuple[hf.answers.Assembly, hf.answers.Constraint]) -> None:
+    assembly, found = firm
+    wrenches = np.vstack([drawn(found, 100), inward_pushes(assembly, found.body, found.com)[::40]])
+    W = wrench_columns(assembly, found.body, "drawn") @ wrenches.T
+    lower = prepared(engine_of("compliant"), assembly).load_factor(W).lower
+    share = float((np.asarray(found.value(wrenches)) > lower).mean())
+    assert 0 < found.above < 0.12
+    assert share < 2 * found.above + 0.02
+    assert str(found.claim) == "holds"
+
+
+def test_closed_forms_of_a_cube_that_rests() -> None:
+    """With pushes near those asked for, the least of sliding and tipping, from below, as ``compliant`` gives them."""
+    near = [(1, 0, 0, 0, 0.05 * k / 10, 0) for k in range(-10, 11)]
+    found = hf.sets.constraint(shipped_scene("cube"), "cube", engine="compliant", solves=300, near=near)
+    for w, force in [((1, 0, 0, 0, 0, 0), 0.6 * G), ((0, 0, 1, 0, 0, 0), G), ((1, 0, 0, 0, 0.05, 0), G / 2)]:
+        assert 0.9 * force <= float(found.value(w)) <= force * (1 + 1e-9)
+
+
 def test_what_cannot_be_constrained_is_refused() -> None:
     ball = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.04))
     with pytest.raises(hf.HoldfastError, match="constraint on 'orange': 0 is not inside the set"):
@@ -192,8 +233,10 @@ def test_what_cannot_be_constrained_is_refused() -> None:
         hf.sets.constraint(hf.Scene([floor(), hanging], 0.5), "cube")
     with pytest.raises(hf.errors.SceneError, match="the body is fixed"):
         hf.sets.constraint(shipped_scene("cube"), "floor")
+    with pytest.raises(hf.HoldfastError, match="constraint on 'orange': 0 is not inside the set"):
+        hf.sets.constraint(shelf(), "orange", engine="compliant")
     with pytest.raises(hf.HoldfastError, match="use engine='limit'"):
-        hf.sets.constraint(shipped_scene("cube"), "cube", engine="compliant")
+        hf.sets.constraint(shipped_scene("cube"), "cube", engine="graph")
     found = hf.sets.constraint(shipped_scene("cube"), "cube", solves=20)
     with pytest.raises(hf.HoldfastError, match="2 points and 3 forces"):
         found.wrenches(np.zeros((2, 3)), np.ones((3, 3)))

@@ -10,6 +10,7 @@ from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.build import BuildOrder
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.disassembly.removal import Removal
+from holdfast.applications.firmer.result import Firmer
 from holdfast.applications.monitor import Monitored
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
@@ -48,6 +49,7 @@ ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
         Placements,
         Settled,
         RestingPoses,
+        Firmer,
     ),
     BatchReport,
 )

@@ -49,6 +49,10 @@ COMMANDS = {  # the function and the help text of each command; its module is im
     ),
     "view": ("holdfast.cli.view:view", "Open a live view of a scene: push, play and edit it in the browser."),
     "place": ("holdfast.cli.place:place", "Find places for objects where everything stands."),
+    "firmer": (
+        "holdfast.cli.firmer_command:firmer",
+        "Move bodies a little, to where the least push that moves something is larger.",
+    ),
     "rest": ("holdfast.cli.rest_command:rest", "List all poses in which one body rests on a level plane."),
     "settle": ("holdfast.cli.settle:settle", "Bring a perceived or authored scene to rest near its poses."),
     "transport": (

@@ -23,6 +23,7 @@ from holdfast.engines.capabilities import HULLS
 from holdfast.engines.groups import prepared
 from holdfast.geometry.cells import surface_cells
 from holdfast.geometry.hull_gauge import hull_gauge
+from holdfast.queries.checked_hull import checked_hull
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     EngineChoice,
@@ -48,10 +49,14 @@ class Constraint(PublicValue):
 
     A wrench is a force [N] and a torque [N m] about the body's centre of mass ``com`` (3,) [m], along the world axes.
     The load factor is the largest number by which it can be multiplied before anything in the assembly moves, in
-    addition to the weight and the standing loads. The value is never above the factor that the engine gives: it
-    interpolates between ``known`` wrenches (m, 6) that the assembly withstands, and an assembly that withstands two
-    wrenches withstands their convex combinations. ``price`` (m,) is an upper bound of the reciprocal of the factor of
-    each known wrench.
+    addition to the weight and the standing loads. The value interpolates between ``known`` wrenches (m, 6) that the
+    assembly withstands; ``price`` (m,) is at least the reciprocal of the factor of each.
+
+    With engine ``limit`` the value is never above the factor, because an assembly in which an equilibrium exists under
+    two wrenches has one under their convex combinations. With ``compliant``, whose set is not convex, the value is at
+    most ``lower`` at all wrenches that were asked. In between it may be above: ``above`` is the share of the last
+    wrenches where it was, before they were asked, and ``above_by`` the largest excess at any wrench before it was
+    asked, as a share of ``lower``. Both are 0 with ``limit``.
 
     Accuracy was measured on a last set of test wrenches, half of them pushes on the body's surface (or directions near
     the requested ones), half of them random. Of these, half have a value of at least (1 - ``accuracy``) times the true
@@ -72,9 +77,11 @@ class Constraint(PublicValue):
     accuracy_wanted: float
     solves: int
     notes: tuple[str, ...]
+    above: float = 0.0
+    above_by: float = 0.0
 
     def value(self, wrenches: ArrayLike) -> float | Float:
-        """Return the load factors of ``wrenches`` (6,) or (n, 6), never above the true ones: a number, or (n,).
+        """Return the load factors of ``wrenches`` (6,) or (n, 6): a number, or (n,).
 
         A factor of at least 1 means that nothing moves under the wrench. A zero wrench has the factor inf.
         """
@@ -94,7 +101,7 @@ class Constraint(PublicValue):
         return slopes[0] if single else slopes
 
     def usage(self, wrenches: ArrayLike) -> float | Float:
-        """Return 1 / value: the share of the load capacity that the wrench uses, never below the true share.
+        """Return 1 / value: the share of the load capacity that the wrench uses.
 
         It is convex and finite for every wrench, so it suits an optimiser as the constraint usage <= 1.
         """
@@ -136,7 +143,7 @@ class Constraint(PublicValue):
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, with all known wrenches and their prices."""
         names = ("body", "engine", "claim", "known", "price", "com", "box")
-        more = ("accuracy", "accuracy_of_most", "accuracy_wanted", "solves", "notes")
+        more = ("accuracy", "accuracy_of_most", "accuracy_wanted", "solves", "above", "above_by", "notes")
         return {name: to_dict(getattr(self, name)) for name in (*names, *more)}
 
     def summary(self) -> Summary:
@@ -151,6 +158,8 @@ class Constraint(PublicValue):
         ]
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("solves", str(self.solves))]
         facts += [("nine in ten within", f"{self.accuracy_of_most:.2%}")]
+        if self.claim is Claim.HOLDS:
+            facts += [("above lower in between", f"{self.above:.2%} of wrenches, by up to {self.above_by:.2%}")]
         return Summary(headline, facts, ("along", "from", "to"), rows, self.notes)
 
     def _used(self, wrenches: ArrayLike, where: str) -> tuple[Float, Float, bool]:
@@ -171,7 +180,10 @@ def constraint(
     solves: int = SOLVES,
     standing: Iterable[Load] = (),
 ) -> Constraint:
-    """Find a function that gives the load factor of any wrench on ``body``, never above the true one; see Constraint.
+    """Find a function that gives a lower bound of the load factor of any wrench on ``body``; see Constraint.
+
+    Engine ``limit`` proves it for every wrench; what it promises is that an equilibrium exists. Engine ``compliant``
+    promises that contacts rest: the bound was checked on all wrenches that were solved, and measured in between.
 
     It evaluates tens of thousands of wrenches a second, whatever the assembly. ``near`` (n, 6) are examples of the
     wrenches that will be asked; only their directions matter. By default they are pushes on the body's surface,
@@ -196,10 +208,13 @@ def constraint(
     )
     method = engine_of(engine)
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together([index], where)
-    found = HULLS.of(state, engine=method.name, where=where).load_hull(
-        columns[rows] * limits, asked / limits, wanted, solves, where
-    )
-    notes = notes_of(state)
+    scaled, near_by, above, by, notes = columns[rows] * limits, asked / limits, 0.0, 0.0, notes_of(state)
+    if method.claim is Claim.HOLDS:
+        hull = checked_hull(lambda x: state.load_factor(scaled @ x.T).lower, near_by, wanted, solves, where)
+        found, above, by = hull.hull, hull.above, hull.by
+        notes += hull.notes
+    else:
+        found = HULLS.of(state, engine=method.name, where=where).load_hull(scaled, near_by, wanted, solves, where)
     if found.accuracy > wanted:
         notes += (
             f"half of the wrenches tested last may have values more than {found.accuracy:.1%} below the true factor",
@@ -217,6 +232,8 @@ def constraint(
         accuracy_wanted=wanted,
         solves=found.solves,
         notes=notes,
+        above=above,
+        above_by=by,
     )
 
 

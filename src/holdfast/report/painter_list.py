@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
+from holdfast.applications.firmer.result import Firmer
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.resting_poses import RestingPoses
@@ -22,6 +23,7 @@ from holdfast.base.text import quoted
 from holdfast.queries.map import RobustnessMap
 from holdfast.report.carried_plot import save_carried_png
 from holdfast.report.disassembly import save_strip
+from holdfast.report.firmer import save_firmer_png
 from holdfast.report.map_picture import save_glb, save_html, save_ply, save_png
 from holdfast.report.notebook import glimpse
 from holdfast.report.placement import save_placement_png
@@ -42,6 +44,7 @@ def register() -> None:
     register_painter(Disassembly, ".png", save_strip)
     register_painter(Placement, ".png", save_placement_png)
     register_painter(Placements, ".png", save_placements_png)
+    register_painter(Firmer, ".png", save_firmer_png)
     register_painter(RestingPoses, ".png", save_resting_png)
     register_painter(Settled, ".png", save_settled_png)
     register_glimpse(glimpse)

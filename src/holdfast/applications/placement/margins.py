@@ -9,7 +9,7 @@ import shapely
 
 from holdfast.applications.placement.support import STEEPEST
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, unit
 from holdfast.base.rigid import tangents
 from holdfast.contacts.detect import box_distance
 from holdfast.contacts.interface import Interface, Patch
@@ -140,10 +140,18 @@ def clearance(placed: Body, others: Sequence[Body], search: float) -> float:
     return least
 
 
-def rests_on(assembly: Assembly, name: str) -> tuple[str, ...]:
+def support_normal(assembly: Assembly, name: str) -> Float | None:
+    """Return the mean unit normal (3,) of the contacts that support a body from below, or None if there are none."""
+    normals = normals_into(assembly, name)
+    carrying = normals[normals @ assembly.scene.up > STEEPEST]
+    return unit(carrying.sum(0)) if len(carrying) else None
+
+
+def rests_on(assembly: Assembly, name: str, *, touching: bool = True) -> tuple[str, ...]:
     """Return the names of the bodies that ``name`` touches and of all bodies that support these, down to the ground.
 
-    One body supports another if a contact between them faces upwards. Other bodies on the same ground do not count.
+    Without ``touching``, only those that support ``name``, directly or through others. One body supports another if a
+    contact between them faces upwards. Other bodies on the same ground do not count.
     """
     carriers: dict[str, set[str]] = {body.name: set() for body in assembly.bodies}
     touched = set()
@@ -154,7 +162,7 @@ def rests_on(assembly: Assembly, name: str) -> tuple[str, ...]:
                 carriers[body].add(other)
         if name in interface.bodies:
             touched |= {*interface.bodies}
-    found, waiting = set[str](), sorted(touched - {name})
+    found, waiting = set[str](), sorted((touched if touching else carriers[name]) - {name})
     while waiting:
         body = waiting.pop()
         if body not in found:

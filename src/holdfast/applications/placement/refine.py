@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
+from holdfast.applications.pattern_search import AROUND, around, pattern_search
 from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.margins import supporting_bodies
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
+from holdfast.contacts.interface import Interface
+from holdfast.scene.body import Body
 
 FIRST_STEP, LAST_STEP = 4.0, 0.05  # lengths of the longest and the shortest step, as shares of the object's size
-AROUND = 8  # number of directions of a step
 GAIN = 0.1  # smallest gain of room for which a step is made, as a share of the step
+
+Place = tuple[Float, Assembly, float]  # a pose (4, 4), the assembly with the object there, the room around it
 
 
 def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ...]) -> tuple[Float, Assembly]:
@@ -24,32 +26,24 @@ def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ..
     supports, and everything stands at each step; contacts at its sides may open. ``after`` is the assembly with the
     object at ``pose`` (4, 4), where it rests on the bodies ``beneath``.
     """
-    axes = np.array(tangents(checks.up))
-    angles = 2 * np.pi * np.arange(AROUND) / AROUND
-    ways = np.column_stack([np.cos(angles), np.sin(angles)]) @ axes
+    ways = around(np.array(tangents(checks.up)))
     name, size = checks.body.name, checks.body.size
     carriers = supporting_bodies(name, after.interfaces, checks.up)
 
-    def room(new: Float) -> tuple[float, Callable[[], Assembly | None]]:
-        fault, placed, contacts = checks.fits(new)
+    def room(at: Float) -> tuple[float, Body, tuple[Interface, ...]]:
+        fault, placed, contacts = checks.fits(at)
         if fault or supporting_bodies(name, contacts, checks.up) != carriers:
-            return -1.0, lambda: None
-        least = min(checks.room(placed, contacts, beneath))
-        return least, lambda: checks.judged(checks.with_object(placed, contacts))[1]
+            return -1.0, placed, contacts
+        return min(checks.room(placed, contacts, beneath)), placed, contacts
 
-    best, _ = room(pose)
-    step = FIRST_STEP * size
-    while step >= LAST_STEP * size:
-        moved = False
-        for way in ways:
-            new = pose.copy()
-            new[:3, 3] += step * way
-            found, judge = room(new)
-            if found > best + GAIN * step:
-                stands = judge()
-                if stands is not None:
-                    pose, after, best, moved = new, stands, found, True
-                    break
-        if not moved:
-            step /= 2
-    return pose, after
+    def better(place: Place, way: int, step: float) -> Place | None:
+        new = place[0].copy()
+        new[:3, 3] += step * ways[way]
+        found, placed, contacts = room(new)
+        if found <= place[2] + GAIN * step:
+            return None
+        stands = checks.judged(checks.with_object(placed, contacts))[1]
+        return None if stands is None else (new, stands, found)
+
+    start = pose, after, room(pose)[0]
+    return pattern_search(start, better, AROUND, first=FIRST_STEP * size, last=LAST_STEP * size)[:2]

@@ -1,0 +1,1 @@
+"""Move bodies to where the least push that moves something is larger."""

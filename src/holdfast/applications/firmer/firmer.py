@@ -1,0 +1,140 @@
+"""Move bodies to where the least push, or the least factor of a motion, is larger."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from holdfast.applications.carrying.carry import ProfileChoice, checked_profile
+from holdfast.applications.firmer.freedom import WAYS, Freedom, Moves
+from holdfast.applications.firmer.measure import Firmness, Motion, Pushes
+from holdfast.applications.firmer.result import Firmer, FirmerStep
+from holdfast.applications.pattern_search import pattern_search
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.base.arrays import checked_number
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.progress import OutOfTimeError, keep_to_time, until
+from holdfast.base.text import quoted
+from holdfast.base.values import Table
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, body_numbers, checked_assembly, engine_of
+from holdfast.scene.hold import refuse_holds
+from holdfast.scene.scene import Scene
+
+GAIN = 0.01  # relative growth that counts: lower is 1 % below the force, and varies as much with the nodes of faces
+SAME = 1e-6  # relative loss that does not count
+LEAST = 1e-9  # [N], or times: growth from 0 that counts
+FIRST, LAST = 0.5, 0.01  # first and last step, as shares of the limit of the moves and of the size of a body
+
+State = tuple[Assembly, Firmness]
+
+
+def firmer(
+    assembly: Assembly | Scene,
+    bodies: str | Sequence[str],
+    *,
+    moves: Moves | None = None,
+    pushes: Iterable[Load] | None = None,
+    motion: ProfileChoice | None = None,
+    engine: EngineChoice = DEFAULT_ENGINE,
+    seconds: float | None = None,
+) -> Firmer:
+    """Move one body, or several, to where the least push that moves something is larger; see Firmer.
+
+    ``bodies`` slide on what they stand on and turn about its normal, within ``moves`` (see ``holdfast.sets.Moves``):
+    they stay on the same supports, touch nothing new, keep their distance from others, and come no nearer to an edge.
+    What rests on them moves along.
+
+    The pushes are about 150 inward ones all over the moved bodies and the movable ones on which they rest, or
+    ``pushes``, each asked on its own. They travel with their bodies. Of a ``motion`` of the carrier (see ``carry``) it
+    is the least factor of its inertial loads that is to grow. What counts is ``lower`` of the ``engine``, 0 where it is
+    undecided. First the weakest body that can be made firmer is; no body ends weaker than it began.
+
+    The search ends where no step in ten directions is better, however short, or after about ``seconds``.
+
+    Raises SceneError for a body that is unknown, is fixed or stands on nothing, and HoldfastError for interfaces that
+    were given, or both ``pushes`` and a ``motion``.
+    """
+    assembly = checked_assembly(assembly)
+    refuse_holds(assembly.scene.holds, "firmer", "move bodies in the scene without them")
+    names = tuple(dict.fromkeys([bodies] if isinstance(bodies, str) else bodies))
+    for name, number in body_numbers(assembly, names, "firmer").items():
+        if number == FIXED:
+            raise SceneError(message(f"firmer: {quoted(name)}", "is fixed", "needs bodies that can be moved"))
+    if moves is not None and not isinstance(moves, Moves):
+        raise SceneError(message("firmer: moves", f"is {quoted(moves)}", "needs holdfast.sets.Moves(...)"))
+    if pushes is not None and motion is not None:
+        raise HoldfastError(message("firmer", "got pushes and a motion", "ask one after the other"))
+    limit = np.inf if seconds is None else checked_number(seconds, "firmer: seconds", above=0)
+    method = engine_of(engine)
+    free = Freedom(assembly, names, Moves() if moves is None else moves)
+    measure: Pushes | Motion
+    if motion is not None:
+        measure = Motion(method, checked_profile(motion, assembly))
+    elif pushes is not None:
+        measure = Pushes.given(assembly, pushes, method)
+    else:
+        measure = Pushes.map_of(assembly, free.watched, method)
+    found = Climb(free, measure)
+    found.run(limit)
+    steps = tuple(
+        FirmerStep(Table({name: here.scene.body(name).pose for name in free.movers}), firm.least, firm.answers)
+        for here, firm in found.path
+    )
+    return Firmer(
+        answers=steps[-1].answers,
+        assembly=found.path[-1][0],
+        steps=steps,
+        times=motion is not None,
+        solves=measure.asked,
+        tried=found.tried,
+    )
+
+
+class Climb:
+    """A search from one firm state to the next: the ``path`` of states so far, and how many were ``tried``."""
+
+    def __init__(self, free: Freedom, measure: Pushes | Motion) -> None:
+        self.free, self.measure, self.tried = free, measure, 0
+        self.path: list[State] = [(free.assembly, measure.firmness(free.assembly))]
+
+    def run(self, seconds: float) -> None:
+        """Search until no step is better, or for so many seconds."""
+        size = min(self.free.assembly.scene.body(name).size for name in self.free.bodies)
+        ways = WAYS * len(self.free.bodies)
+        first = FIRST * self.free.longest
+        try:
+            with until(time.perf_counter() + seconds):
+                pattern_search(self.path[0], self._better, ways, first=first, last=LAST * size)
+        except OutOfTimeError:
+            pass
+
+    def _better(self, state: State, way: int, step: float) -> State | None:
+        keep_to_time()
+        moved = self.free.stepped(state[0], way, step)
+        if moved is None:
+            return None
+        self.tried += 1
+        if not self.ahead(self.measure.at_most(moved), state[1].least):
+            return None
+        new = moved, self.measure.firmness(moved)
+        if not self.ahead(new[1].least, state[1].least):
+            return None
+        self.path.append(new)
+        return new
+
+    def ahead(self, least: Table[str, float], before: Table[str, float]) -> bool:
+        """Tell whether the weakest that differs is firmer, and nothing weaker than at first."""
+        kept = all(least[name] >= first * (1 - SAME) for name, first in self.path[0][1].least.items())
+        return kept and firmer_than(least, before)
+
+
+def firmer_than(least: Table[str, float], before: Table[str, float]) -> bool:
+    """Tell whether the smallest value that differs is larger than ``before``, when all are compared in their order."""
+    for now, then in zip(sorted(least.values()), sorted(before.values()), strict=True):
+        if now > then * (1 + GAIN) + LEAST:
+            return True
+        if now < then * (1 - GAIN):
+            return False
+    return False

@@ -1,0 +1,118 @@
+"""The result of ``firmer``: from where to where bodies were moved, and how much firmer they are."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.archive import archived, to_dict
+from holdfast.base.arrays import Float
+from holdfast.base.painters import paint
+from holdfast.base.public import Summary, number
+from holdfast.base.text import listed
+from holdfast.base.values import Table, Value, seal
+from holdfast.engines.answers import Answers
+from holdfast.queries.result import Result
+
+STILL = 1e-9  # [m], rad: a body that moved less did not
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class FirmerStep(Value):
+    """One step: the ``poses`` (4, 4) of the moved bodies, by name, and how firm the assembly is with them there.
+
+    ``least`` is the smallest push on each body [N], by its name, or the least factor of a motion, by "motion": the
+    least of ``lower`` of the ``answers``, one for each push or each time.
+    """
+
+    poses: Table[str, Float]
+    least: Table[str, float]
+    answers: Answers
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Firmer(Result, Sequence[FirmerStep]):
+    """Poses that are firmer and firmer, with answers: a sequence of ``steps``, from where the bodies were to the best.
+
+    ``assembly`` is that with the bodies at the last step, and ``answers`` are those there. ``before`` and ``after`` are
+    the least of all bodies, [N], or of the motion. Where the weakest cannot be made firmer, the next one was: ``least``
+    of the first and the last step compares all. ``poses`` are the last ones, and ``shifts`` say how far each body was
+    moved. ``solves`` counts the pushes that were asked, and ``tried`` the poses at which some were.
+    """
+
+    assembly: Assembly
+    steps: tuple[FirmerStep, ...]
+    times: bool
+    solves: int
+    tried: int
+
+    def __getitem__(self, k: int) -> FirmerStep:  # type: ignore[override]
+        return self.steps[k]
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    def __iter__(self) -> Iterator[FirmerStep]:
+        return iter(self.steps)
+
+    @property
+    def before(self) -> float:
+        """The least push [N], or factor of the motion, at the first step."""
+        return min(self.steps[0].least.values())
+
+    @property
+    def after(self) -> float:
+        """The least push [N], or factor of the motion, at the last step."""
+        return min(self.steps[-1].least.values())
+
+    @property
+    def poses(self) -> Mapping[str, Float]:
+        """The poses (4, 4) of the moved bodies at the last step, by name."""
+        return self.steps[-1].poses
+
+    @property
+    def shifts(self) -> Mapping[str, tuple[float, float]]:
+        """How far [m] the centre of mass of each body was moved, and by how many degrees it was turned, by name."""
+        found = {}
+        for name, new in self.poses.items():
+            old, centre = self.steps[0].poses[name], np.append(self.assembly.scene.body(name).com_body, 1.0)
+            turned = Rotation.from_matrix(new[:3, :3] @ old[:3, :3].T).magnitude()
+            found[name] = float(np.linalg.norm((new - old) @ centre)), float(np.degrees(turned))
+        return found
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the scene before and after as a PNG picture."""
+        paint(self, path, ".png")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON, with all steps."""
+        steps = [{"poses": to_dict(step.poses), "least": to_dict(step.least)} for step in self.steps]
+        names = ("before", "after", "solves", "tried")
+        return self.about() | {name: to_dict(getattr(self, name)) for name in names} | {"steps": steps}
+
+    def summary(self) -> Summary:
+        """Summarise from what to what each body became firmer, and what was moved."""
+        unit = "times" if self.times else "N"
+        moved = [
+            f"{name} by {number(1e3 * far, 'mm')}" + (f" and {number(turn)}°" if turn > STILL else "")
+            for name, (far, turn) in self.shifts.items()
+            if far > STILL or turn > STILL
+        ]
+        first, last = self.steps[0].least, self.steps[-1].least
+        rows = [[name, number(first[name], unit), number(last[name], unit)] for name in first]
+        headline = f"least {number(self.before, unit)} became {number(self.after, unit)}; moved {listed(moved)}"
+        if not moved:
+            headline = f"nothing was moved: no step within the limits is firmer than {number(self.before, unit)}"
+        facts = [("poses tried", f"{self.tried:,}"), ("pushes asked", f"{self.solves:,}"), *self.facts()]
+        return Summary(headline, facts, ("least on", "before", "after"), rows, self.notes)
