@@ -196,7 +196,8 @@ class LimitState:
             remedy = "there are derivatives only where a finite push moves something"
             raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
         nodes, twists = self.rest.nodes.contacts, self.rest.nodes.moving(limit.twists[: len(load)])
-        return gradient(self.assembly, nodes, twists, found.forces[::3][: len(nodes)], self._answers([limit]))
+        forces = found.forces.reshape(-1, 3)[: len(nodes)]
+        return gradient(self.assembly, nodes, twists, forces, self._answers([limit]))
 
     def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
