@@ -24,6 +24,7 @@ SUITES = (
     "dense",
     "disassembly",
     "experiments",
+    "gradients",
     "graph_slanted",
     "imperfect",
     "instant",

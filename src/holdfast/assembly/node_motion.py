@@ -30,6 +30,7 @@ from holdfast.geometry.spatial import search_tree
 STEP = 1e-5  # of a motion, in sizes of the smaller body and in radians; a hundredth of the usual gap
 NEAR = 20.0  # [steps] within which a node is found again
 FLUSH = 1e-4  # [sizes of the smaller body] within which edges of both bodies count as the same place
+SHALLOW = 0.01  # tangent of the angle at an edge, from which on a body is seen to end there
 INSIDE = 0.5  # winding number above which a point is inside a body
 
 
@@ -78,7 +79,7 @@ def _of_faces(assembly: Assembly, contacts: Sequence[Interface], points: Float) 
     edges = [_edges(patch) for patch in patches]
     middles, outward = (np.concatenate([edge[k] for edge in edges]) for k in (0, 1))  # (n, 2, 3), before and after
     normal = np.concatenate([np.tile(patch.normal, (len(patch.corners), 1)) for patch in patches])
-    off = max([FLUSH * size, *(max(map(abs, patch.separation or (0.0,))) for patch in patches)])
+    off = max(SHALLOW * FLUSH * size, *(2 * max(map(abs, patch.separation or (0.0,))) for patch in patches))
     beside = middles + FLUSH * size * outward
     in_a, in_b = (
         (winding_number((beside + sign * off * normal[:, None]).reshape(-1, 3), body.surface_world) > INSIDE)

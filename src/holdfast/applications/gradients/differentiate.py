@@ -118,7 +118,7 @@ class _Rows:
         unit = self.parameters.units / np.where(self.known, self.force, 1.0)[:, None]
         with np.errstate(invalid="ignore"):
             apart = np.abs(after - before) * unit > SMOOTH
-        same = differ & ~apart & np.isfinite(before) & np.isfinite(after)
+        same = differ & ~kinked & ~apart & np.isfinite(before) & np.isfinite(after)
         return self._result(before, after, own, differ & ~same, same)
 
     def _result(self, before: Float, after: Float, own: Bool, kinks: Bool, same: Bool) -> Gradients:

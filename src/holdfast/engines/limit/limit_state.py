@@ -27,6 +27,7 @@ from holdfast.engines.limit.family import Family
 from holdfast.engines.limit.farthest_load import Support
 from holdfast.engines.limit.gauge import CuttingPlanes
 from holdfast.engines.limit.load_hull import find_hull
+from holdfast.engines.limit.limit_program import LoadProgram
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.load_sets import find_set
 from holdfast.engines.limit.proof import SOLVED, Proofs
@@ -36,6 +37,7 @@ from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, mode
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
 
+SHARP = 1e-13  # tolerance of the solver for derivatives: forces and motions are less accurate than factors
 NAME, CLAIM = "limit", Claim.EXISTS
 UNPROVED = (
     "lower is an estimate: no contact forces inside all friction cones were found, or there are too many to prove it"
@@ -191,7 +193,7 @@ class LimitState:
     def gradient(self, load: Float, where: str) -> Gradient:
         """Derivatives of the largest factor of one load (6J,), all from one solve."""
         whole = self.rest.nodes.beside(load)
-        found = self.proofs.program.maximise(whole) if load.any() else None
+        found = self._sharp.maximise(whole) if load.any() else None
         limit = self.solve(load) if found is None else self.proofs.judged([found], whole[:, None])[0]
         if found is None or limit.twists is None:
             remedy = "there are derivatives only where a finite push moves something"
@@ -221,6 +223,11 @@ class LimitState:
     def proofs(self) -> Proofs:
         """The program, and the proofs of bounds."""
         return Proofs(self.assembly, self.rest, self.wrench, self.cone)
+
+    @cached_property
+    def _sharp(self) -> LoadProgram:
+        """The program to a tolerance at which forces and motions are as accurate as factors usually are."""
+        return replace(self.proofs.program, tolerance=SHARP)
 
     @cached_property
     def kinematics(self) -> Kinematics:

@@ -1,0 +1,123 @@
+"""Derivatives of pushes beside central differences of moved scenes, on 2,000 random parameters of random pushes.
+
+The differences are of the public answers, of fourth order, with steps of 1 and 2 tenths of the usual gap. Errors are in
+shares of the push for a usual change of the parameter: the size of the body, one radian or a body's turn by its size,
+the coefficient or the mass itself. A difference is smooth where its two sides agree to 0.1 %. Elsewhere, and where the
+derivative is off by more than the error in the head, there is a kink within the steps, which has to be told.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+from numpy.random import Generator
+
+import holdfast as hf
+from bench.scenes.random_assemblies import FAMILIES, standing
+from bench.scenes.random_pushes import random_pushes
+from bench.scenes.shelf import shelf
+from bench.suite import Case, Row, Suite
+from holdfast.applications.gradients.parameters import Parameters
+from holdfast.base.arrays import Float
+from holdfast.queries.push import asked
+from holdfast.queries.request import engine_of
+from holdfast.scene.shipped import shipped_scene
+from holdfast.sets import gradients
+
+SHIPPED = ("cube", "stack", "table", "tall_table", "wall2x2", "slope", "slope_two", "cantilever", "arch", "tabletop")
+LIMIT = {"shipped": 600, "shelf of 8": 300, "random": 1_100}  # parameters of each kind of scene: 2,000 in all
+COMPLIANT = {"shipped": 60, "shelf of 8": 30, "random": 60}
+EACH = 5  # parameters of one push
+STEPS = {"limit": 1e-4, "compliant": 2e-4}  # in usual changes
+ERROR = {"limit": 1e-5, "compliant": 1e-3}
+SIDES = 1e-3  # by which the two one-sided differences of a smooth one may differ
+SOME = 1e-6  # share of the push that a parameter changes, below which it counts as one that does not matter
+
+Make = Callable[[Generator], hf.answers.Assembly]
+
+
+def cases() -> Mapping[str, Case]:
+    """One case for each engine and kind of scene."""
+    kinds: dict[str, Make] = {
+        "shipped": lambda rng: hf.assemble(shipped_scene(str(rng.choice(SHIPPED)))),
+        "shelf of 8": lambda rng: hf.assemble(shelf()),  # noqa: ARG005 - the push is random
+        "random": lambda rng: standing(FAMILIES[str(rng.choice(list(FAMILIES)))], rng),
+    }
+    counts = {"limit": LIMIT, "compliant": COMPLIANT}
+    return {
+        f"{engine}, {kind}": partial(_rows, f"{engine}, {kind}", engine, make, counts[engine][kind])
+        for engine in counts
+        for kind, make in kinds.items()
+    }
+
+
+def _rows(case: str, engine: str, make: Make, count: int) -> list[Row]:
+    rng = np.random.default_rng(57)
+    found: list[tuple[float, bool, bool]] = []  # error, smooth, told
+    ratios = []
+    with warnings.catch_warnings(action="ignore"):
+        while len(found) < count:
+            assembly = make(rng)
+            body, point, way = random_pushes(assembly, rng, 1, slant=40)[0]
+            hf.robustness(assembly, body, point, way, engine=engine)
+            fresh = hf.assemble(assembly.scene)
+            start = time.process_time()
+            answer = hf.robustness(fresh, body, point, way, engine=engine)
+            solved = time.process_time() - start
+            if not (np.isfinite(answer.force[0]) and answer.force[0] > 0):
+                continue
+            start = time.process_time()
+            slopes = gradients(fresh, answer)
+            if not slopes.kinks:
+                ratios.append((time.process_time() - start) / solved)
+            found += _beside(answer, slopes, engine, rng, min(EACH, count - len(found)))
+    errors, smooth, told = (np.array(each) for each in zip(*found, strict=True))
+    wrong = smooth & ~told & (errors > ERROR[engine])
+    row: Row = {"case": case, "parameters": len(errors), "kinks told": int(told.sum())}
+    row |= {"kinks of differences": int((~smooth).sum()), "of these not told": int((~smooth & ~told).sum())}
+    row |= {f"error, {name}": float(np.quantile(errors[smooth & ~told], q)) for name, q in (("median", 0.5), ("99 %", 0.99))}
+    row |= {"largest error": float(errors[smooth & ~told].max()), f"above {ERROR[engine]:g}": int(wrong.sum())}
+    row |= {"told but smooth": int((told & smooth).sum())}
+    ratios = ratios or [0.0]
+    return [row | {f"time in solves, {name}": float(np.quantile(ratios, q)) for name, q in (("median", 0.5), ("90 %", 0.9))}]
+
+
+def _beside(answer: hf.answers.Robustness, slopes: hf.answers.Gradients, engine: str, rng: Generator, count: int):
+    """Return for some random parameters the error of the derivative, whether differences are smooth, and what is told."""
+    (question,) = answer.questions
+    parameters = Parameters(answer, question, frozenset(body.name for body in question.assembly.bodies))
+    value, before, after = (_flat(parameters, each) for each in (slopes.slopes, slopes.before, slopes.after))
+    unit = parameters.units / answer.force[0]
+    matter = np.flatnonzero((np.abs(np.array([before, after])) * unit > SOME).any(axis=0))
+    drawn = rng.choice(matter if len(matter) else parameters.count, min(count, max(len(matter), 1)), replace=False)
+    method, step = engine_of(engine), STEPS[engine]
+
+    def force(place: int, share: float) -> float:
+        all_rows = np.ones(1, dtype=bool)
+        assembly, W, held = parameters.changed(place, share * parameters.units[place], all_rows)
+        return float(asked(method, assembly, W, held, bounds=False).force[0])
+
+    found = []
+    for place in drawn.tolist():
+        far, near, there, more = (force(place, k * step) for k in (-2, -1, 1, 2))
+        slope = (8 * (there - near) - (more - far)) / (12 * step) / answer.force[0]
+        sides = (there + near - 2 * answer.force[0]) / step / answer.force[0]
+        own = value[place] * unit[place]
+        error = abs(slope - own) / max(1.0, abs(own))
+        found.append((error, bool(abs(sides) < SIDES * max(1.0, abs(own))), bool(before[place] != after[place])))
+    return found
+
+
+def _flat(parameters: Parameters, slopes: hf.answers.Slopes) -> Float:
+    """Return the derivatives (P,) of the first row in the order of the parameters."""
+    parts = [slopes.pose[body.name][0] for body in parameters.bodies]
+    parts += [slopes.friction[pair][:1] for pair in parameters.pairs]
+    parts += [slopes.mass[body.name][:1] for body in parameters.movable]
+    return np.concatenate([*parts, slopes.point[0], slopes.direction[0]])
+
+
+SUITE = Suite("gradients", __doc__, cases)
