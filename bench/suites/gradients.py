@@ -44,7 +44,7 @@ def cases() -> Mapping[str, Case]:
     """One case for each engine and kind of scene."""
     kinds: dict[str, Make] = {
         "shipped": lambda rng: hf.assemble(shipped_scene(str(rng.choice(SHIPPED)))),
-        "shelf of 8": lambda rng: hf.assemble(shelf()),  # noqa: ARG005 - the push is random
+        "shelf of 8": lambda rng: hf.assemble(shelf()),
         "random": lambda rng: standing(FAMILIES[str(rng.choice(list(FAMILIES)))], rng),
     }
     counts = {"limit": LIMIT, "compliant": COMPLIANT}
@@ -79,21 +79,28 @@ def _rows(case: str, engine: str, make: Make, count: int) -> list[Row]:
     wrong = smooth & ~told & (errors > ERROR[engine])
     row: Row = {"case": case, "parameters": len(errors), "kinks told": int(told.sum())}
     row |= {"kinks of differences": int((~smooth).sum()), "of these not told": int((~smooth & ~told).sum())}
-    row |= {f"error, {name}": float(np.quantile(errors[smooth & ~told], q)) for name, q in (("median", 0.5), ("99 %", 0.99))}
+    row |= {
+        f"error, {name}": float(np.quantile(errors[smooth & ~told], q)) for name, q in (("median", 0.5), ("99 %", 0.99))
+    }
     row |= {"largest error": float(errors[smooth & ~told].max()), f"above {ERROR[engine]:g}": int(wrong.sum())}
     row |= {"told but smooth": int((told & smooth).sum())}
     ratios = ratios or [0.0]
-    return [row | {f"time in solves, {name}": float(np.quantile(ratios, q)) for name, q in (("median", 0.5), ("90 %", 0.9))}]
+    return [
+        row | {f"time in solves, {name}": float(np.quantile(ratios, q)) for name, q in (("median", 0.5), ("90 %", 0.9))}
+    ]
 
 
-def _beside(answer: hf.answers.Robustness, slopes: hf.answers.Gradients, engine: str, rng: Generator, count: int):
-    """Return for some random parameters the error of the derivative, whether differences are smooth, and what is told."""
+def _beside(
+    answer: hf.answers.Robustness, slopes: hf.answers.Gradients, engine: str, rng: Generator, count: int
+) -> list[tuple[float, bool, bool]]:
+    """Return for some parameters the error of the derivative, whether differences are smooth, and if kinks are told."""
     (question,) = answer.questions
-    parameters = Parameters(answer, question, frozenset(body.name for body in question.assembly.bodies))
-    value, before, after = (_flat(parameters, each) for each in (slopes.slopes, slopes.before, slopes.after))
+    assert question.loads is not None
+    parameters = Parameters(answer, question, question.loads, {body.name for body in question.assembly.bodies})
+    value, before, after = (_flat(each) for each in (slopes.slopes, slopes.before, slopes.after))
     unit = parameters.units / answer.force[0]
     matter = np.flatnonzero((np.abs(np.array([before, after])) * unit > SOME).any(axis=0))
-    drawn = rng.choice(matter if len(matter) else parameters.count, min(count, max(len(matter), 1)), replace=False)
+    drawn = rng.choice(matter if len(matter) else len(unit), min(count, max(len(matter), 1)), replace=False)
     method, step = engine_of(engine), STEPS[engine]
 
     def force(place: int, share: float) -> float:
@@ -112,12 +119,13 @@ def _beside(answer: hf.answers.Robustness, slopes: hf.answers.Gradients, engine:
     return found
 
 
-def _flat(parameters: Parameters, slopes: hf.answers.Slopes) -> Float:
+def _flat(slopes: hf.answers.Slopes) -> Float:
     """Return the derivatives (P,) of the first row in the order of the parameters."""
-    parts = [slopes.pose[body.name][0] for body in parameters.bodies]
-    parts += [slopes.friction[pair][:1] for pair in parameters.pairs]
-    parts += [slopes.mass[body.name][:1] for body in parameters.movable]
-    return np.concatenate([*parts, slopes.point[0], slopes.direction[0]])
+    found = [
+        *slopes.pose.values(),
+        *(each[:, None] for table in (slopes.friction, slopes.mass) for each in table.values()),
+    ]
+    return np.asarray(np.hstack([*found, slopes.point, slopes.direction])[0])
 
 
 SUITE = Suite("gradients", __doc__, cases)

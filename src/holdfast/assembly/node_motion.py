@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.rigid import cross
 from holdfast.base.values import altered
 from holdfast.contacts.interface import Interface, Patch
@@ -53,7 +53,7 @@ class NodeMotion:
 def node_motion(assembly: Assembly, contacts: Sequence[Interface], points: Float, normals: Float) -> NodeMotion:
     """Return how the corners of all ``contacts`` of two bodies move with the second one.
 
-    The corners are at ``points`` (n, 3) [m] with ``normals`` (n, 3). All contacts name the two bodies in the same order.
+    The corners are at ``points`` (n, 3) [m] with ``normals`` (n, 3). All contacts name the bodies in the same order.
     """
     found = _of_faces(assembly, contacts, points)
     return _of_differences(assembly, contacts[0].bodies, points, normals) if found is None else found
@@ -103,7 +103,7 @@ def _of_faces(assembly: Assembly, contacts: Sequence[Interface], points: Float) 
 def _edges(patch: Patch) -> tuple[Float, Float]:
     """Return the middles (n, 2, 3) [m] of the edges before and after each corner of the hull, and their normals."""
     ring = patch.rings[0]
-    at: Int = search_tree(ring).query(patch.corners)[1]
+    at = np.asarray(search_tree(ring).query(patch.corners)[1])
     before, after = flat.turned(ring, -1), flat.turned(ring, 1)
     middles = patch.lifted(np.vstack([(ring + before)[at], (ring + after)[at]]) / 2)
     along = np.vstack([(ring - before)[at], (after - ring)[at]]) @ patch.frame
@@ -160,7 +160,7 @@ def _found_again(
     ways = np.array(same_way)[:, None] * nodes.normals
     here, seen = np.hstack([points / size, normals]), np.hstack([nodes.points / size, ways])
     away, found = search_tree(seen).query(here)
-    if max(away.max(), search_tree(here).query(seen)[0].max()) > NEAR * STEP:
+    if max(np.max(away), np.max(search_tree(here).query(seen)[0])) > NEAR * STEP:
         return None
     return nodes.points[found], ways[found]
 

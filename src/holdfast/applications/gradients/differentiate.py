@@ -33,11 +33,15 @@ from holdfast.scene.scene import Scene
 WHERE = "gradients"
 STEP = 1e-4  # of differences, in usual changes of a parameter: a tenth of the usual gap
 TOUCHING = 1e-6  # relative difference of two answers, of which one is never above the other, that have the same slopes
-SMOOTH = 1e-2  # difference of both one-sided slopes, in factors per usual change, up to which they are one
+SMOOTH = 1e-3  # difference of both one-sided slopes, in factors per usual change, up to which they are one
 
 
 def gradients(
-    assembly: Assembly | Scene, answer: Derived, *, bodies: Iterable[str] | None = None, engine: EngineChoice = ""
+    assembly: Assembly | Scene,
+    answer: Derived,
+    *,
+    bodies: Iterable[str] | None = None,
+    engine: EngineChoice | None = None,
 ) -> Gradients:
     """Compute the derivatives of every row of an ``answer`` by the poses of bodies, friction, masses and the push.
 
@@ -57,17 +61,17 @@ def gradients(
     assembly = checked_assembly(assembly)
     refuse_holds(assembly.scene.holds, WHERE, "ask without holds")
     refuse_joined(assembly, WHERE, "leave out tension and cohesion")
-    question = _question(answer)
+    question, loads = _question(answer)
     if question.assembly.scene.names != assembly.scene.names:
         raise HoldfastError(message(WHERE, "the answer is about another assembly", "give the one that was asked"))
     names = (
         [body.name for body in assembly.bodies] if bodies is None else list(body_numbers(assembly, list(bodies), WHERE))
     )
-    parameters = Parameters(answer, question, frozenset(names))
-    return _Rows(parameters, engine_of(engine or answer.engine)).all()
+    parameters = Parameters(answer, question, loads, frozenset(names))
+    return _Rows(parameters, engine_of(answer.engine if engine is None else engine)).all()
 
 
-def _question(answer: Derived) -> Question:
+def _question(answer: Derived) -> tuple[Question, Float]:
     if not hasattr(answer, "questions"):
         problem = f"got a {type(answer).__name__}"
         raise HoldfastError(message(WHERE, problem, "needs an answer of robustness, load_factor or transport_limits"))
@@ -75,7 +79,7 @@ def _question(answer: Derived) -> Question:
     if question.loads is None:
         problem = "the answer is about no load"
         raise HoldfastError(message(WHERE, problem, "ask robustness, load_factor or transport_limits"))
-    return question
+    return question, question.loads
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +104,7 @@ class _Rows:
 
     def all(self) -> Gradients:
         """Return the derivatives of all rows."""
-        shape = len(self.force), self.parameters.count
+        shape = len(self.force), len(self.parameters.every)
         before, after, kinked = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
         own = np.zeros(len(self.force), dtype=bool)
         shared = Multipliers(self.parameters)
@@ -110,6 +114,7 @@ class _Rows:
                 own[row] = True
                 before[row], kinked[row] = shared.slopes(found, row)
                 after[row] = before[row]
+        self._check_engine(self.known & ~own)
         differ = kinked | (self.known & ~own)[:, None]
         with quiet():
             for place in reported("differences", np.flatnonzero(differ.any(axis=0)).tolist()):
@@ -127,7 +132,8 @@ class _Rows:
         least = np.where(np.abs(before) < np.abs(after), before, after)
         value = np.where(kinks, np.where(before * after > 0, least, 0.0), middle)
         count = int((self.known & ~own).sum())
-        told = f"{count:,} rows are differences of answers, good to about 1e-3: engine {self.method.name} gives no multipliers"
+        how = f"engine {self.method.name} gives no multipliers there"
+        told = f"{count:,} rows are differences of answers, good to about 1e-3: {how}"
         return Gradients(
             engine=self.method.name,
             force=frozen(self.force),
@@ -139,7 +145,7 @@ class _Rows:
             kinks=tuple(
                 Kink(
                     row=row,
-                    by=self.parameters.name(place),
+                    by=str(self.parameters.every[place]),
                     before=float(before[row, place]),
                     after=float(after[row, place]),
                 )
@@ -150,18 +156,21 @@ class _Rows:
 
     def _table(self, each: Float) -> Slopes:
         """Return the derivatives (n, P) by what they are derived by."""
-        parameters, none = self.parameters, np.zeros((len(each), 3))
-        push = none if parameters.of_push is None else each[:, parameters.of_push]
+        parameters = self.parameters
+        found = {
+            (kind, one.of): frozen(each[:, first : first + size].copy())
+            for kind, size in (("pose", 6), ("friction", 1), ("mass", 1), ("push", 6))
+            for first, one in enumerate(parameters.every)
+            if one.kind == kind and one.way == 0
+        }
+        push = next((value for (kind, _), value in found.items() if kind == "push"), np.zeros((len(each), 6)))
+        names = [body.name for body in parameters.assembly.bodies if body.name in parameters.named]
         return Slopes(
-            pose=Table({body.name: frozen(each[:, parameters.pose(body.name)].copy()) for body in parameters.bodies}),
-            friction=Table(
-                {pair: frozen(each[:, parameters.friction(pair)][:, 0].copy()) for pair in parameters.pairs}
-            ),
-            mass=Table(
-                {body.name: frozen(each[:, parameters.mass(body.name)][:, 0].copy()) for body in parameters.movable}
-            ),
-            point=frozen(push[:, :3].copy()),
-            direction=frozen(push[:, -3:].copy()),
+            pose=Table({name: found["pose", frozenset((name,))] for name in names}),
+            friction=Table({pair: found["friction", frozenset(pair)][:, 0] for pair in parameters.pairs}),
+            mass=Table({n: found["mass", frozenset((n,))][:, 0] for n in names if ("mass", frozenset((n,))) in found}),
+            point=frozen(push[:, :3]),
+            direction=frozen(push[:, 3:]),
         )
 
     @cached_property
@@ -171,13 +180,24 @@ class _Rows:
 
     def _solved(self, row: int) -> Gradient | None:
         """Return the multipliers of a row, or None if limit analysis has another answer."""
-        loads = self.parameters.question.loads
-        assert loads is not None
+        loads = self.parameters.loads
         loaded: Int = np.flatnonzero(loads[:, row].reshape(-1, 6).any(axis=1))
-        state, rows = self._groups.together(loaded.tolist(), WHERE)
-        found = GRADIENTS.of(state, engine=CERTAIN_ENGINE, where=WHERE).gradient(loads[rows, row], WHERE)
+        try:
+            state, rows = self._groups.together(loaded.tolist(), WHERE)
+            found = GRADIENTS.of(state, engine=CERTAIN_ENGINE, where=WHERE).gradient(loads[rows, row], WHERE)
+        except HoldfastError:  # limit analysis knows no equilibrium, or no finite answer
+            return None
         touches = abs(float(found.answers.force[0]) - self.force[row]) <= TOUCHING * self.force[row]
         return found if touches else None
+
+    def _check_engine(self, rows: Bool) -> None:
+        """Raise HoldfastError unless the engine gives the answers of some rows."""
+        if rows.any():
+            question = self.parameters.question
+            again = self._answers(question.assembly, self.parameters.loads[:, rows], question.standing)
+            if not np.allclose(again, self.force[rows], rtol=TOUCHING):
+                problem = f"engine {self.method.name!r} as it is by default answers otherwise"
+                raise HoldfastError(message(WHERE, problem, "give the engine that was asked, engine="))
 
     def _sides(self, place: int, rows: Bool) -> tuple[Float, Float]:
         """Return the one-sided slopes (k,) of some rows before and after, as differences of answers."""
@@ -194,6 +214,6 @@ class _Rows:
     def _answers(self, assembly: Assembly, W: Float, held: Float) -> Float:
         """Return the answers (k,) for loads W (6J, k) on a changed assembly under a standing wrench (6J,)."""
         carried = self.parameters.question.acceleration
-        if not isinstance(self.method, Limit):
+        if not (isinstance(self.method, Limit) and self.method.cone == "exact"):
             return np.asarray(asked(self.method, assembly, W, held, carried, bounds=False).force)
         return factors_on(assembly, assembly.weight_wrench(carried) + held, W)

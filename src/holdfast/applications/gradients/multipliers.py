@@ -12,7 +12,6 @@ It is linear in f and in y, so what other optimal forces or motions change is co
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -41,15 +40,11 @@ class Multipliers:
         """Return the derivatives (P,) of one solved row, and for which of them there is a kink."""
         one = _Row(self, found, row)
         value = one.of(found.forces, found.twists, 0.5, loads=True)
-        unit = self.parameters.units / max(one.factor, 1e-300)
-        differ = one.changed | (
-            np.abs(one.of(found.forces, found.twists, 1.0) - one.of(found.forces, found.twists, 0.0)) * unit > KINK
-        )
-        others = [one.of(forces, found.twists, 0.5) for forces in found.other_forces]
+        others = [one.of(found.forces, found.twists, 1.0) - one.of(found.forces, found.twists, 0.0)]  # flush edges
+        others += [one.of(forces, found.twists, 0.5) for forces in found.other_forces]
         others += [one.of(found.forces, twists, 0.5, loads=True) for twists in found.other_twists]
-        for other in others:
-            differ |= np.abs(other) * unit > KINK
-        return value, differ
+        limit = KINK * one.factor / self.parameters.units
+        return value, one.changed | (np.abs(others) > limit).any(axis=0)
 
     def motion_of(self, found: Gradient, pair: tuple[str, str], own: Int) -> NodeMotion:
         """Return how the nodes ``own`` of a pair of bodies move."""
@@ -94,24 +89,31 @@ class _Row:
     @cached_property
     def changed(self) -> Bool:
         """By which parameters (P,) a node appears or is gone."""
-        found = np.zeros(self.shared.parameters.count, dtype=bool)
+        found = np.zeros(len(self.shared.parameters.every))
         for pair, own in self._pairs.items():
             motion = self.shared.motion_of(self.found, pair, own)
-            for name in pair:
-                if motion.changed.any():
-                    arm = motion.origin - self.shared.parameters.origin(name)
-                    at = self.shared.parameters.pose(name)
-                    if at is not None:
-                        found[at] |= np.abs(_about_origin(motion.changed.astype(float), arm)) > 0
-        return found
+            for name in pair if motion.changed.any() else ():
+                self._add_pose(
+                    found,
+                    name,
+                    np.abs(_about_origin(motion.changed.astype(np.float64), self._arm(name, motion.origin))),
+                )
+        return found > 0
+
+    def _arm(self, name: str, point: Float) -> Float:
+        """Return the arm (3,) [m] of a point from the origin of a body."""
+        return np.asarray(point - self.shared.parameters.assembly.scene.body(name).pose[:3, 3])
+
+    def _add_pose(self, total: Float, name: str, slope: Float) -> None:
+        self.shared.parameters.add(total, "pose", (name,), slope)
 
     def of(self, forces: Float, twists: Float, share: float, *, loads: bool = False) -> Float:
         """Return the derivatives (P,) with these multipliers, (I, 3) and (J, 6), with ``loads`` those of loads, too.
 
         Where edges are flush, ``share`` says how much they move with the one body or the other.
         """
-        parameters, nodes = self.shared.parameters, self.found.nodes
-        total = np.zeros(parameters.count)
+        nodes = self.found.nodes
+        total = np.zeros(len(self.shared.parameters.every))
         u, spin = self._relative(twists)
         torque, push = cross(forces, u), cross(forces, spin)
         for pair, own in self._pairs.items():
@@ -122,7 +124,7 @@ class _Row:
             arms = nodes.points[own] - motion.origin
             whole = -np.concatenate([push[own].sum(0), (torque[own] + cross(arms, push[own])).sum(0)])
             for name, slope in zip(pair, (whole - second, second), strict=True):
-                parameters.add_pose(total, name, _about_origin(slope, motion.origin - parameters.origin(name)))
+                self._add_pose(total, name, _about_origin(slope, self._arm(name, motion.origin)))
         self._add_friction(total, forces, u)
         if loads:
             self._add_loads(total, twists)
@@ -136,29 +138,26 @@ class _Row:
         slopes = np.where(nodes.mu > 0, rubbing, np.linalg.norm(across, axis=1) * normal)
         each = np.bincount(nodes.interface, slopes, len(self.found.assembly.interfaces))
         for interface, slope in zip(self.found.assembly.interfaces, each.tolist(), strict=True):
-            at = self.shared.parameters.friction(interface.bodies)
-            if at is not None:
-                total[at] += slope
+            self.shared.parameters.add(total, "friction", interface.bodies, slope)
 
     def _add_loads(self, total: Float, twists: Float) -> None:
         """Add the derivatives of weights and loads, in the motion ``twists`` (J, 6)."""
         parameters, factor = self.shared.parameters, self.factor
-        for body, twist in zip(self.found.assembly.movable, twists, strict=True):
-            force = body.mass * parameters.pull + factor * parameters.inertia(body.name, self.row)
-            arm = body.com_world - body.pose[:3, 3]
-            parameters.add_pose(total, body.name, _about_origin(-np.pad(cross(force, twist[3:]), (0, 3)), arm))
-            at = parameters.mass(body.name)
-            if at is not None:
-                total[at] -= twist[:3] @ force / body.mass
+        for body, mass, twist in zip(self.found.assembly.movable, self.found.assembly.mass, twists, strict=True):
+            force = mass * parameters.pull + factor * parameters.inertia(body.name, self.row)
+            slope = np.pad(-cross(force, twist[3:]), (0, 3))
+            self._add_pose(total, body.name, _about_origin(slope, self._arm(body.name, body.com_world)))
+            parameters.add(total, "mass", (body.name,), -float(twist[:3] @ force) / mass)
         push = parameters.push(self.row)
         if push is not None:
-            body, point, way = push
-            velocity, spin = self._at(body, point, twists)
+            pushed, point, way = push
+            velocity, spin = self._at(pushed, point, twists)
             by_point, by_way = -factor * cross(way, spin), -factor * velocity
-            arm = point - body.pose[:3, 3]
-            turned = np.concatenate([np.zeros(3), cross(way, by_way)])
-            parameters.add_pose(total, body.name, _about_origin(np.pad(by_point, (0, 3)), arm) + turned)
-            parameters.add_push(total, by_point, by_way - (by_way @ way) * way)
+            by_pose = _about_origin(np.pad(by_point, (0, 3)), self._arm(pushed.name, point))
+            by_pose[3:] += cross(way, by_way)  # the direction turns with the body
+            self._add_pose(total, pushed.name, by_pose)
+            across = by_way - (by_way @ way) * way
+            parameters.add(total, "push", (pushed.name,), np.concatenate([by_point, across]))
 
     def _relative(self, twists: Float) -> tuple[Float, Float]:
         """Return the velocities and the spins (I, 3) of the second bodies relative to the first, world axes."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -14,26 +15,40 @@ from holdfast.assembly.node_motion import displaced
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.rigid import cross
 from holdfast.certificates.question import Question
-from holdfast.queries.intervals import Pair
 from holdfast.queries.push import LoadFactor, Robustness
 from holdfast.queries.request import push_columns
 from holdfast.scene.body import Body
 
 Derived = Robustness | LoadFactor | TransportLimits
+Kind = Literal["pose", "friction", "mass", "push"]
 
-PUSHES = 6  # parameters of a push: its point and its direction
+LEAST_FRICTION = 0.1  # coefficient whose share is a usual change where friction is less
+WAYS = {
+    "pose": ("along x", "along y", "along z", "about x", "about y", "about z"),
+    "push": ("point x", "point y", "point z", "direction x", "direction y", "direction z"),
+}
+
+
+class Parameter(NamedTuple):
+    """One parameter ``of`` one body or of a pair: its ``kind``, and the ``way``, 0 to 5, of a pose or a push."""
+
+    kind: Kind
+    of: frozenset[str]
+    way: int = 0
+
+    def __str__(self) -> str:
+        """Return the parameter in words."""
+        words = f"{self.kind} of {' on '.join(sorted(self.of))}"
+        return f"{words}, {WAYS[self.kind][self.way]}" if self.kind in WAYS else words
 
 
 @dataclass(frozen=True, eq=False)
 class Parameters:
-    """The P parameters of an ``answer`` to a ``question``: poses and masses of the bodies ``named``, friction, pushes.
-
-    In this order: 6 for the pose of each body, one for the friction of each pair, one for the mass of each movable
-    body, and 6 for the point and the direction of a push, if the answer is about pushes.
-    """
+    """The P parameters of an ``answer`` to a ``question``, as far as they are about the bodies ``named``."""
 
     answer: Derived
     question: Question
+    loads: Float
     named: Collection[str]
 
     @property
@@ -42,71 +57,37 @@ class Parameters:
         return self.question.assembly
 
     @cached_property
-    def bodies(self) -> tuple[Body, ...]:
-        """The bodies with a pose to derive by."""
-        return tuple(body for body in self.assembly.bodies if body.name in self.named)
+    def every(self) -> tuple[Parameter, ...]:
+        """All P: six of the pose of each body, friction of each pair, masses of movable bodies, six of a push."""
+        found = [Parameter("pose", frozenset((name,)), way) for name in self._of("pose") for way in range(6)]
+        found += [Parameter("friction", frozenset(pair)) for pair in self.pairs]
+        found += [Parameter("mass", frozenset((name,))) for name in self._of("mass")]
+        if isinstance(self.answer, Robustness):
+            found += [Parameter("push", frozenset((self.answer.body,)), way) for way in range(6)]
+        return tuple(found)
+
+    def _of(self, kind: Kind) -> list[str]:
+        return [b.name for b in self.assembly.bodies if b.name in self.named and not (kind == "mass" and b.fixed)]
 
     @cached_property
-    def pairs(self) -> tuple[Pair, ...]:
+    def pairs(self) -> tuple[tuple[str, str], ...]:
         """The pairs of bodies with friction to derive by."""
         every = dict.fromkeys(one.bodies for one in self.assembly.interfaces)
-        return tuple(pair for pair in every if not self.named_none(pair))
-
-    def named_none(self, names: Collection[str]) -> bool:
-        """Tell whether none of the bodies is among those that are derived by."""
-        return not any(name in self.named for name in names)
+        return tuple(pair for pair in every if any(name in self.named for name in pair))
 
     @cached_property
-    def movable(self) -> tuple[Body, ...]:
-        """The bodies with a mass to derive by."""
-        return tuple(body for body in self.bodies if not body.fixed)
+    def _first(self) -> dict[tuple[Kind, frozenset[str]], int]:
+        return {(one.kind, one.of): place for place, one in reversed(list(enumerate(self.every)))}
 
-    @cached_property
-    def _places(self) -> dict[object, slice]:
-        found: dict[object, slice] = {}
-        for kind, keys, size in (("pose", self.bodies, 6), ("friction", self.pairs, 1), ("mass", self.movable, 1)):
-            for key in keys:
-                name = frozenset(key) if isinstance(key, tuple) else key.name
-                start = max((place.stop for place in found.values()), default=0)
-                found[kind, name] = slice(start, start + size)
-        return found
+    def place(self, kind: Kind, names: Iterable[str]) -> int | None:
+        """The place of the first parameter of a kind of some bodies, if they are derived by."""
+        return self._first.get((kind, frozenset(names)))
 
-    @cached_property
-    def count(self) -> int:
-        """The number P of parameters."""
-        last = max((place.stop for place in self._places.values()), default=0)
-        return last + (PUSHES if isinstance(self.answer, Robustness) else 0)
-
-    def pose(self, name: str) -> slice | None:
-        """The places of the pose of a body."""
-        return self._places.get(("pose", name))
-
-    def friction(self, pair: Pair) -> slice | None:
-        """The place of the friction of a pair of bodies."""
-        return self._places.get(("friction", frozenset(pair)))
-
-    def mass(self, name: str) -> slice | None:
-        """The place of the mass of a body."""
-        return self._places.get(("mass", name))
-
-    @property
-    def of_push(self) -> slice | None:
-        """The places of the point and the direction of the push."""
-        return slice(self.count - PUSHES, self.count) if isinstance(self.answer, Robustness) else None
-
-    def add_pose(self, total: Float, name: str, slope: Float) -> None:
-        """Add a derivative (6,) by the pose of a body."""
-        at = self.pose(name)
-        if at is not None:
-            total[at] += slope
-
-    def add_push(self, total: Float, by_point: Float, by_way: Float) -> None:
-        """Add the derivatives (3,) by the point and the direction of the push."""
-        total[self.of_push] += np.concatenate([by_point, by_way])
-
-    def origin(self, name: str) -> Float:
-        """The origin (3,) [m] of a body, about which it turns."""
-        return np.asarray(self.assembly.scene.body(name).pose[:3, 3])
+    def add(self, total: Float, kind: Kind, names: Iterable[str], slope: Float | float) -> None:
+        """Add the derivatives by all parameters of a kind of some bodies to ``total`` (P,), if they are derived by."""
+        first = self.place(kind, names)
+        if first is not None:
+            total[first : first + np.size(slope)] += slope
 
     @cached_property
     def pull(self) -> Float:
@@ -116,108 +97,78 @@ class Parameters:
 
     def inertia(self, name: str, row: int) -> Float:
         """The load (3,) [N] on the centre of mass of a body that moves with it: inertia on an accelerated carrier."""
-        if not isinstance(self.answer, TransportLimits) or self.question.loads is None:
-            return np.zeros(3)
         first = 6 * self.assembly.index[name]
-        return np.asarray(self.question.loads[first : first + 3, row])
+        own = self.loads[first : first + 3, row]
+        return own if isinstance(self.answer, TransportLimits) else np.zeros(3)
 
     def push(self, row: int) -> tuple[Body, Float, Float] | None:
         """The body, the point (3,) [m] and the unit direction (3,) of the push of a row, if it is one."""
         if not isinstance(self.answer, Robustness):
             return None
-        body = self.assembly.scene.body(self.answer.body)
-        return body, self.answer.points[row], self.answer.directions[row]
+        return self.assembly.scene.body(self.answer.body), self.answer.points[row], self.answer.directions[row]
 
     @cached_property
-    def lengths(self) -> dict[str, float]:
-        """The size [m] of each body or of the smallest that it touches."""
+    def units(self) -> Float:
+        """A usual change (P,) of each parameter: a size [m], a turn by it [rad] up to 1, its own value."""
+        return np.array([self._unit(one) for one in self.every])
+
+    def _unit(self, one: Parameter) -> float:
+        if one.kind == "friction":
+            return max(self._mu(one.of), LEAST_FRICTION)
+        (name,) = one.of
+        body = self.assembly.scene.body(name)
+        if one.kind == "mass":
+            return float(body.mass or 0.0)
+        size = body.size if one.kind == "push" else self._lengths[name]
+        return size if one.way < 3 else size / body.size
+
+    @cached_property
+    def _lengths(self) -> dict[str, float]:
+        """The size [m] of each body, or of the smallest that it touches."""
         size = {body.name: body.size for body in self.assembly.bodies}
         least = dict(size)
         for a, b in (one.bodies for one in self.assembly.interfaces):
             least[a], least[b] = min(least[a], size[b]), min(least[b], size[a])
         return least
 
-    @cached_property
-    def units(self) -> Float:
-        """A usual change (P,) of each parameter: a size [m], one radian, its own value."""
-        found = np.ones(self.count)
-        size = {body.name: body.size for body in self.assembly.bodies}
-        for body in self.bodies:
-            at = self.pose(body.name)
-            assert at is not None
-            found[at] = [self.lengths[body.name]] * 3 + [min(1.0, self.lengths[body.name] / size[body.name])] * 3
-        for pair in self.pairs:
-            found[self.friction(pair)] = max(self.mu(pair), 0.1)
-        for body in self.movable:
-            found[self.mass(body.name)] = body.mass
-        if isinstance(self.answer, Robustness):
-            at = self.of_push
-            found[at] = [size[self.answer.body]] * 3 + [1.0] * 3
-        return found
-
-    def mu(self, pair: Pair) -> float:
+    def _mu(self, pair: frozenset[str]) -> float:
         """The coefficient of friction of a pair; the first one, if its parts have several."""
-        numbers = [k for k, one in enumerate(self.assembly.interfaces) if one.bodies == pair]
-        return self.assembly.mu[numbers[0]]
-
-    def name(self, place: int) -> str:
-        """What a parameter is, in words."""
-        for (kind, key), at in self._places.items():  # type: ignore[misc]
-            if at.start <= place < at.stop:
-                if kind == "pose":
-                    return f"pose of {key}, {_WAYS[place - at.start]}"
-                return f"{kind} of {key if isinstance(key, str) else ' on '.join(sorted(key))}"
-        return f"push, {_PUSHED[place - self.count + PUSHES]}"
+        ends = [frozenset(one.bodies) for one in self.assembly.interfaces]
+        return self.assembly.mu[ends.index(pair)]
 
     def changed(self, place: int, step: float, rows: Bool) -> tuple[Assembly, Float, Float]:
-        """Return the assembly, the loads (6J, n) of some rows and the standing wrench, with one parameter changed."""
-        assembly, held, W = self.assembly, self.question.standing, self.question.loads
-        assert W is not None
-        W = W[:, rows]
-        for (kind, key), at in self._places.items():  # type: ignore[misc]
-            way = place - at.start
-            if not 0 <= way < at.stop - at.start:
-                continue
-            if kind == "friction":
-                pair = next(pair for pair in self.pairs if frozenset(pair) == key)
-                return assembly.with_friction({pair: max(self.mu(pair) + step, 0.0)}), W, held
-            if kind == "mass":
-                mass, index = assembly.scene.body(key).mass, assembly.index[key]
-                if isinstance(self.answer, TransportLimits):
-                    W = W.copy()
-                    W[6 * index : 6 * index + 6] *= (mass + step) / mass
-                return assembly.with_masses({key: mass + step}), W, held
-            return self._moved(key, np.eye(6)[way] * step, rows)
-        p, e = self.answer.points[rows].copy(), self.answer.directions[rows].copy()
-        way = place - self.count + PUSHES
-        (p if way < 3 else e)[:, way % 3] += step
-        e /= np.linalg.norm(e, axis=1)[:, None]
-        return assembly, push_columns(assembly, assembly.index[self.answer.body], p, e), held
+        """Return the assembly, the loads (6J, k) of some ``rows`` (n,) and the standing wrench after a change."""
+        one, assembly = self.every[place], self.assembly
+        held, W = self.question.standing.copy(), self.loads[:, rows]
+        if one.kind == "friction":
+            pair = next(pair for pair in self.pairs if frozenset(pair) == one.of)
+            return assembly.with_friction({pair: max(self._mu(one.of) + step, 0.0)}), W, held
+        (name,) = one.of
+        index, body = assembly.index[name], assembly.scene.body(name)
+        own = slice(6 * index, 6 * index + 6)
+        if one.kind == "mass":
+            mass = float(body.mass or 0.0)
+            if isinstance(self.answer, TransportLimits):
+                W[own] *= (mass + step) / mass
+            return assembly.with_masses({name: mass + step}), W, held
+        twist = np.eye(6)[one.way] * step
+        if one.kind == "push":
+            return assembly, self._pushed(assembly, rows, np.zeros(6), body.pose[:3, 3], twist), held
+        moved = assembly.moved({name: displaced(body.pose, twist, body.pose[:3, 3])})
+        if index != FIXED:
+            away = assembly.com[index] - moved.com[index]
+            held[own][3:] += cross(away, held[own][:3])  # loads stay in place
+            if isinstance(self.answer, LoadFactor):
+                W[own][3:] += cross(away, W[own][:3].T).T
+            elif isinstance(self.answer, Robustness) and name == self.answer.body:
+                W = self._pushed(moved, rows, twist, body.pose[:3, 3], np.zeros(6))
+        return moved, W, held
 
-    def _moved(self, name: str, twist: Float, rows: Bool) -> tuple[Assembly, Float, Float]:
-        """Return the same with a body moved by ``twist`` (6,) about its origin, and pushes on it with it."""
-        old, held, W = self.assembly, self.question.standing, self.question.loads[:, rows]
-        pose, index = old.scene.body(name).pose, old.index[name]
-        assembly = old.moved({name: displaced(pose, twist, pose[:3, 3])})
-        if index == FIXED:
-            return assembly, W, held
-        mine, away = slice(6 * index, 6 * index + 6), old.com[index] - assembly.com[index]
-        held = held.copy()
-        held[mine][3:] += cross(away, held[mine][:3])  # loads stay in place
-        if isinstance(self.answer, Robustness):
-            if name == self.answer.body:
-                motion = displaced(np.eye(4), twist, pose[:3, 3])
-                points = self.answer.points[rows] @ motion[:3, :3].T + motion[:3, 3]
-                return (
-                    assembly,
-                    push_columns(assembly, index, points, self.answer.directions[rows] @ motion[:3, :3].T),
-                    held,
-                )
-        elif isinstance(self.answer, LoadFactor):
-            W = W.copy()
-            W[mine][3:] += cross(away, W[mine][:3].T).T
-        return assembly, W, held
-
-
-_WAYS = ("along x", "along y", "along z", "about x", "about y", "about z")
-_PUSHED = (*(f"point {axis}" for axis in "xyz"), *(f"direction {axis}" for axis in "xyz"))
+    def _pushed(self, assembly: Assembly, rows: Bool, twist: Float, origin: Float, shift: Float) -> Float:
+        """Return the loads (6J, k) of pushes after a motion about ``origin``, and a shift of point and direction."""
+        assert isinstance(self.answer, Robustness)
+        motion = displaced(np.eye(4), twist, origin)
+        points = self.answer.points[rows] @ motion[:3, :3].T + motion[:3, 3] + shift[:3]
+        ways = self.answer.directions[rows] @ motion[:3, :3].T + shift[3:]
+        ways = ways / np.linalg.norm(ways, axis=1)[:, None]
+        return push_columns(assembly, assembly.index[self.answer.body], points, ways)

@@ -57,9 +57,9 @@ class Gradients(PublicValue):
     keep their direction in the world. Contacts follow the bodies as ``assemble`` finds them: a face that opens or
     overlaps by less than the gap still touches, halfway between the two bodies.
 
-    At a kink the answer changes otherwise on either side: ``before`` and ``after`` are its slopes as the parameter comes
-    from below and goes up. ``pose`` and so on are then the smaller of both, and 0 if they have different signs, so that
-    no step along them promises what only one side gives. Elsewhere all three are the same. ``kinks`` lists all of them.
+    At a kink the answer changes otherwise on either side: ``before`` and ``after`` are its slopes below and above the
+    value of the parameter. ``pose`` and so on are then the smaller of both, and 0 if they have different signs, so that
+    no step along them promises what only one side gives. Elsewhere all three are the same. ``kinks`` lists all kinks.
 
     ``known`` (n,) tells which rows have derivatives: those that are finite and greater than 0; others are 0.
     ``from_multipliers`` (n,) tells which of them come from the multipliers of one solve, exact up to the accuracy of

@@ -144,7 +144,7 @@ class _Optimum:
         found[:, moves & self.slides] = null[:first].T[:, :, None] * self.along(force=True)[moves & self.slides]
         found[:, turned] = null[first:].T.reshape(null.shape[1], 3, int(turned.sum())).swapaxes(1, 2) * free[turned]
         found *= self.usual / np.maximum(np.abs(found).max(axis=(1, 2), initial=0.0), 1e-300)[:, None, None]
-        return np.einsum("mik,ikx->mix", found, self.nodes.axes)
+        return np.asarray(np.einsum("mik,ikx->mix", found, self.nodes.axes))
 
     def other_twists(self) -> Float:
         """Return motions (m, J, 6) that can be added to the one at the limit, as fast as it."""

@@ -26,8 +26,8 @@ from holdfast.engines.limit.derivatives import gradient
 from holdfast.engines.limit.family import Family
 from holdfast.engines.limit.farthest_load import Support
 from holdfast.engines.limit.gauge import CuttingPlanes
-from holdfast.engines.limit.load_hull import find_hull
 from holdfast.engines.limit.limit_program import LoadProgram
+from holdfast.engines.limit.load_hull import find_hull
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.load_sets import find_set
 from holdfast.engines.limit.proof import SOLVED, Proofs
