@@ -66,8 +66,8 @@ def _by_friction(assembly: Assembly, nodes: ContactNodes, motion: Float, normal:
 class _Optimum:
     """The forces (I, 3) [N], along the axes of the nodes, and the ``motion`` (J, 6) of one load (6J,) at its limit.
 
-    A node is open (no force), sticks (no motion), or slides (the force keeps its direction). Where it is within TIGHT of
-    being another of these, the forces are free to be both, and the motion, too.
+    A node is open (no force), sticks (no motion), or slides (the force keeps its direction). Where it is within TIGHT
+    of being another of these, the forces are free to be both, and the motion, too.
     """
 
     assembly: Assembly
@@ -102,7 +102,7 @@ class _Optimum:
 
     @cached_property
     def slides(self) -> Bool:
-        """Which nodes (I,) surely slide or, without friction, are pressed: both their force and their motion are not 0."""
+        """Which nodes (I,) surely slide or, without friction, are pressed."""
         moves = np.abs(self.velocity).max(axis=1) > TIGHT
         return np.asarray((moves | (self.nodes.mu == 0)) & (self.forces[:, 0] > TIGHT * self.usual) & ~self.open)
 
