@@ -254,7 +254,7 @@ def factors_on(assembly: Assembly, wrench: Float, loads: Float) -> Float:
     """
     nodes = corner_nodes(assembly)
     rest = Rest(nodes, np.zeros((len(nodes), 3)), undecided("not asked"))
-    program = Proofs(assembly, rest, wrench, EXACT_CONE).program
+    program = replace(Proofs(assembly, rest, wrench, EXACT_CONE).program, tolerance=SHARP)
     found = [program.maximise(loads[:, k]) for k in range(loads.shape[1])]
     return np.array(
         [one.factor if one.outcome in SOLVED else np.inf if one.outcome is Outcome.UNBOUNDED else 0.0 for one in found]
