@@ -6,6 +6,8 @@ How hard a bowl can be pushed that stands on a tray on a narrow stand, by where 
 the same derivatives for PyTorch and JAX, where these are installed.
 """
 
+from __future__ import annotations
+
 import importlib.util
 
 import numpy as np
@@ -27,7 +29,7 @@ rim = -0.05 * sides + [0, 0, 0.04]  # from the middle of the bowl
 def pushed(place: NDArray[np.float64]) -> tuple[hf.answers.Assembly, hf.answers.Robustness]:
     """Return the assembly with the bowl at x, y [m], and how hard it can be pushed there."""
     there = assembly.moved({"bowl": hf.pose(*place, 0.06)})
-    return there, hf.robustness(there, "bowl", rim + [*place, 0.06], sides, engine="limit")
+    return there, hf.robustness(there, "bowl", rim + np.append(place, 0.06), sides, engine="limit")
 
 
 def least_and_slope(place: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
@@ -62,13 +64,13 @@ def with_torch() -> None:
         """The smooth least push [N] of a place (2,) [m]."""
 
         @staticmethod
-        def forward(ctx, place):  # type: ignore[no-untyped-def]
+        def forward(ctx: torch.autograd.function.FunctionCtx, place: torch.Tensor) -> torch.Tensor:
             force, slope = least_and_slope(place.detach().numpy())
             ctx.save_for_backward(torch.from_numpy(np.array(slope)))
             return torch.tensor(force, dtype=place.dtype)
 
         @staticmethod
-        def backward(ctx, above):  # type: ignore[no-untyped-def]
+        def backward(ctx: torch.autograd.function.FunctionCtx, above: torch.Tensor) -> torch.Tensor:
             return above * ctx.saved_tensors[0]
 
     where = torch.tensor(start, requires_grad=True)
@@ -83,12 +85,12 @@ def with_jax() -> None:
     jax.config.update("jax_enable_x64", True)
     shapes = jax.ShapeDtypeStruct((), np.float64), jax.ShapeDtypeStruct((2,), np.float64)
 
-    def asked(place):  # type: ignore[no-untyped-def]
+    def asked(place: jax.Array) -> tuple[np.float64, NDArray[np.float64]]:
         force, slope = least_and_slope(np.asarray(place))
         return np.float64(force), np.asarray(slope)
 
     @jax.custom_vjp
-    def least(place):  # type: ignore[no-untyped-def]
+    def least(place: jax.Array) -> jax.Array:
         return jax.pure_callback(asked, shapes, place)[0]
 
     least.defvjp(lambda place: jax.pure_callback(asked, shapes, place), lambda slope, above: (above * slope,))

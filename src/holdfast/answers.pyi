@@ -4,7 +4,7 @@ from holdfast.applications.disassembly.build import BuildOrder as BuildOrder
 from holdfast.applications.disassembly.least_hold import HandHold as HandHold
 from holdfast.applications.disassembly.order import Disassembly as Disassembly
 from holdfast.applications.disassembly.removal import Removal as Removal
-from holdfast.applications.gradients.result import Gradients as Gradients
+from holdfast.applications.gradients.result import Derivatives as Derivatives
 from holdfast.applications.gradients.result import Kink as Kink
 from holdfast.applications.gradients.result import Slopes as Slopes
 from holdfast.applications.monitor import Monitored as Monitored

@@ -9,7 +9,7 @@ import pytest
 
 import holdfast as hf
 from bench.scenes.shelf import shelf
-from holdfast.answers import Assembly, Gradients, Robustness
+from holdfast.answers import Assembly, Derivatives, Robustness
 from holdfast.assembly.node_motion import displaced, node_motion
 from holdfast.base.arrays import Float
 from holdfast.scene.shipped import shipped_scene
@@ -22,7 +22,7 @@ X = np.array([1.0, 0, 0])
 
 def found_for(
     scene: hf.Scene, body: str, point: Any, way: Any, **options: Any
-) -> tuple[Assembly, Robustness, Gradients]:
+) -> tuple[Assembly, Robustness, Derivatives]:
     assembly = hf.assemble(scene)
     answer = hf.robustness(assembly, body, point, way, engine="limit", **options)
     return assembly, answer, gradients(assembly, answer)
@@ -50,11 +50,12 @@ def test_a_toppling_cube_in_closed_form() -> None:
     np.testing.assert_allclose(g.friction["floor", "cube"], 0, atol=1e-6)
     # about y, the cube leans over its edge: centre, push, its direction and the edge turn, the gap opens by half
     np.testing.assert_allclose(g.pose["cube"][0, [0, 1]], 0, atol=1e-6)
-    assert not g.kinks and g.from_multipliers.all()
+    assert not g.kinks
+    assert g.from_multipliers.all()
 
 
 def test_a_sliding_cube_in_closed_form() -> None:
-    """R = mu m g, and along (cos a, 0, -sin a): mu m g / (cos a - mu sin a), by the direction and by turning the cube."""
+    """Along (cos a, 0, -sin a), R = mu m g / (cos a - mu sin a)."""
     a, mu = np.radians(20), 0.6
     way = np.array([np.cos(a), 0, -np.sin(a)])
     _, _, g = found_for(cube(), "cube", [-0.05, 0, 0.02], way)
@@ -134,8 +135,11 @@ def test_flush_edges_have_two_sides() -> None:
 
 def test_rows_without_a_finite_answer_are_zero() -> None:
     _, answer, g = found_for(cube(), "cube", [[0, 0, 0.1], [-0.05, 0, 0.02]], [[0, 0, -1.0], [1.0, 0, 0]])
-    assert not np.isfinite(answer.force[0]) and g.known.tolist() == [False, True]
-    assert not g.pose["cube"][0].any() and not g.mass["cube"][0].any() and g.mass["cube"][1] > 0
+    assert not np.isfinite(answer.force[0])
+    assert g.known.tolist() == [False, True]
+    assert not g.pose["cube"][0].any()
+    assert not g.mass["cube"][0].any()
+    assert g.mass["cube"][1] > 0
 
 
 def test_a_load_factor_and_transport_limits() -> None:
@@ -184,7 +188,8 @@ def test_a_smooth_least_push() -> None:
     _, answer, g = found_for(cube(), "cube", [[-0.05, 0, 0.02], [-0.05, 0, 0.09]], X)
     force, weights = g.soft_weights(0.1)
     assert answer.force.min() - 0.1 * np.log(2) <= force <= answer.force.min()
-    assert weights.sum() == pytest.approx(1) and (weights >= 0).all()
+    assert weights.sum() == pytest.approx(1)
+    assert (weights >= 0).all()
 
 
 def test_only_some_bodies() -> None:
@@ -201,7 +206,7 @@ def test_what_it_does_not_take() -> None:
     with pytest.raises(hf.HoldfastError, match="about no load"):
         gradients(assembly, hf.stability(assembly))  # type: ignore[arg-type]
     answer = hf.robustness(assembly, "cube", [-0.05, 0, 0.02], X, engine=hf.Limit("inscribed", 4))
-    with pytest.raises(hf.HoldfastError, match="give the engine that was asked"):
+    with pytest.raises(hf.HoldfastError, match="without options"):
         gradients(assembly, answer)
     with pytest.raises(hf.HoldfastError, match="another assembly"):
         gradients(hf.assemble(shipped_scene("table")), answer)

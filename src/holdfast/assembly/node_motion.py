@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import contact_nodes
+from holdfast.assembly.on_surface import INSIDE
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.rigid import cross
 from holdfast.base.values import altered
@@ -31,7 +32,6 @@ STEP = 1e-5  # of a motion, in sizes of the smaller body and in radians; a hundr
 NEAR = 20.0  # [steps] within which a node is found again
 FLUSH = 1e-4  # [sizes of the smaller body] within which edges of both bodies count as the same place
 SHALLOW = 0.01  # tangent of the angle at an edge, from which on a body is seen to end there
-INSIDE = 0.5  # winding number above which a point is inside a body
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,9 +73,6 @@ class Gradient:
 
     ``forces`` (I, 3) [N], world axes, act at the contact ``nodes`` on the second body of each, at the limit. The bodies
     of ``twists`` and of the nodes are numbered as in ``assembly``.
-
-    ``other_forces`` (m, I, 3) and ``other_twists`` (k, J, 6) can be added to those at the limit without changing the
-    factor, as far as friction cones allow. Where they change a derivative, there is none: a kink.
     """
 
     answers: Answers
@@ -83,8 +80,6 @@ class Gradient:
     nodes: ContactNodes
     forces: Float
     twists: Float
-    other_forces: Float
-    other_twists: Float
     d_mu: dict[tuple[str, str], float]
     d_mass: Float
     d_com: Float

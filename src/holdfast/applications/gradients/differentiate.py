@@ -10,7 +10,7 @@ import numpy as np
 
 from holdfast.applications.gradients.multipliers import Multipliers
 from holdfast.applications.gradients.parameters import Derived, Parameters
-from holdfast.applications.gradients.result import Gradients, Kink, Slopes
+from holdfast.applications.gradients.result import Derivatives, Kink, Slopes
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Bool, Float, Int, frozen
@@ -26,7 +26,7 @@ from holdfast.engines.limit.limit_state import factors_on
 from holdfast.engines.verdict import Status
 from holdfast.queries.poses.decisions import quiet
 from holdfast.queries.push import asked
-from holdfast.queries.request import CERTAIN_ENGINE, EngineChoice, body_numbers, checked_assembly, engine_of
+from holdfast.queries.request import CERTAIN_ENGINE, body_numbers, checked_assembly, engine_of
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
@@ -41,13 +41,12 @@ def gradients(
     answer: Derived,
     *,
     bodies: Iterable[str] | None = None,
-    engine: EngineChoice | None = None,
-) -> Gradients:
+) -> Derivatives:
     """Compute the derivatives of every row of an ``answer`` by the poses of bodies, friction, masses and the push.
 
     ``answer`` is that of ``robustness``, ``load_factor`` or ``transport_limits`` for this ``assembly``. ``bodies``
     limits the derivatives to poses and masses of these bodies, and to their friction; by default all bodies, fixed ones
-    too, are derived by. ``engine`` is that of the answer, by default the one with the name that it gives.
+    too, are derived by.
 
     The derivatives of engine ``limit`` follow from one solve for each row (multipliers.py). So do those of a row of
     engine ``compliant`` that comes as far as ``limit``: an answer that is never above another one and touches it has
@@ -55,8 +54,8 @@ def gradients(
     sides of kinks. A kink is where another set of contacts would carry, edges of two bodies are flush, or a contact
     appears or ends.
 
-    Raises SceneError for scenes with holds, tension or cohesion, and HoldfastError for an answer that is about no load
-    or was saved or copied, or of which no equilibrium is known at rest.
+    Raises SceneError for scenes with holds, tension or cohesion, and HoldfastError for an answer that is about no load,
+    of an engine with options, or that was saved or copied.
     """
     assembly = checked_assembly(assembly)
     refuse_holds(assembly.scene.holds, WHERE, "ask without holds")
@@ -68,7 +67,7 @@ def gradients(
         [body.name for body in assembly.bodies] if bodies is None else list(body_numbers(assembly, list(bodies), WHERE))
     )
     parameters = Parameters(answer, question, loads, frozenset(names))
-    return _Rows(parameters, engine_of(answer.engine if engine is None else engine)).all()
+    return _Rows(parameters, engine_of(answer.engine)).all()
 
 
 def _question(answer: Derived) -> tuple[Question, Float]:
@@ -102,7 +101,7 @@ class _Rows:
         """The answers (n,)."""
         return np.array(self.parameters.answer.answers.force)
 
-    def all(self) -> Gradients:
+    def all(self) -> Derivatives:
         """Return the derivatives of all rows."""
         shape = len(self.force), len(self.parameters.every)
         before, after, kinked = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
@@ -112,7 +111,7 @@ class _Rows:
             found = self._solved(row)
             if found is not None:
                 own[row] = True
-                before[row], kinked[row] = shared.slopes(found, row)
+                before[row], kinked[row] = shared.slopes(*found, row)
                 after[row] = before[row]
         self._check_engine(self.known & ~own)
         differ = kinked | (self.known & ~own)[:, None]
@@ -126,7 +125,7 @@ class _Rows:
         same = differ & ~kinked & ~apart & np.isfinite(before) & np.isfinite(after)
         return self._result(before, after, own, differ & ~same, same)
 
-    def _result(self, before: Float, after: Float, own: Bool, kinks: Bool, same: Bool) -> Gradients:
+    def _result(self, before: Float, after: Float, own: Bool, kinks: Bool, same: Bool) -> Derivatives:
         middle = np.where(same, (before + after) / 2, before)
         before, after = np.where(same, middle, before), np.where(same, middle, after)
         least = np.where(np.abs(before) < np.abs(after), before, after)
@@ -134,7 +133,7 @@ class _Rows:
         count = int((self.known & ~own).sum())
         how = f"engine {self.method.name} gives no multipliers there"
         told = f"{count:,} rows are differences of answers, good to about 1e-3: {how}"
-        return Gradients(
+        return Derivatives(
             engine=self.method.name,
             force=frozen(self.force),
             known=frozen(self.known),
@@ -178,8 +177,8 @@ class _Rows:
         question = self.parameters.question
         return prepared(engine_of(CERTAIN_ENGINE), question.assembly, question.standing, question.acceleration)
 
-    def _solved(self, row: int) -> Gradient | None:
-        """Return the multipliers of a row, or None if limit analysis has another answer."""
+    def _solved(self, row: int) -> tuple[Gradient, Float] | None:
+        """Return the multipliers of a row and its load (6J,), or None if limit analysis has another answer."""
         loads = self.parameters.loads
         loaded: Int = np.flatnonzero(loads[:, row].reshape(-1, 6).any(axis=1))
         try:
@@ -188,7 +187,7 @@ class _Rows:
         except HoldfastError:  # limit analysis knows no equilibrium, or no finite answer
             return None
         touches = abs(float(found.answers.force[0]) - self.force[row]) <= TOUCHING * self.force[row]
-        return found if touches else None
+        return (found, loads[rows, row]) if touches else None
 
     def _check_engine(self, rows: Bool) -> None:
         """Raise HoldfastError unless the engine gives the answers of some rows."""
@@ -197,7 +196,7 @@ class _Rows:
             again = self._answers(question.assembly, self.parameters.loads[:, rows], question.standing)
             if not np.allclose(again, self.force[rows], rtol=TOUCHING):
                 problem = f"engine {self.method.name!r} as it is by default answers otherwise"
-                raise HoldfastError(message(WHERE, problem, "give the engine that was asked, engine="))
+                raise HoldfastError(message(WHERE, problem, "ask by the name of an engine, without options"))
 
     def _sides(self, place: int, rows: Bool) -> tuple[Float, Float]:
         """Return the one-sided slopes (k,) of some rows before and after, as differences of answers."""
@@ -214,6 +213,6 @@ class _Rows:
     def _answers(self, assembly: Assembly, W: Float, held: Float) -> Float:
         """Return the answers (k,) for loads W (6J, k) on a changed assembly under a standing wrench (6J,)."""
         carried = self.parameters.question.acceleration
-        if not (isinstance(self.method, Limit) and self.method.cone == "exact"):
+        if not isinstance(self.method, Limit):
             return np.asarray(asked(self.method, assembly, W, held, carried, bounds=False).force)
         return factors_on(assembly, assembly.weight_wrench(carried) + held, W)

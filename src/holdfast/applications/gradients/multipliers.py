@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from holdfast.applications.gradients.other_optima import OtherOptima
 from holdfast.applications.gradients.parameters import Parameters
 from holdfast.assembly.node_motion import NodeMotion, node_motion
 from holdfast.base.arrays import Bool, Float, Int
@@ -36,13 +37,13 @@ class Multipliers:
     parameters: Parameters
     _motions: dict[tuple[bytes, tuple[str, str]], NodeMotion] = field(default_factory=dict, init=False, repr=False)
 
-    def slopes(self, found: Gradient, row: int) -> tuple[Float, Bool]:
-        """Return the derivatives (P,) of one solved row, and for which of them there is a kink."""
-        one = _Row(self, found, row)
+    def slopes(self, found: Gradient, load: Float, row: int) -> tuple[Float, Bool]:
+        """Return the derivatives (P,) of one row, solved for a ``load`` (6J,), and which of them are kinks."""
+        one = _Row(self, found, row, OtherOptima(found, load))
         value = one.of(found.forces, found.twists, 0.5, loads=True)
         others = [one.of(found.forces, found.twists, 1.0) - one.of(found.forces, found.twists, 0.0)]  # flush edges
-        others += [one.of(forces, found.twists, 0.5) for forces in found.other_forces]
-        others += [one.of(found.forces, twists, 0.5, loads=True) for twists in found.other_twists]
+        others += [one.of(forces, found.twists, 0.5) for forces in one.other_forces]
+        others += [one.of(found.forces, twists, 0.5, loads=True) for twists in one.other_twists]
         limit = KINK * one.factor / self.parameters.units
         return value, one.changed | (np.abs(others) > limit).any(axis=0)
 
@@ -59,11 +60,22 @@ class Multipliers:
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One solved row: its multipliers are ``found``."""
+    """One solved row: its multipliers are ``found``, and what else they may be ``others``."""
 
     shared: Multipliers
     found: Gradient
     row: int
+    others: OtherOptima
+
+    @cached_property
+    def other_forces(self) -> Float:
+        """Forces (m, I, 3) that may be added."""
+        return self.others.other_forces()
+
+    @cached_property
+    def other_twists(self) -> Float:
+        """Motions (m, J, 6) that may be added."""
+        return self.others.other_twists()
 
     @property
     def factor(self) -> float:
@@ -76,9 +88,9 @@ class _Row:
         u, spin = self._relative(found.twists)
         speed = np.linalg.norm(u, axis=1) + found.assembly.size * np.linalg.norm(spin, axis=1)
         pressed = np.linalg.norm(found.forces, axis=1)
-        for other in found.other_forces:
+        for other in self.other_forces:
             pressed = np.maximum(pressed, np.linalg.norm(other, axis=1))
-        for other in found.other_twists:
+        for other in self.other_twists:
             u, spin = self._relative(other)
             speed = np.maximum(speed, np.linalg.norm(u, axis=1) + found.assembly.size * np.linalg.norm(spin, axis=1))
         acts = speed * pressed > NO_EFFECT * self.factor

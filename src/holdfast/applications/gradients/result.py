@@ -50,7 +50,7 @@ class Kink(Value):
 @archived
 @shaped(force="n", known="n", from_multipliers="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Gradients(PublicValue):
+class Derivatives(PublicValue):
     """The derivatives of n answers ``force`` (n,) by poses, friction, masses and pushes; see ``Slopes``.
 
     A push moves and turns with its body; the loads of a load factor and standing loads stay in place, and accelerations

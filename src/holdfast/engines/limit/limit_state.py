@@ -26,7 +26,7 @@ from holdfast.engines.limit.derivatives import gradient
 from holdfast.engines.limit.family import Family
 from holdfast.engines.limit.farthest_load import Support
 from holdfast.engines.limit.gauge import CuttingPlanes
-from holdfast.engines.limit.limit_program import LoadProgram
+from holdfast.engines.limit.limit_program import TOLERANCE, LoadProgram
 from holdfast.engines.limit.load_hull import find_hull
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.load_sets import find_set
@@ -37,7 +37,8 @@ from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, mode
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
 
-SHARP = 1e-13  # tolerance of the solver for derivatives: forces and motions are less accurate than factors
+# Tolerance of the solver for derivatives: forces and motions are less accurate than factors
+SHARP = TOLERANCE / 10_000
 NAME, CLAIM = "limit", Claim.EXISTS
 UNPROVED = (
     "lower is an estimate: no contact forces inside all friction cones were found, or there are too many to prove it"
@@ -200,7 +201,7 @@ class LimitState:
             raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
         nodes, twists = self.rest.nodes.contacts, self.rest.nodes.moving(limit.twists[: len(load)])
         forces = found.forces.reshape(-1, 3)[: len(nodes)]
-        return gradient(self.assembly, nodes, load, twists, forces, self._answers([limit]))
+        return gradient(self.assembly, nodes, twists, forces, self._answers([limit]))
 
     def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
