@@ -26,6 +26,7 @@ SUITES = (
     "disassembly",
     "experiments",
     "firmer",
+    "gradients",
     "graph_slanted",
     "imperfect",
     "instant",

@@ -6,6 +6,9 @@ from holdfast.applications.disassembly.order import Disassembly as Disassembly
 from holdfast.applications.disassembly.removal import Removal as Removal
 from holdfast.applications.firmer.result import Firmer as Firmer
 from holdfast.applications.firmer.result import FirmerStep as FirmerStep
+from holdfast.applications.gradients.result import Derivatives as Derivatives
+from holdfast.applications.gradients.result import Kink as Kink
+from holdfast.applications.gradients.result import Slopes as Slopes
 from holdfast.applications.monitor import Monitored as Monitored
 from holdfast.applications.placement.rating import Rating as Rating
 from holdfast.applications.placement.result import Placement as Placement

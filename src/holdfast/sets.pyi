@@ -1,4 +1,5 @@
 from holdfast.applications.firmer.freedom import Moves as Moves
+from holdfast.applications.gradients.differentiate import gradients as gradients
 from holdfast.applications.inertia import inertial_loads as inertial_loads
 from holdfast.applications.placement.conditions import Approach as Approach
 from holdfast.applications.placement.options import Weights as Weights

@@ -91,6 +91,7 @@ ASK: dict[str, Callable[[], Any]] = {
     "samples": lambda: hf.robustness_under(
         cube(), "cube", *PUSHES, uncertain=hf.sets.Uncertain(mu_range=0.2, samples=3, seed=1), engine="limit"
     ),
+    "gradients": lambda: hf.sets.gradients(cube(), hf.robustness(cube(), "cube", *PUSHES, engine="limit")),
     "sensitivity": lambda: hf.sets.sensitivity(cube(), "cube", SIDE, X),
     "worst case": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, mu_range=0.1, mass_range=0.1),
     "worst case, centres": lambda: hf.sets.worst_case(

@@ -24,6 +24,7 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "robustness": lambda a: hf.robustness(a, "cube", POINT, ALONG, engine="graph").force,
     "load_factor": lambda a: hf.load_factor(a, [PUSH], engine="graph").factor,
     "robustness_map": lambda a: hf.robustness_map(a, spacing=0.05, engine="graph").force,
+    "gradients": lambda a: hf.sets.gradients(a, hf.robustness(a, "cube", POINT, ALONG, engine="limit")).force,
     "sensitivity": lambda a: hf.sets.sensitivity(a, "cube", POINT, ALONG).force,
     "worst_case": lambda a: hf.sets.worst_case(a, "cube", POINT, ALONG, mu_range=0.1).force,
     "robustness_under": lambda a: (
@@ -53,7 +54,7 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
 OPERANDS = {
     "assembly", "body", "bodies", "point", "points", "direction", "directions", "loads", "tilt", "count",
     "accelerations", "limits", "poses", "scene", "obj", "where", "approach", "search", "uncertain", "tilt_degrees",
-    "measured",
+    "measured", "answer",
 }  # fmt: skip
 
 

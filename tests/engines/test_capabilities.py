@@ -10,6 +10,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.contact_nodes import NO_NODES
 from holdfast.base.arrays import Float
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.capabilities import (
@@ -57,7 +58,14 @@ class ToyState:
             mechanism=[None],
         )
         return Gradient(
-            answers=answers, twists=np.ones((J, 6)), d_mu={}, d_mass=np.full(J, 3.0), d_com=np.zeros((J, 3))
+            answers=answers,
+            assembly=hf.assemble(hf.shipped_scene("cube")),
+            nodes=NO_NODES,
+            forces=np.zeros((0, 3)),
+            twists=np.ones((J, 6)),
+            d_mu={},
+            d_mass=np.full(J, 3.0),
+            d_com=np.zeros((J, 3)),
         )
 
 

@@ -11,6 +11,7 @@ from holdfast.applications.disassembly.build import BuildOrder
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.disassembly.removal import Removal
 from holdfast.applications.firmer.result import Firmer
+from holdfast.applications.gradients.result import Derivatives
 from holdfast.applications.monitor import Monitored
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
@@ -35,7 +36,7 @@ from holdfast.queries.worst_case import WorstCase
 
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, MeasuredFriction),
-    *(ConvexSet, Constraint, StabilityOfPoses, RobustnessOfPoses),
+    *(ConvexSet, Constraint, Derivatives, StabilityOfPoses, RobustnessOfPoses),
     *(
         TransportLimits,
         TransportUnder,

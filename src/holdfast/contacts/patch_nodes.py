@@ -57,8 +57,9 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
             result.append(bent_sample(patch.spots, MOST_BENT if sampling == "corners" else share))
             continue
         if patch.kind != "face":
-            points, weights = thin_sample(patch, share)
-        elif random is not None:
+            result.append(thin_sample(patch, share))
+            continue
+        if random is not None:
             points, weights = paper_sample(patch, share, random)
         else:
             points, weights = _SAMPLES[sampling](patch, share)
@@ -111,18 +112,19 @@ def paper_sample(patch: Patch, count: int, random: np.random.Generator) -> tuple
 
 
 def thin_sample(patch: Patch, count: int) -> tuple[Float, Float]:
-    """Return a point itself, or evenly spaced nodes on a line, its ends included, with the weights of Simpson's rule.
+    """Return a point itself, or evenly spaced nodes (n, 3) on a line, with its ends, and the weights of Simpson's rule.
 
-    Then a linear pressure along the line, the only one that a rigid body can exert, is represented exactly.
+    Then a linear pressure along the line, the only one that a rigid body can exert, is represented exactly. The nodes
+    are on the line itself, which may lean a little against the plane of the patch, whichever of its ends comes first.
     """
-    ends = patch.rings[0]
+    ends = patch.polygon
     if patch.kind == "point":
-        return ends, np.array([patch.measure])
+        return ends, frozen(np.array([patch.measure]))
     count += 1 - count % 2
     weights = np.where(np.arange(count) % 2, 4.0, 2.0)
     weights[[0, -1]] = 1.0
     t = np.linspace(0, 1, count)[:, None]
-    return (1 - t) * ends[0] + t * ends[1], weights / weights.sum() * patch.measure
+    return frozen((1 - t) * ends[0] + t * ends[1]), frozen(weights / weights.sum() * patch.measure)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar, cast, runtime_checkab
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers
@@ -69,9 +70,15 @@ class Gradient:
     ``d_mu`` holds the derivative by the friction coefficient of an interface, keyed by the names of its two bodies.
     ``d_mass`` (J,) [1/kg] is the derivative by a body's mass, with its centre of mass held. ``d_com`` (J, 3) [1/m] is
     the derivative by a body's centre of mass in the world frame, with its contacts held.
+
+    ``forces`` (I, 3) [N], world axes, act at the contact ``nodes`` on the second body of each, at the limit. The bodies
+    of ``twists`` and of the nodes are numbered as in ``assembly``.
     """
 
     answers: Answers
+    assembly: Assembly
+    nodes: ContactNodes
+    forces: Float
     twists: Float
     d_mu: dict[tuple[str, str], float]
     d_mass: Float

@@ -19,18 +19,21 @@ from holdfast.engines.capabilities import Gradient
 from holdfast.engines.mechanism import relative_velocity
 
 
-def gradient(assembly: Assembly, nodes: ContactNodes, twists: Float, pressing: Float, answers: Answers) -> Gradient:
+def gradient(assembly: Assembly, nodes: ContactNodes, twists: Float, forces: Float, answers: Answers) -> Gradient:
     """Return the derivatives of the largest factor of one solved load.
 
-    ``twists`` (6J,) is the dual motion that limits the load, ``pressing`` (I,) [N] are the normal forces at the limit,
-    and ``answers`` is the table with the one row of this load.
+    ``twists`` (6J,) is the dual motion that limits the load, ``forces`` (I, 3) [N] are those at the limit, along the
+    axes of the nodes, and ``answers`` is the table with the one row of this load.
     """
     motion = twists.reshape(-1, 6)
     weights = assembly.mass[:, None] * assembly.scene.gravity
     return Gradient(
         answers=answers,
+        assembly=assembly,
+        nodes=nodes,
+        forces=nodes.world(forces),
         twists=motion,
-        d_mu=_by_friction(assembly, nodes, motion, pressing),
+        d_mu=_by_friction(assembly, nodes, motion, forces[:, 0]),
         d_mass=-motion[:, :3] @ assembly.scene.gravity,
         d_com=-np.cross(weights, motion[:, 3:]),
     )

@@ -14,6 +14,7 @@ from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
+from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict, joined, only_balanced
 from holdfast.engines.capabilities import Gradient, LoadHull, LoadSet
 from holdfast.engines.cones import EXACT as EXACT_CONE
@@ -25,16 +26,19 @@ from holdfast.engines.limit.derivatives import gradient
 from holdfast.engines.limit.family import Family
 from holdfast.engines.limit.farthest_load import Support
 from holdfast.engines.limit.gauge import CuttingPlanes
+from holdfast.engines.limit.limit_program import TOLERANCE, LoadProgram
 from holdfast.engines.limit.load_hull import find_hull
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.load_sets import find_set
-from holdfast.engines.limit.proof import Proofs
+from holdfast.engines.limit.proof import SOLVED, Proofs
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.limit.standing import proved_rest
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of
-from holdfast.engines.rest import Rest, find_rest
+from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
 
+# Tolerance of the solver for derivatives: forces and motions are less accurate than factors
+SHARP = TOLERANCE / 10_000
 NAME, CLAIM = "limit", Claim.EXISTS
 UNPROVED = (
     "lower is an estimate: no contact forces inside all friction cones were found, or there are too many to prove it"
@@ -190,13 +194,14 @@ class LimitState:
     def gradient(self, load: Float, where: str) -> Gradient:
         """Derivatives of the largest factor of one load (6J,), all from one solve."""
         whole = self.rest.nodes.beside(load)
-        found = self.proofs.program.maximise(whole) if load.any() else None
+        found = self._sharp.maximise(whole) if load.any() else None
         limit = self.solve(load) if found is None else self.proofs.judged([found], whole[:, None])[0]
         if found is None or limit.twists is None:
             remedy = "there are derivatives only where a finite push moves something"
             raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
         nodes, twists = self.rest.nodes.contacts, self.rest.nodes.moving(limit.twists[: len(load)])
-        return gradient(self.assembly, nodes, twists, found.forces[::3][: len(nodes)], self._answers([limit]))
+        forces = found.forces.reshape(-1, 3)[: len(nodes)]
+        return gradient(self.assembly, nodes, twists, forces, self._answers([limit]))
 
     def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
@@ -221,6 +226,11 @@ class LimitState:
         return Proofs(self.assembly, self.rest, self.wrench, self.cone)
 
     @cached_property
+    def _sharp(self) -> LoadProgram:
+        """The program to a tolerance at which forces and motions are as accurate as factors usually are."""
+        return replace(self.proofs.program, tolerance=SHARP)
+
+    @cached_property
     def kinematics(self) -> Kinematics:
         """What all mechanisms of this state share."""
         return Kinematics.of(self.assembly, self.rest.nodes)
@@ -236,3 +246,17 @@ def balanced_under(
     found = find_rest(assembly, wrench, nodes, cone)
     whole = found.nodes.under(with_pull(assembly, wrench))
     return LimitState(cone, assembly, whole, proved_rest(assembly, found, whole, cone))
+
+
+def factors_on(assembly: Assembly, wrench: Float, loads: Float) -> Float:
+    """Return the largest factors (n,) of loads (6J, n) on an assembly under ``wrench`` (6J,), without any proof.
+
+    They are inf for loads that move nothing, and 0 where nothing is known to balance the wrench.
+    """
+    nodes = corner_nodes(assembly)
+    rest = Rest(nodes, np.zeros((len(nodes), 3)), undecided("not asked"))
+    program = replace(Proofs(assembly, rest, wrench, EXACT_CONE).program, tolerance=SHARP)
+    found = [program.maximise(loads[:, k]) for k in range(loads.shape[1])]
+    return np.array(
+        [one.factor if one.outcome in SOLVED else np.inf if one.outcome is Outcome.UNBOUNDED else 0.0 for one in found]
+    )

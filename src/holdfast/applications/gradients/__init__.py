@@ -1,0 +1,1 @@
+"""Derivatives of answers by poses, friction, masses and pushes."""

@@ -1,0 +1,218 @@
+"""Derivatives of answers, from multipliers where the answer is that of limit analysis, and by differences elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.applications.gradients.multipliers import Multipliers
+from holdfast.applications.gradients.parameters import Derived, Parameters
+from holdfast.applications.gradients.result import Derivatives, Kink, Slopes
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.strengths import refuse_joined
+from holdfast.base.arrays import Bool, Float, Int, frozen
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.progress import reported
+from holdfast.base.values import Table
+from holdfast.certificates.question import Question
+from holdfast.engines.capabilities import GRADIENTS, Gradient
+from holdfast.engines.contract import Engine
+from holdfast.engines.groups import Groups, prepared
+from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.limit_state import factors_on
+from holdfast.engines.verdict import Status
+from holdfast.queries.poses.decisions import quiet
+from holdfast.queries.push import asked
+from holdfast.queries.request import CERTAIN_ENGINE, body_numbers, checked_assembly, engine_of
+from holdfast.scene.hold import refuse_holds
+from holdfast.scene.scene import Scene
+
+WHERE = "gradients"
+STEP = 1e-4  # of differences, in usual changes of a parameter: a tenth of the usual gap
+TOUCHING = 1e-6  # relative difference of two answers, of which one is never above the other, that have the same slopes
+SMOOTH = 1e-3  # difference of both one-sided slopes, in factors per usual change, up to which they are one
+
+
+def gradients(
+    assembly: Assembly | Scene,
+    answer: Derived,
+    *,
+    bodies: Iterable[str] | None = None,
+) -> Derivatives:
+    """Compute the derivatives of every row of an ``answer`` by the poses of bodies, friction, masses and the push.
+
+    ``answer`` is that of ``robustness``, ``load_factor`` or ``transport_limits`` for this ``assembly``. ``bodies``
+    limits the derivatives to poses and masses of these bodies, and to their friction; by default all bodies, fixed ones
+    too, are derived by.
+
+    The derivatives of engine ``limit`` follow from one solve for each row (multipliers.py). So do those of a row of
+    engine ``compliant`` that comes as far as ``limit``: an answer that is never above another one and touches it has
+    the same slopes. All others are differences of answers of moved scenes, two for each parameter, and so are both
+    sides of kinks. A kink is where another set of contacts would carry, edges of two bodies are flush, or a contact
+    appears or ends.
+
+    Raises SceneError for scenes with holds, tension or cohesion, and HoldfastError for an answer that is about no load,
+    of an engine with options, or that was saved or copied.
+    """
+    assembly = checked_assembly(assembly)
+    refuse_holds(assembly.scene.holds, WHERE, "ask without holds")
+    refuse_joined(assembly, WHERE, "leave out tension and cohesion")
+    question, loads = _question(answer)
+    if question.assembly.scene.names != assembly.scene.names:
+        raise HoldfastError(message(WHERE, "the answer is about another assembly", "give the one that was asked"))
+    names = (
+        [body.name for body in assembly.bodies] if bodies is None else list(body_numbers(assembly, list(bodies), WHERE))
+    )
+    parameters = Parameters(answer, question, loads, frozenset(names))
+    return _Rows(parameters, engine_of(answer.engine)).all()
+
+
+def _question(answer: Derived) -> tuple[Question, Float]:
+    if not hasattr(answer, "questions"):
+        problem = f"got a {type(answer).__name__}"
+        raise HoldfastError(message(WHERE, problem, "needs an answer of robustness, load_factor or transport_limits"))
+    question = answer.questions[0]
+    if question.loads is None:
+        problem = "the answer is about no load"
+        raise HoldfastError(message(WHERE, problem, "ask robustness, load_factor or transport_limits"))
+    return question, question.loads
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """All rows of an answer, whose engine is ``method``."""
+
+    parameters: Parameters
+    method: Engine
+
+    @cached_property
+    def known(self) -> Bool:
+        """Which rows (n,) have derivatives."""
+        table = self.parameters.answer.answers
+        return np.array(
+            [s is Status.FINITE and f > 0 for s, f in zip(table.status, table.force, strict=True)], dtype=bool
+        )
+
+    @cached_property
+    def force(self) -> Float:
+        """The answers (n,)."""
+        return np.array(self.parameters.answer.answers.force)
+
+    def all(self) -> Derivatives:
+        """Return the derivatives of all rows."""
+        shape = len(self.force), len(self.parameters.every)
+        before, after, kinked = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
+        own = np.zeros(len(self.force), dtype=bool)
+        shared = Multipliers(self.parameters)
+        for row in reported(WHERE, np.flatnonzero(self.known).tolist()):
+            found = self._solved(row)
+            if found is not None:
+                own[row] = True
+                before[row], kinked[row] = shared.slopes(*found, row)
+                after[row] = before[row]
+        self._check_engine(self.known & ~own)
+        differ = kinked | (self.known & ~own)[:, None]
+        with quiet():
+            for place in reported("differences", np.flatnonzero(differ.any(axis=0)).tolist()):
+                rows = differ[:, place]
+                before[rows, place], after[rows, place] = self._sides(place, rows)
+        unit = self.parameters.units / np.where(self.known, self.force, 1.0)[:, None]
+        with np.errstate(invalid="ignore"):
+            apart = np.abs(after - before) * unit > SMOOTH
+        same = differ & ~kinked & ~apart & np.isfinite(before) & np.isfinite(after)
+        return self._result(before, after, own, differ & ~same, same)
+
+    def _result(self, before: Float, after: Float, own: Bool, kinks: Bool, same: Bool) -> Derivatives:
+        middle = np.where(same, (before + after) / 2, before)
+        before, after = np.where(same, middle, before), np.where(same, middle, after)
+        least = np.where(np.abs(before) < np.abs(after), before, after)
+        value = np.where(kinks, np.where(before * after > 0, least, 0.0), middle)
+        count = int((self.known & ~own).sum())
+        how = f"engine {self.method.name} gives no multipliers there"
+        told = f"{count:,} rows are differences of answers, good to about 1e-3: {how}"
+        return Derivatives(
+            engine=self.method.name,
+            force=frozen(self.force),
+            known=frozen(self.known),
+            from_multipliers=frozen(own),
+            slopes=self._table(value),
+            before=self._table(before),
+            after=self._table(after),
+            kinks=tuple(
+                Kink(
+                    row=row,
+                    by=str(self.parameters.every[place]),
+                    before=float(before[row, place]),
+                    after=float(after[row, place]),
+                )
+                for row, place in np.argwhere(kinks).tolist()
+            ),
+            notes=(told,) if count else (),
+        )
+
+    def _table(self, each: Float) -> Slopes:
+        """Return the derivatives (n, P) by what they are derived by."""
+        parameters = self.parameters
+        found = {
+            (kind, one.of): frozen(each[:, first : first + size].copy())
+            for kind, size in (("pose", 6), ("friction", 1), ("mass", 1), ("push", 6))
+            for first, one in enumerate(parameters.every)
+            if one.kind == kind and one.way == 0
+        }
+        push = next((value for (kind, _), value in found.items() if kind == "push"), np.zeros((len(each), 6)))
+        names = [body.name for body in parameters.assembly.bodies if body.name in parameters.named]
+        return Slopes(
+            pose=Table({name: found["pose", frozenset((name,))] for name in names}),
+            friction=Table({pair: found["friction", frozenset(pair)][:, 0] for pair in parameters.pairs}),
+            mass=Table({n: found["mass", frozenset((n,))][:, 0] for n in names if ("mass", frozenset((n,))) in found}),
+            point=frozen(push[:, :3]),
+            direction=frozen(push[:, 3:]),
+        )
+
+    @cached_property
+    def _groups(self) -> Groups:
+        question = self.parameters.question
+        return prepared(engine_of(CERTAIN_ENGINE), question.assembly, question.standing, question.acceleration)
+
+    def _solved(self, row: int) -> tuple[Gradient, Float] | None:
+        """Return the multipliers of a row and its load (6J,), or None if limit analysis has another answer."""
+        loads = self.parameters.loads
+        loaded: Int = np.flatnonzero(loads[:, row].reshape(-1, 6).any(axis=1))
+        try:
+            state, rows = self._groups.together(loaded.tolist(), WHERE)
+            found = GRADIENTS.of(state, engine=CERTAIN_ENGINE, where=WHERE).gradient(loads[rows, row], WHERE)
+        except HoldfastError:  # limit analysis knows no equilibrium, or no finite answer
+            return None
+        touches = abs(float(found.answers.force[0]) - self.force[row]) <= TOUCHING * self.force[row]
+        return (found, loads[rows, row]) if touches else None
+
+    def _check_engine(self, rows: Bool) -> None:
+        """Raise HoldfastError unless the engine gives the answers of some rows."""
+        if rows.any():
+            question = self.parameters.question
+            again = self._answers(question.assembly, self.parameters.loads[:, rows], question.standing)
+            if not np.allclose(again, self.force[rows], rtol=TOUCHING):
+                problem = f"engine {self.method.name!r} as it is by default answers otherwise"
+                raise HoldfastError(message(WHERE, problem, "ask by the name of an engine, without options"))
+
+    def _sides(self, place: int, rows: Bool) -> tuple[Float, Float]:
+        """Return the one-sided slopes (k,) of some rows before and after, as differences of answers."""
+        step = STEP * float(self.parameters.units[place])
+        found = []
+        for sign in (-1.0, 1.0):
+            assembly, W, held = self.parameters.changed(place, sign * step, rows)
+            there = self._answers(assembly, W, held)
+            jump = sign * np.where(there > self.force[rows], np.inf, -np.inf)
+            finite = np.isfinite(there) & (there > 0)
+            found.append(np.where(finite, (there - self.force[rows]) / (sign * step), jump))
+        return found[0], found[1]
+
+    def _answers(self, assembly: Assembly, W: Float, held: Float) -> Float:
+        """Return the answers (k,) for loads W (6J, k) on a changed assembly under a standing wrench (6J,)."""
+        carried = self.parameters.question.acceleration
+        if not isinstance(self.method, Limit):
+            return np.asarray(asked(self.method, assembly, W, held, carried, bounds=False).force)
+        return factors_on(assembly, assembly.weight_wrench(carried) + held, W)

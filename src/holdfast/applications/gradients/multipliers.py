@@ -1,0 +1,189 @@
+"""Derivatives of the largest factor from the multipliers of its optimum, without another solve (envelope theorem).
+
+R is the largest s with G f + w_g + s w = 0 and f in the friction cones. With the forces f and the dual motion y of its
+optimum, y·w = 1, the derivative is that of the Lagrangian with f and y held:
+
+    dR = -Σ [turn·(F x u) + dp·(F x Δω)] - Σ dc·(W x ω) - R y·dw + Σ dμ |F_t·u_t| / μ
+
+for the forces F (world axes) at nodes p with the relative velocity u and spin Δω, and the weights W at the centres c.
+It is linear in f and in y, so what other optimal forces or motions change is computed in the same way.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from holdfast.applications.gradients.other_optima import OtherOptima
+from holdfast.applications.gradients.parameters import Parameters
+from holdfast.assembly.node_motion import NodeMotion, node_motion
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.errors import HoldfastWarning
+from holdfast.base.rigid import cross
+from holdfast.engines.capabilities import Gradient
+from holdfast.scene.body import Body
+
+NO_EFFECT = 1e-9  # share of a contact in the derivative, relative to the factor, below which it counts as none
+KINK = 1e-5  # share of the factor by which alternatives have to differ to count as a kink
+
+
+@dataclass(frozen=True, eq=False)
+class Multipliers:
+    """Derivatives of single rows by all ``parameters``; how the nodes of each pair of bodies move is found once."""
+
+    parameters: Parameters
+    _motions: dict[tuple[bytes, tuple[str, str]], NodeMotion] = field(default_factory=dict, init=False, repr=False)
+
+    def slopes(self, found: Gradient, load: Float, row: int) -> tuple[Float, Bool]:
+        """Return the derivatives (P,) of one row, solved for a ``load`` (6J,), and which of them are kinks."""
+        one = _Row(self, found, row, OtherOptima(found, load))
+        value = one.of(found.forces, found.twists, 0.5, loads=True)
+        others = [one.of(found.forces, found.twists, 1.0) - one.of(found.forces, found.twists, 0.0)]  # flush edges
+        others += [one.of(forces, found.twists, 0.5) for forces in one.other_forces]
+        others += [one.of(found.forces, twists, 0.5, loads=True) for twists in one.other_twists]
+        limit = KINK * one.factor / self.parameters.units
+        return value, one.changed | (np.abs(others) > limit).any(axis=0)
+
+    def motion_of(self, found: Gradient, pair: tuple[str, str], own: Int) -> NodeMotion:
+        """Return how the nodes ``own`` of a pair of bodies move."""
+        points, normals = found.nodes.points[own], found.nodes.normals[own]
+        key = points.tobytes(), pair
+        if key not in self._motions:
+            contacts = [one for one in found.assembly.interfaces if one.bodies == pair]
+            with warnings.catch_warnings(action="ignore", category=HoldfastWarning):
+                self._motions[key] = node_motion(self.parameters.assembly, contacts, points, normals)
+        return self._motions[key]
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """One solved row: its multipliers are ``found``, and what else they may be ``others``."""
+
+    shared: Multipliers
+    found: Gradient
+    row: int
+    others: OtherOptima
+
+    @cached_property
+    def other_forces(self) -> Float:
+        """Forces (m, I, 3) that may be added."""
+        return self.others.other_forces()
+
+    @cached_property
+    def other_twists(self) -> Float:
+        """Motions (m, J, 6) that may be added."""
+        return self.others.other_twists()
+
+    @property
+    def factor(self) -> float:
+        return float(self.found.answers.force[0])
+
+    @cached_property
+    def _pairs(self) -> dict[tuple[str, str], Int]:
+        """The numbers of the nodes of each pair of bodies that move relative to each other and press on each other."""
+        nodes, found = self.found.nodes, self.found
+        u, spin = self._relative(found.twists)
+        speed = np.linalg.norm(u, axis=1) + found.assembly.size * np.linalg.norm(spin, axis=1)
+        pressed = np.linalg.norm(found.forces, axis=1)
+        for other in self.other_forces:
+            pressed = np.maximum(pressed, np.linalg.norm(other, axis=1))
+        for other in self.other_twists:
+            u, spin = self._relative(other)
+            speed = np.maximum(speed, np.linalg.norm(u, axis=1) + found.assembly.size * np.linalg.norm(spin, axis=1))
+        acts = speed * pressed > NO_EFFECT * self.factor
+        pairs = [one.bodies for one in found.assembly.interfaces]
+        chosen = dict.fromkeys(pairs[k] for k in dict.fromkeys(nodes.interface[acts].tolist()))
+        return {pair: np.flatnonzero([pairs[k] == pair for k in nodes.interface.tolist()]) for pair in chosen}
+
+    @cached_property
+    def changed(self) -> Bool:
+        """By which parameters (P,) a node appears or is gone."""
+        found = np.zeros(len(self.shared.parameters.every))
+        for pair, own in self._pairs.items():
+            motion = self.shared.motion_of(self.found, pair, own)
+            for name in pair if motion.changed.any() else ():
+                self._add_pose(
+                    found,
+                    name,
+                    np.abs(_about_origin(motion.changed.astype(np.float64), self._arm(name, motion.origin))),
+                )
+        return found > 0
+
+    def _arm(self, name: str, point: Float) -> Float:
+        """Return the arm (3,) [m] of a point from the origin of a body."""
+        return np.asarray(point - self.shared.parameters.assembly.scene.body(name).pose[:3, 3])
+
+    def _add_pose(self, total: Float, name: str, slope: Float) -> None:
+        self.shared.parameters.add(total, "pose", (name,), slope)
+
+    def of(self, forces: Float, twists: Float, share: float, *, loads: bool = False) -> Float:
+        """Return the derivatives (P,) with these multipliers, (I, 3) and (J, 6), with ``loads`` those of loads, too.
+
+        Where edges are flush, ``share`` says how much they move with the one body or the other.
+        """
+        nodes = self.found.nodes
+        total = np.zeros(len(self.shared.parameters.every))
+        u, spin = self._relative(twists)
+        torque, push = cross(forces, u), cross(forces, spin)
+        for pair, own in self._pairs.items():
+            motion = self.shared.motion_of(self.found, pair, own)
+            weight = np.array([1 - share, share])
+            second = -np.einsum("s,snik,ni->k", weight, motion.turn, torque[own])
+            second -= np.einsum("s,snik,ni->k", weight, motion.shift, push[own])
+            arms = nodes.points[own] - motion.origin
+            whole = -np.concatenate([push[own].sum(0), (torque[own] + cross(arms, push[own])).sum(0)])
+            for name, slope in zip(pair, (whole - second, second), strict=True):
+                self._add_pose(total, name, _about_origin(slope, self._arm(name, motion.origin)))
+        self._add_friction(total, forces, u)
+        if loads:
+            self._add_loads(total, twists)
+        return total
+
+    def _add_friction(self, total: Float, forces: Float, u: Float) -> None:
+        nodes = self.found.nodes
+        normal = (forces * nodes.normals).sum(axis=1)
+        across = u - (u * nodes.normals).sum(axis=1)[:, None] * nodes.normals
+        rubbing = -np.divide((forces * across).sum(1), nodes.mu, out=np.zeros(len(nodes)), where=nodes.mu > 0)
+        slopes = np.where(nodes.mu > 0, rubbing, np.linalg.norm(across, axis=1) * normal)
+        each = np.bincount(nodes.interface, slopes, len(self.found.assembly.interfaces))
+        for interface, slope in zip(self.found.assembly.interfaces, each.tolist(), strict=True):
+            self.shared.parameters.add(total, "friction", interface.bodies, slope)
+
+    def _add_loads(self, total: Float, twists: Float) -> None:
+        """Add the derivatives of weights and loads, in the motion ``twists`` (J, 6)."""
+        parameters, factor = self.shared.parameters, self.factor
+        for body, mass, twist in zip(self.found.assembly.movable, self.found.assembly.mass, twists, strict=True):
+            force = mass * parameters.pull + factor * parameters.inertia(body.name, self.row)
+            slope = np.pad(-cross(force, twist[3:]), (0, 3))
+            self._add_pose(total, body.name, _about_origin(slope, self._arm(body.name, body.com_world)))
+            parameters.add(total, "mass", (body.name,), -float(twist[:3] @ force) / mass)
+        push = parameters.push(self.row)
+        if push is not None:
+            pushed, point, way = push
+            velocity, spin = self._at(pushed, point, twists)
+            by_point, by_way = -factor * cross(way, spin), -factor * velocity
+            by_pose = _about_origin(np.pad(by_point, (0, 3)), self._arm(pushed.name, point))
+            by_pose[3:] += cross(way, by_way)  # the direction turns with the body
+            self._add_pose(total, pushed.name, by_pose)
+            across = by_way - (by_way @ way) * way
+            parameters.add(total, "push", (pushed.name,), np.concatenate([by_point, across]))
+
+    def _relative(self, twists: Float) -> tuple[Float, Float]:
+        """Return the velocities and the spins (I, 3) of the second bodies relative to the first, world axes."""
+        nodes, com = self.found.nodes, self.found.assembly.com
+        every, centres = np.vstack([twists, np.zeros((1, 6))]), np.vstack([com, np.zeros((1, 3))])  # FIXED is -1
+        at = [every[k, :3] + cross(every[k, 3:], nodes.points - centres[k]) for k in (nodes.a, nodes.b)]
+        return at[1] - at[0], every[nodes.b, 3:] - every[nodes.a, 3:]
+
+    def _at(self, body: Body, point: Float, twists: Float) -> tuple[Float, Float]:
+        """Return velocity and spin (3,) of a body at a ``point`` (3,) [m]."""
+        twist = twists[self.found.assembly.index[body.name]]
+        return twist[:3] + cross(twist[3:], point - body.com_world), twist[3:]
+
+
+def _about_origin(slope: Float, arm: Float) -> Float:
+    """Return a derivative (6,) by motions about a point at ``arm`` (3,) from the origin as one about the origin."""
+    return np.concatenate([slope[:3], slope[3:] + cross(arm, slope[:3])])
