@@ -128,10 +128,7 @@ def friction_from(
             if np.isfinite([low, high]).any():
                 known[k] = (best[place], low, high)
         undecided = "" if known else "the pushes exclude no coefficient of friction"
-    plain = [pairs[k][0] for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]
-    if plain:
-        named = listed([" and ".join(pair) for pair in plain], NAMED)
-        notes = (*notes, f"of {named} the interval alone says something: it is open, and mu any of its likely values")
+    notes = (*notes, *_plateaus([pairs[k][0] for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]))
     off = fit.predicted(best) - fit.force
     spread = fit.scatter(off) if used.any() else scatter or 0.0
     if scatter is None and not undecided and spread > WIDE:
@@ -152,6 +149,14 @@ def friction_from(
         predicted=predicted,
         engine=method.name,
         notes=notes,
+    )
+
+
+def _plateaus(several: Sequence[tuple[str, str]]) -> list[str]:
+    """Return a note on pairs whose interval is open, where ``mu`` is no more likely than its neighbours, if any."""
+    named = listed([" and ".join(pair) for pair in several], NAMED)
+    return [f"of {named} the interval alone says something: it is open, and mu any of its likely values"] * bool(
+        several
     )
 
 
