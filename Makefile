@@ -113,5 +113,5 @@ release-check: test docs test-wheels
 	$(BIN)/python tools/release_check.py $(OUT)
 
 clean:
-	rm -rf $(VENV) $(VENV)-numba-* $(OUT) docs/reference/api docs/benchmarks docs/files docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(VENV)-numba-* $(OUT) docs/benchmarks docs/files docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	rm -rf $(COMPILED)/compiled-*

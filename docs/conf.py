@@ -33,7 +33,7 @@ myst_links_external_new_tab = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
-autosummary_generate = True
+autosummary_generate = ["files/names.md"]
 autosummary_ignore_module_all = False
 
 sphinx_gallery_conf = {

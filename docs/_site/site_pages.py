@@ -9,11 +9,14 @@ from __future__ import annotations
 import re
 import shutil
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import file_list
 import vocabulary
 from sphinx.application import Sphinx
+
+import holdfast as hf
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
@@ -28,6 +31,7 @@ each other. Times are those of two cores of a shared machine; ratios mean more t
 """
 # Links of the pages, and where they lead on the site
 LINKS = (
+    (re.compile(r"\]\((?:\.\./)+src/holdfast/__init__\.pyi\)"), "](/files/names.md)"),
     (
         re.compile(r"\]\((?:\.\./)+(?:bench/)?(?:results|notes)/(\w+)\.(md|png)((?:#[\w-]+)?)\)"),
         r"](/benchmarks/\1.\2\3)",
@@ -66,12 +70,30 @@ def make_benchmarks(app: Sphinx) -> None:
     (MADE / "index.md").write_text(HEAD + "\n".join(listed) + hidden, encoding="utf-8")
 
 
+def names_page() -> str:
+    """Return the page that lists all public names, those of ``holdfast`` apart by what they are."""
+    parts = [("holdfast: what you make", hf, True), ("holdfast: what you ask", hf, False)]
+    parts += [(module.__name__, module, None) for module in (hf.answers, hf.sets, hf.errors, hf.readers, hf.plugins)]
+    page = "# List of public names\n"
+    for title, module, kind in parts:
+        found = {name: getattr(module, name) for name in module.__all__}
+        names = [
+            name
+            for name, value in found.items()
+            if not isinstance(value, ModuleType) and (kind is None or isinstance(value, type) == kind)
+        ]
+        page += f"\n## {title}\n\n```{{eval-rst}}\n.. currentmodule:: {module.__name__}\n.. autosummary::\n"
+        page += "   :toctree: api\n   :nosignatures:\n\n" + "".join(f"   {name}\n" for name in names) + "```\n"
+    return page
+
+
 def make_lists(app: Sphinx) -> None:
-    """Write the pages that list all files of the package, and all parameters."""
+    """Write the pages that list all files of the package, all parameters and all public names."""
     folder = DOCS / "files"
     folder.mkdir(exist_ok=True)
     (folder / "index.md").write_text(file_list.page(), encoding="utf-8")
     (folder / "parameters.md").write_text(vocabulary.page(), encoding="utf-8")
+    (folder / "names.md").write_text(names_page(), encoding="utf-8")
 
 
 def lead_on_site(app: Sphinx, name: str, source: list[str]) -> None:
@@ -98,7 +120,7 @@ def mark_up_docstrings(
 def setup(app: Sphinx) -> dict[str, Any]:
     """Join the making of the site."""
     app.connect("builder-inited", make_benchmarks)
-    app.connect("builder-inited", make_lists)
+    app.connect("builder-inited", make_lists, priority=100)  # before autosummary reads the list of names
     app.connect("source-read", lead_on_site)
     app.connect("include-read", lead_from_root)
     app.connect("autodoc-process-docstring", mark_up_docstrings)

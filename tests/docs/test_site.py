@@ -1,4 +1,4 @@
-"""The site has a place for every page and every public name."""
+"""The site has a place for every page, and links lead somewhere."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import file_list
-from public_api import NAMES
 
 import holdfast as hf
 from bench.checkout import RESULTS
@@ -23,17 +22,9 @@ def listed(page: str) -> list[str]:
     return [line for line in lines if line and not line.startswith((":", ".."))]
 
 
-def test_every_public_name_is_on_the_page_of_names_once() -> None:
-    text = (DOCS / "reference" / "api.md").read_text(encoding="utf-8")
-    shown = []
-    for module, block in re.findall(r"currentmodule:: (\S+)\n(.*?)```", text, re.DOTALL):
-        shown += [f"{module}.{name}" for name in re.findall(r"^   (\w+)$", block, re.MULTILINE)]
-    assert sorted(shown) == sorted(NAMES)
-
-
 def test_every_page_is_in_the_contents_once() -> None:
     found = [str(path.relative_to(DOCS).with_suffix("")) for path in pages(DOCS.parent)[1:]]
-    made = {"gallery/index", "benchmarks/index", "files/index", "files/parameters"}
+    made = {"gallery/index", "benchmarks/index", "files/index", "files/names", "files/parameters"}
     assert sorted({*listed("index.md")} - made) == sorted({*found} - {"index"})
     assert len({*listed("index.md")}) == len(listed("index.md"))
 
@@ -46,7 +37,7 @@ def anchors(path: Path) -> set[str]:
 
 def test_links_between_pages_lead_somewhere() -> None:
     """In a checkout, too: nothing that `make docs` has still to make."""
-    made = ("api/", "benchmarks/", "files/", "gallery/")
+    made = ("benchmarks/", "files/", "gallery/")
     for path in {*pages(DOCS.parent), *notes(DOCS.parent), *DOCS.parent.glob("*.md")}:
         for target, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([\w-]+))?\)", path.read_text(encoding="utf-8")):
             if not target.startswith("http"):

@@ -155,9 +155,8 @@ def friction_from(
 def _plateaus(several: Sequence[tuple[str, str]]) -> list[str]:
     """Return a note on pairs whose interval is open, where ``mu`` is no more likely than its neighbours, if any."""
     named = listed([" and ".join(pair) for pair in several], NAMED)
-    return [f"of {named} the interval alone says something: it is open, and mu any of its likely values"] * bool(
-        several
-    )
+    note = f"of {named} the interval alone says something: it is open, and mu any of its likely values"
+    return [note] if several else []
 
 
 def _checked(assembly: Assembly, measured: Iterable[Sequence[Any]]) -> _Pushes:
