@@ -28,7 +28,7 @@ rim = -0.05 * sides + [0, 0, 0.04]  # from the middle of the bowl
 
 def pushed(place: NDArray[np.float64]) -> tuple[hf.answers.Assembly, hf.answers.Robustness]:
     """Return the assembly with the bowl at x, y [m], and how hard it can be pushed there."""
-    there = assembly.moved({"bowl": hf.pose(*place, 0.06)})
+    there = assembly.moved({"bowl": hf.pose(float(place[0]), float(place[1]), 0.06)})
     return there, hf.robustness(there, "bowl", rim + np.append(place, 0.06), sides, engine="limit")
 
 
@@ -60,7 +60,7 @@ def with_torch() -> None:
     """The same derivative by torch.autograd."""
     import torch
 
-    class Least(torch.autograd.Function):
+    class Least(torch.autograd.Function):  # type: ignore[misc]
         """The smooth least push [N] of a place (2,) [m]."""
 
         @staticmethod
@@ -89,7 +89,7 @@ def with_jax() -> None:
         force, slope = least_and_slope(np.asarray(place))
         return np.float64(force), np.asarray(slope)
 
-    @jax.custom_vjp
+    @jax.custom_vjp  # type: ignore[untyped-decorator]
     def least(place: jax.Array) -> jax.Array:
         return jax.pure_callback(asked, shapes, place)[0]
 

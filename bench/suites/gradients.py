@@ -33,7 +33,7 @@ from holdfast.sets import gradients
 
 SHIPPED = ("cube", "stack", "table", "tall_table", "wall2x2", "slope", "slope_two", "cantilever", "arch", "tabletop")
 LIMIT = {"shipped": 600, "shelf of 8": 300, "random": 1_100}  # parameters of each kind of scene: 2,000 in all
-COMPLIANT = {"shipped": 60, "shelf of 8": 30, "random": 60}
+COMPLIANT = {"shipped": 40, "shelf of 8": 20, "random": 40}
 EACH = 5  # parameters of one push
 STEPS = (2e-5, 2e-4)  # in usual changes
 ERROR = {"limit": 1e-5, "compliant": 1e-3}

@@ -13,7 +13,7 @@ import numpy as np
 
 from holdfast.assembly.contact_nodes import dense_by_bodies, equilibrium_blocks
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.rounding import SUM
 from holdfast.engines.capabilities import Gradient
 from holdfast.engines.mechanism import AT_REST, relative_velocity
 
@@ -104,7 +104,7 @@ class OtherOptima:
         free = np.where(self.mu[:, None] > 0, np.ones(3), np.eye(3)[0])
         rest = (self.operator * free)[:, ~moves & ~self.open].reshape(len(self.load), -1)
         values, vectors = np.linalg.eigh(rest @ rest.T)
-        left = vectors[:, values <= COORDINATES**2 * max(1.0, float(values.max()))]  # what those at rest cannot balance
+        left = vectors[:, values <= SUM * max(1.0, float(values.max()))]  # what those at rest cannot balance
         columns = [np.einsum("rik,ik->ri", self.operator, self.along)[:, slides]]
         columns += [self.operator[:, turned, k] * free[turned, k] for k in range(3)]
         null = _null(left.T @ np.hstack(columns))
@@ -133,5 +133,5 @@ class OtherOptima:
 def _null(matrix: Float) -> Float:
     """Return an orthonormal basis (n, m) of the vectors that ``matrix`` (k, n) maps to 0."""
     _, values, rows = np.linalg.svd(matrix, full_matrices=True)
-    rank = int((values > COORDINATES * float(values.max(initial=0.0))).sum())
+    rank = int((values > np.sqrt(SUM) * float(values.max(initial=0.0))).sum())
     return np.asarray(rows[rank:].T)
