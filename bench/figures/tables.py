@@ -99,8 +99,8 @@ def constraint(saved: Saved) -> dict[str, str]:
 def checked_constraint(saved: Saved) -> dict[str, str]:
     """How often a constraint with compliant is above its lower bound, what was told of it, and how close it is."""
     heads = ["body", "above", "told", "of these, nine in ten by less than", "by up to", "median below", "90 % below"]
-    keys = ("above %", "told %", "nine in ten of these by less than %", "above by up to %")
-    keys += ("median short %", "90 % short %")
+    keys = ["above %", "told %", "nine in ten of these by less than %", "above by up to %"]
+    keys += ["median short %", "90 % short %"]
     rows = [row for row in saved.rows if "refused" not in row]
     return {"table": table(heads, [[row["case"], *(f"{significant(row[key])} %" for key in keys)] for row in rows])}
 

@@ -96,7 +96,7 @@ def test_it_comes_no_nearer_to_an_edge_unless_asked() -> None:
 
     def edge(found: hf.answers.Firmer) -> float:
         x, y = found.poses["cube"][:2, 3]
-        return min(0.3 - 0.04 + x - 0.05, 0.15 - abs(y) - 0.05)
+        return float(min(0.3 - 0.04 + x - 0.05, 0.15 - abs(y) - 0.05))
 
     assert edge(kept) >= before - 1e-5
     assert free.after >= kept.after * 0.99

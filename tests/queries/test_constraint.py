@@ -36,7 +36,7 @@ def asked(request: pytest.FixtureRequest) -> tuple[hf.answers.Assembly, hf.answe
 def drawn(found: hf.answers.Constraint, count: int, seed: int = 7) -> np.ndarray:
     """Wrenches (n, 6) anywhere, of the sizes that the body can take along the axes."""
     factors = np.minimum(np.asarray(found.value(np.eye(6))), found.box)
-    return np.random.default_rng(seed).normal(size=(count, 6)) * factors
+    return np.asarray(np.random.default_rng(seed).normal(size=(count, 6)) * factors)
 
 
 def true(assembly: hf.answers.Assembly, body: str, wrenches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -113,8 +113,9 @@ class Freedom:
     @cached_property
     def longest(self) -> float:
         """The longest way [m] that any point of a body may go."""
-        turn = np.radians(min(self.moves.turn_degrees, 180.0))
-        return max([self.moves.slide, *(turn * self.assembly.scene.body(name).size / 2 for name in self.bodies)])
+        turn = float(np.radians(min(self.moves.turn_degrees, 180.0)))
+        radii = [float(self.assembly.scene.body(name).size) / 2 for name in self.bodies]
+        return max(self.moves.slide, turn * max(radii))
 
     def stepped(self, assembly: Assembly, way: int, step: float) -> Assembly | None:
         """Return the assembly with one body moved by ``step`` [m] along one of its ways, or None if it may not be."""

@@ -10,6 +10,7 @@ import numpy as np
 from holdfast.applications.carrying.carry import carry
 from holdfast.applications.carrying.profile import Profile
 from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.on_surface import check_on_surface
 from holdfast.base.arrays import Float, Int, Objects, objects
 from holdfast.base.errors import SceneError, message
 from holdfast.base.text import quoted
@@ -18,7 +19,7 @@ from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.queries.exposed import exposed_cells
-from holdfast.queries.request import Load, check_on_surface, checked_loads, push_columns
+from holdfast.queries.request import Load, checked_loads, push_columns
 
 MOST_PUSHES = 150  # approximate number of pushes of a default map, on all bodies together
 
