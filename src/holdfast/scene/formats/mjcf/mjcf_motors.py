@@ -68,7 +68,9 @@ def _force(model: Any, k: int, position: float) -> Range | None:  # noqa: ANN401
     ``forcerange`` bounds it, and so does the range of its control: a motor gives gain * control, and a servo at this
     position no more than it does for the ends of that range.
     """
-    gain, bias, dynamics = (int(kind[k]) for kind in (model.actuator_gaintype, model.actuator_biastype, model.actuator_dyntype))
+    gain, bias, dynamics = (
+        int(kind[k]) for kind in (model.actuator_gaintype, model.actuator_biastype, model.actuator_dyntype)
+    )
     limits = _pair(model.actuator_forcerange[k]) if model.actuator_forcelimited[k] else None
     if gain == PID:
         return limits
