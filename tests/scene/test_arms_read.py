@@ -138,6 +138,83 @@ def test_ranges_of_mujoco(tmp_path: Path, elbow: str, effort: str, own: tuple[fl
     assert moments[2] == own
 
 
+@pytest.mark.parametrize(
+    ("actuators", "own"),
+    [
+        ('<motor {} ctrlrange="-1 2" gear="3" forcerange="-9 1.5"/>', (-3.0, 4.5)),
+        ('<position {} kp="5" ctrlrange="-.5 .5" forcerange="-2 9"/>', (-2.0, 2.0)),  # at 0.1 rad
+        ('<general {} dyntype="integrator" gainprm="4" actlimited="true" actrange="-1 1"/>', (-4.0, 4.0)),
+        ('<motor {0} ctrlrange="-2 2"/><motor {0} ctrlrange="-7 7" group="3"/>', (-2.0, 2.0)),
+        ('<muscle {} ctrlrange="0 1" lengthrange="0 1" force="9" forcerange="-9 9"/>', None),
+    ],
+)
+def test_what_an_actuator_gives_is_what_its_control_allows(actuators: str, own: tuple[float, float] | None) -> None:
+    mujoco: Any = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><option actuatorgroupdisable="3"/><worldbody><geom type="plane" size="1 1 1"/>
+        <body pos="0 0 1"><joint name="j" axis="0 1 0"/><geom type="box" size=".1 .1 .1"/></body></worldbody>
+        <actuator>{actuators.format('joint="j"')}</actuator></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    data.qpos[0] = 0.1
+    mujoco.mj_forward(model, data)
+    if own is None:
+        with pytest.raises(SceneError, match="the file has no limit"):
+            hf.from_mujoco(model, data, hold_torques=True)
+    else:
+        assert hf.from_mujoco(model, data, hold_torques=True).holds[0].moments[2] == pytest.approx(own)
+
+
+def test_a_trunk_without_a_shape_is_held_by_its_legs_alone(tmp_path: Path) -> None:
+    """It was left out, and its leg was held by the world."""
+    path = tmp_path / "leg.xml"
+    path.write_text(
+        """<mujoco><worldbody><body name="trunk" pos="0 0 .5"><freejoint/>
+        <inertial pos="0 0 0" mass="8" diaginertia=".1 .1 .1"/><body name="leg"><joint name="hip" axis="0 1 0"/>
+        <geom type="capsule" fromto="0 0 0 .3 0 -.48" size=".02"/></body></body></worldbody>
+        <actuator><motor joint="hip" ctrlrange="-90 90"/></actuator></mujoco>"""
+    )
+    (tmp_path / "leg.urdf").write_text(
+        '<robot name="leg">'
+        + LINK.format("trunk", 0, 8, "")
+        + LINK.format("leg", 0.2, 1, BOX.format(0.2, 0.4))
+        + JOINT.format("hip", "revolute", "trunk", "leg", "0 0 1", "0 1 0", '<limit effort="90"/>')
+        + "</robot>"
+    )
+    for name, more in (("leg.xml", {}), ("leg.urdf", {"friction": 0.5})):
+        scene = hf.load_scene(tmp_path / name, hold_torques=True, floor=True, **more)
+        assert [hold.on is None for hold in scene.holds] == [False]
+        assert hf.stability(scene, engine=LIMIT).status is hf.Status.UNSTABLE
+
+
+def test_a_link_that_is_the_only_body_of_a_urdf_file(tmp_path: Path) -> None:
+    """A base with neither mass nor shape is fixed in the world, as in Bullet."""
+    hinge = JOINT.format("j", "revolute", "base", "link", "0 0 1", "0 1 0", '<limit effort="3"/>')
+    (tmp_path / "one.urdf").write_text(
+        f'<robot name="one"><link name="base"/>{LINK.format("link", 0.2, 1, BOX.format(0.2, 0.4))}{hinge}</robot>'
+    )
+    scene = hf.load_scene(tmp_path / "one.urdf", hold_torques=True, friction=0.5, floor=True)
+    assert [(hold.body, hold.on) for hold in scene.holds] == [("one", None)]
+    assert pressing(scene, "one") == np.inf  # on its axis
+    assert hf.stability(scene, engine=LIMIT).stable
+
+
+def test_a_joint_that_mimics_another_one_has_no_motor_of_its_own(tmp_path: Path) -> None:
+    text = URDF.replace("{plunger}", "9").replace('<limit effort="8"/>', '<limit effort="8"/><mimic joint="shoulder"/>')
+    (tmp_path / "mimic.urdf").write_text(text)
+    with pytest.raises(SceneError, match="joint 'elbow': the file has no limit"):
+        hf.load_scene(tmp_path / "mimic.urdf", fixed=["arm/base"], friction=0.5, hold_torques=True)
+
+
+def test_springs_of_tendons_are_noted(tmp_path: Path) -> None:
+    tendon = """<tendon><fixed stiffness="9"><joint joint="elbow" coef="1"/></fixed></tendon></mujoco>"""
+    scene = by_mjcf(tmp_path)
+    assert not any("springs" in note for note in scene.notes)
+    path = tmp_path / "arm.xml"
+    path.write_text(path.read_text().replace("</mujoco>", tendon))
+    assert "ignored, though it acts: springs of tendons of 'fore'" in hf.load_scene(path, hold_torques=True).notes
+
+
 @pytest.mark.parametrize("read", [by_urdf, by_mjcf])
 def test_links_of_one_arm_never_touch_and_what_has_no_shape_touches_nothing(tmp_path: Path, read: Any) -> None:
     scene = read(tmp_path)

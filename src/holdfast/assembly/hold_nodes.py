@@ -20,7 +20,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
-from holdfast.assembly.on_surface import check_on_surface, pointing_out
+from holdfast.assembly.on_surface import check_on_surface, not_pressing
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import SceneError, message
 from holdfast.base.rigid import cross, tangents
@@ -230,11 +230,10 @@ class _Making:
     def _grip(self, grip: Grip) -> None:
         where = f"grip of {quoted(grip.body)}"
         check_on_surface(self.assembly, grip.body, grip.points, where)
-        for k in pointing_out(self.assembly.scene.body(grip.body), grip.points, grip.normals).tolist():
+        for k in not_pressing(self.assembly, grip.body, grip.points, grip.normals).tolist():
             way = np.array2string(grip.normals[k], precision=4, separator=", ")
-            raise SceneError(
-                message(where, f"normal {k}, {way}, points out of the body", "needs normals into the body")
-            )
+            remedy = "needs normals into the body, against those of its faces there, give or take 30°"
+            raise SceneError(message(where, f"normal {k}, {way}, does not press on the body", remedy))
         for point, normal, most in zip(grip.points, grip.normals, grip.force, strict=True):
             pushes = [self._push(point, way) for way in (normal, *tangents(normal))]
             self.constant = self.constant - grip.pull / len(grip.points) * pushes[0]

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import nnls
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import SceneError, message
 from holdfast.geometry.distance import distance_to_surface, winding_number
+from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
 
 INSIDE = 0.5  # winding number of a surface about a point, above which the point is inside
 # A direction is tested this far ahead of its point and behind it: in sizes of the body, plus distances from it.
 WAY, OFF = 1e-3, 10.0
+SLANT = 0.5  # sine of the angle to what presses on the faces at a point, above which a direction is a mistake: 30°
 GRAZING = 0.01  # sine of the angle between a direction and the surface, below which it neither presses nor pulls
 
 
@@ -42,3 +45,25 @@ def pointing_out(body: Body, points: Float, directions: Float) -> Int:
     rows = np.flatnonzero(winding_number(points - step, surface) > INSIDE)
     deep = distance_to_surface((points - step)[rows], surface) > GRAZING * np.linalg.norm(step[rows], axis=1)
     return np.asarray(rows[deep & (winding_number((points + step)[rows], surface) < INSIDE)])
+
+
+def not_pressing(assembly: Assembly, name: str, points: Float, directions: Float) -> Int:
+    """Return the numbers of the unit ``directions`` (n, 3) along which nothing presses on a body at ``points`` (n, 3).
+
+    What does is against the normal of the face there, and at edges and corners between those of several faces.
+    """
+    body = assembly.scene.body(name)
+    surface, off = body.surface_world, distance_to_surface(points, body.surface_world)
+    near = min(assembly.tolerances.of(body), surface.thickness / 4) + body.shape.surface.sagitta
+    corners = surface.vertices[surface.faces]
+    found = []
+    for k, (point, way, reach) in enumerate(zip(points, directions, off + near, strict=True)):
+        around = ((corners.min(1) - reach <= point) & (point <= corners.max(1) + reach)).all(1)
+        faces = [
+            f
+            for f in np.flatnonzero(around).tolist()
+            if distance_to_surface(point[None], Surface(surface.vertices, surface.faces[[f]]))[0] <= reach
+        ]
+        if nnls(-surface.normals[faces].T, way)[1] > SLANT:
+            found.append(k)
+    return np.array(found, dtype=np.int64)

@@ -294,14 +294,31 @@ def test_the_margin_of_a_pinch_counts_the_friction_of_its_fingers() -> None:
 @pytest.mark.parametrize(
     ("point", "normal", "said"),
     [
-        ((0.05, 0, 1), (1, 0, 0), r"grip of 'cup': normal 1, \[1., 0., 0.\], points out of the body"),
+        ((0.05, 0, 1), (1, 0, 0), r"grip of 'cup': normal 1, \[1., 0., 0.\], does not press on the body"),
+        ((0.05, 0, 1), (-0.6, 0, 0.8), "normal 1, .* does not press on the body"),
+        ((0.05, 0, 1.05), (0, 0, 1), "normal 1, .* does not press on the body"),  # at the rim
         ((0.06, 0, 1), (-1, 0, 0), "grip of 'cup': point 1 at .* is 10 mm from the surface; needs points on the body"),
         ((0.03, 0, 1), (-1, 0, 0), "grip of 'cup': point 1 at .* is 20 mm from the surface"),
     ],
 )
-def test_fingers_that_are_not_on_the_body_or_pull_are_refused(
+def test_fingers_that_are_not_on_the_body_or_do_not_press_on_it_are_refused(
     point: tuple[float, float, float], normal: tuple[float, float, float], said: str
 ) -> None:
     scene = cup([hf.Grip("cup", [(-0.05, 0, 1), point], [(1, 0, 0), normal], 0.5, 9.0)])
     with pytest.raises(SceneError, match=said):
         hf.stability(scene, engine=LIMIT)
+
+
+@pytest.mark.parametrize("shape", [hf.Sphere(0.05), hf.Capsule(0.03, 0.1), hf.Cylinder(0.04, 0.1), hf.Box((0.1,) * 3)])
+def test_fingers_press_against_faces_edges_and_corners(shape: hf.Sphere) -> None:
+    """Along the normals of faces in their middle, and between those of all faces at a vertex."""
+    rng = np.random.default_rng(1)
+    body = hf.Body("it", shape, mass=1, pose=hf.pose(0.2, -0.1, 0, roll=31, pitch=12))
+    surface = body.surface_world
+    corners, faces = surface.vertices[surface.faces], rng.integers(0, len(surface.faces), 8)
+    at, into = corners[faces].mean(1), -surface.normals[faces]
+    ends = rng.integers(0, len(surface.vertices), 8)
+    inwards = [-surface.normals[(surface.faces == end).any(1)].sum(0) for end in ends]
+    scene = hf.Scene([hf.Body("floor", hf.HalfSpace(), fixed=True, position=(0, 0, -1)), body], 0.5)
+    grip = hf.Grip("it", np.concatenate([at, surface.vertices[ends]]), np.concatenate([into, inwards]), 0.9)
+    assert hf.stability(hf.Scene(scene.bodies, 0.5, holds=[grip]), engine=LIMIT).stable

@@ -15,6 +15,7 @@ from holdfast.scene.formats.joint_holds import Motors, Torques, never_touching
 from holdfast.scene.formats.mjcf import mjcf_shapes
 from holdfast.scene.formats.mjcf.mjcf_groups import STILL, Groups, find_groups, frame_of, inertia_of
 from holdfast.scene.formats.mjcf.mjcf_motors import holds_of
+from holdfast.scene.formats.mjcf.mobility import WRAP_JOINT
 from holdfast.scene.formats.mjcf.rules import Rules
 from holdfast.scene.formats.simulators.links import Collider, body_of, kept_apart, relative, unique
 from holdfast.scene.friction import Friction
@@ -98,7 +99,9 @@ def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list
     for g in np.flatnonzero(rules.colliding).tolist():
         of_body.setdefault(int(model.geom_bodyid[g]), []).append(g)
     moving = [g for b, geoms in of_body.items() for g in geoms if owners.owner[b] != STILL]
-    found, empty, jointed = [], [], {int(model.jnt_bodyid[j]) for j in owners.joints}
+    joined = {int(model.jnt_bodyid[j]) for j in owners.joints}
+    jointed = joined | {int(owners.owner[model.body_parentid[b]]) for b in joined}  # each end of a joint
+    found, empty = [], []
     for b in range(int(model.nbody)):
         if owners.owner[b] == b and b != STILL:
             bodies = owners.of(b)
@@ -202,12 +205,23 @@ def _unread(model: Any, data: Any, owners: Groups, motors: bool) -> list[str]:  
         ("actuators of joints", [] if motors else moving(np.asarray(model.jnt_bodyid)[target[np.isin(kind, JOINTS)]])),
         ("plugins", moving(np.flatnonzero(np.asarray(model.body_plugin) >= 0))),
         ("applied forces (xfrc_applied)", moving(np.unique(np.nonzero(data.xfrc_applied)[0]))),
+        ("applied forces (qfrc_applied)", moving(np.asarray(model.dof_bodyid)[np.flatnonzero(data.qfrc_applied)])),
+        ("springs of tendons", moving(_drawn(model))),
         ("springs of joints", moving(np.asarray(model.jnt_bodyid)[np.unique(np.concatenate(springs))])),
     ]
     each = [(what, listed([quoted(names[b]) for b in dict.fromkeys(bodies)])) for what, bodies in found if bodies]
     notes = [f"ignored, though it acts: {what} of {who}" for what, who in each]
     windy = bool(np.asarray(model.opt.wind).any()) and model.opt.density > 0
     return [*notes, *(["ignored, though it acts: wind"] if windy else [])]
+
+
+def _drawn(model: Any) -> list[int]:  # noqa: ANN401
+    """Return the numbers of the bodies whose joints a tendon with a spring connects."""
+    found = []
+    for t in np.flatnonzero(model.tendon_stiffness).tolist():
+        wraps = range(int(model.tendon_adr[t]), int(model.tendon_adr[t] + model.tendon_num[t]))
+        found += [int(model.jnt_bodyid[model.wrap_objid[w]]) for w in wraps if model.wrap_type[w] == WRAP_JOINT]
+    return found
 
 
 def _overlaps(data: Any, groups: Sequence[Group], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401

@@ -15,6 +15,7 @@ FREE, BALL, SLIDE = 0, 1, 2  # mjJNT_FREE, mjJNT_BALL, mjJNT_SLIDE
 DOFS = {FREE: 6, BALL: 3}  # other joints have 1
 JOINT, IN_PARENT, TENDON = 0, 1, 3  # mjTRN_JOINT, mjTRN_JOINTINPARENT, mjTRN_TENDON
 WRAP_JOINT = 1  # mjWRAP_JOINT
+NO_ACTUATION = 1 << 11  # mjDSBL_ACTUATION
 AT_REST = 1e-6  # share of a motion up to which a joint counts as held
 INDEPENDENT = 1e-6  # least singular value of six unit motions that count as independent
 WEIGHTLESS = 1e-6  # largest mass of a body that only carries joints, relative to the body behind them
@@ -47,10 +48,18 @@ def held_joints(model: Any, data: Any, joints: Sequence[int]) -> Bool:  # noqa: 
     return np.array([not part.any() for part in np.split(moves, ends[:-1])])
 
 
+def acting(model: Any) -> Bool:  # noqa: ANN401
+    """Tell which actuators (nu,) the model does not switch off, all of them or by their group."""
+    groups = np.asarray(model.actuator_group).ravel()
+    off = np.isin(groups, [group for group in range(31) if int(model.opt.disableactuator) >> group & 1])
+    return ~off & (not model.opt.disableflags & NO_ACTUATION)
+
+
 def _driven(model: Any) -> Float:  # noqa: ANN401
     """Return a row (n, nv) for every motion of joints that an actuator drives."""
     rows = []
-    for kind, (target, _) in zip(model.actuator_trntype, np.asarray(model.actuator_trnid), strict=True):
+    for k in np.flatnonzero(acting(model)).tolist():
+        kind, target = model.actuator_trntype[k], int(np.asarray(model.actuator_trnid).reshape(-1, 2)[k, 0])
         if kind in (JOINT, IN_PARENT):
             rows += list(np.eye(model.nv)[dofs_of(model, int(target))])
         elif kind == TENDON:

@@ -102,7 +102,7 @@ def read(
     remedy = "give floor=True for a floor at z = 0, or fixed=True for what carries others"
     placed = with_floor(placed, floor, root.place, remedy, problem="is a thing that nothing carries")
     scene = scene_of(placed, reader.surfaces.table(FLOOR if floor else None), gravity, name, notes)
-    return with_arms(scene, groups, copies, motors) if motors.held else scene
+    return with_arms(scene, groups, [top for top, _ in bodies], copies, motors) if motors.held else scene
 
 
 def _names_in(fixed: object) -> list[str]:
@@ -173,11 +173,11 @@ def _body(
     massive = [inertial for inertial in inertials if inertial.mass]
     if group.joint is not None and not massive and not unknown:
         links[group.top].fail("has no mass, and moves by a joint of its own", "give it a mass in its <inertial>")
-    if not pieces and group.joint is not None:
+    if not pieces and motors.held and massive:
         reader.notes.of(quoted(group.top), "no shape, so it touches nothing")
         return group.top, motors.ball(group.top, group.pose, together(massive))
     if not pieces:
-        if any(inertial.mass for inertial in inertials):
+        if massive:
             reader.notes.of(quoted(group.top), "no shape, so it touches nothing and is left out")
         return None
     fixed = fixed or (group.top == WORLD and not links[WORLD].children)
