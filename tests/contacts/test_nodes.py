@@ -11,7 +11,7 @@ import shapely
 from scipy.integrate import dblquad
 
 import holdfast as hf
-from holdfast.contacts.interface import Patch
+from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.patch_nodes import Sampling, interface_nodes
 
 UP = np.array([0.0, 0, 1])
@@ -173,3 +173,12 @@ def test_nodes_are_kept_with_their_interface_and_go_with_it() -> None:
     del square
     gc.collect()
     assert gone() is None
+
+
+def test_nodes_of_a_line_lie_on_it_whichever_end_comes_first() -> None:
+    """A line that leans a little against the plane of its patch: its other end is not moved into the plane."""
+    ends = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 1e-5]])
+    for polygon in (ends, ends[::-1]):
+        interface = Interface(("a", "b"), patches=[Patch(polygon, np.array([0.0, 0.0, 1.0]), breadth=1e-4)])
+        ((points, _),) = interface_nodes(interface, 5, "corners")
+        np.testing.assert_allclose(points[:, 2], 1e-4 * points[:, 0], atol=1e-18)
