@@ -184,3 +184,20 @@ def test_the_strength_of_a_carton_is_that_of_mckee() -> None:
     assert box_compression_strength(5600, 4e-3, 1.4, humidity=0.65, days=1) == pytest.approx(dry * 0.8 * 0.63)
     with pytest.raises(hf.HoldfastError, match="humidity"):
         box_compression_strength(5600, 4e-3, 1.4, humidity=80)
+
+
+def test_a_load_just_within_friction_ends_where_a_post_is_crushed() -> None:
+    """Forces are known far below its largest factor alone, and its answer was that factor, 2,976."""
+    post = hf.Box((0.1, 0.3, 0.3))
+    bodies = [
+        hf.Body("left", post, 1.0, position=(-0.45, 0, 0.15), top_load=100.0),
+        hf.Body("right", post, 1.0, position=(0.45, 0, 0.15)),
+        hf.Body("board", hf.Box((1.0, 0.3, 0.02)), 3.0, position=(0, 0, 0.31)),
+        hf.Body("block", hf.Box((0.2, 0.2, 0.2)), 3.0, position=(-0.3, 0, 0.42)),
+    ]
+    load = hf.Load("left", (-0.45, 0, 0.15), (-1.5, -10.1, -17))
+    found = hf.load_factor(hf.Scene([FLOOR, *bodies], 0.6), [load])
+    by_hand = (100 - 1.5 * G - 3 * G * 0.75 / 0.9) / 17
+    assert (found.mode, found.moving) == ("crush", ("left",))
+    assert float(found) == pytest.approx(by_hand, rel=0.05)
+    assert found.lower == pytest.approx(float(found), rel=1e-5)

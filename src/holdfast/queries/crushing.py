@@ -138,7 +138,9 @@ class _Loads:
             return largest, 0.0, ""
         if rest > UP_TO:
             return 0.0, 0.0, first
-        ends = np.sort([sure * NEAR[0], *largest * NEAR])[::-1] if np.isfinite(largest) else self._far(k) * FAR
+        ends = self._far(k) * FAR  # a load that stays just within friction may have a largest factor far beyond
+        if np.isfinite(largest):
+            ends = np.sort([sure * NEAR[0], *largest * NEAR, *ends[ends < largest * NEAR[-1]]])[::-1]
         tried = ((end, *self.share(k, end, names)) for end in ends.tolist() if end)
         end, share, first = next((each for each in tried if each[2]), (0.0, rest, ""))
         if share > UP_TO:
