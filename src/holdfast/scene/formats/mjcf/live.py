@@ -15,7 +15,7 @@ from holdfast.scene.formats.joint_holds import Motors, Torques, never_touching
 from holdfast.scene.formats.mjcf import mjcf_shapes
 from holdfast.scene.formats.mjcf.mjcf_groups import STILL, Groups, find_groups, frame_of, inertia_of
 from holdfast.scene.formats.mjcf.mjcf_motors import holds_of
-from holdfast.scene.formats.mjcf.mobility import WRAP_JOINT
+from holdfast.scene.formats.mjcf.mobility import IN_PARENT, JOINT, WRAP_JOINT
 from holdfast.scene.formats.mjcf.rules import Rules
 from holdfast.scene.formats.simulators.links import Collider, body_of, kept_apart, relative, unique
 from holdfast.scene.friction import Friction
@@ -25,7 +25,6 @@ from holdfast.scene.scene import Scene
 NO_GRAVITY = 1 << 7  # mjDSBL_GRAVITY
 SEEN = 1e-3  # relative to the smaller movable body: soft contacts overlap by less, and such overlaps are not reported
 SITE, BODY = 4, 5  # mjTRN_SITE, mjTRN_BODY
-JOINTS = (0, 1)  # mjTRN_JOINT, mjTRN_JOINTINPARENT
 MOST_CONDIM = 3  # contacts with a larger condim also resist twisting and rolling at points
 
 
@@ -202,7 +201,10 @@ def _unread(model: Any, data: Any, owners: Groups, motors: bool) -> list[str]:  
         ("moving surfaces (surfacevel)", set_of_geoms("geom_surfacevel")),
         ("adhesion", [*set_of_geoms("geom_adhesion"), *pairs, *target[kind == BODY].tolist()]),
         ("actuators that push", moving(np.asarray(model.site_bodyid)[target[kind == SITE]])),
-        ("actuators of joints", [] if motors else moving(np.asarray(model.jnt_bodyid)[target[np.isin(kind, JOINTS)]])),
+        (
+            "actuators of joints",
+            [] if motors else moving(np.asarray(model.jnt_bodyid)[target[np.isin(kind, (JOINT, IN_PARENT))]]),
+        ),
         ("plugins", moving(np.flatnonzero(np.asarray(model.body_plugin) >= 0))),
         ("applied forces (xfrc_applied)", moving(np.unique(np.nonzero(data.xfrc_applied)[0]))),
         ("applied forces (qfrc_applied)", moving(np.asarray(model.dof_bodyid)[np.flatnonzero(data.qfrc_applied)])),
