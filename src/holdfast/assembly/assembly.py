@@ -37,7 +37,7 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
-from holdfast.scene.hold import AnyHold, hold_ends
+from holdfast.scene.hold import AnyHold, hold_ends, jointed
 from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
 
@@ -159,9 +159,13 @@ class Assembly(Value):
     def with_holds(self, *holds: AnyHold) -> Assembly:
         """Return the assembly with these holds on some of its bodies, beside those that it has.
 
-        The contacts stay the same. Raises SceneError for a hold of a body that is unknown or fixed.
+        The contacts stay the same, but for those of two bodies that a joint connects from now on (``Hold``). Raises
+        SceneError for a hold of a body that is unknown or fixed.
         """
-        return replace(self, scene=replace(self.scene, holds=(*self.scene.holds, *holds)))
+        scene = replace(self.scene, holds=(*self.scene.holds, *holds))
+        joints = {frozenset(pair) for pair in jointed(scene.holds)}
+        kept = tuple(contact for contact in self.interfaces if frozenset(contact.bodies) not in joints)
+        return replace(self, scene=scene, interfaces=kept)
 
     def without_interfaces(self, numbers: Collection[int]) -> Assembly:
         """Return the assembly without the interfaces with these numbers, as if the bodies did not touch there.

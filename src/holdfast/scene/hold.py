@@ -51,7 +51,8 @@ class Hold(Value):
 
     The hold gives whatever is needed within the bounds, at will. ``on`` names the body that holds: it gets the opposite
     force and moment, as the hand of a robot does, or the link of an arm that a joint carries. None is for a hand that
-    is fixed in the world. If the body is moved, the hold moves with it. Raises SceneError if all bounds are 0, if low >
+    is fixed in the world. Two bodies whose hold bears any force along some axis (``inf``) are a joint, and do not touch
+    each other. If the body is moved, the hold moves with it. Raises SceneError if all bounds are 0, if low >
     high, or for numbers out of range.
     """
 
@@ -206,6 +207,15 @@ def renamed_hold(hold: AnyHold, names: Mapping[str, str]) -> AnyHold:
 def hold_ends(holds: Iterable[AnyHold], index: Mapping[str, int], world: int) -> list[tuple[int, int]]:
     """Return for each hold the number of the body held and that of the body that holds it, or ``world``."""
     return [(index[hold.body], index.get(holder(hold) or "", world)) for hold in holds]
+
+
+def jointed(holds: Iterable[AnyHold]) -> list[tuple[str, str]]:
+    """Return the pairs of bodies that bearings join: holds of one by the other that bear any force along some axis.
+
+    Shapes overlap at joints, and a contact there would carry what the motor of the joint has to.
+    """
+    joints = [hold for hold in holds if isinstance(hold, Hold) and np.isinf(np.array(hold.forces)).any()]
+    return [(min(hold.body, hold.on), max(hold.body, hold.on)) for hold in joints if hold.on is not None]
 
 
 def held_names(holds: Iterable[AnyHold]) -> set[str]:

@@ -31,7 +31,7 @@ from holdfast.scene.excluded import (
 )
 from holdfast.scene.friction import Friction, joined_friction
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.hold import AnyHold, checked_holds, holds_among, moved_hold
+from holdfast.scene.hold import AnyHold, checked_holds, holds_among, jointed, moved_hold
 from holdfast.scene.level import directions_around, tilted_gravity
 
 DIRECTIONS = 100  # number of directions on the default circle (Nadeau & Kelly, Fig. 15)
@@ -163,7 +163,7 @@ class Scene(Value):
 
     @cached_property
     def _apart(self) -> dict[tuple[str, str], list[Excluded]]:
-        return by_bodies(self.excluded)
+        return by_bodies((*self.excluded, *jointed(self.holds)))
 
     @cached_property
     def _views(self) -> dict[tuple[str, tuple[int, ...]], Body]:
