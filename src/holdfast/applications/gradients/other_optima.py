@@ -117,7 +117,7 @@ class OtherOptima:
 
     def other_twists(self) -> Float:
         """Return motions (m, J, 6) that can be added to the one at the limit, as fast as it."""
-        assembly, nodes = self.found.assembly, self.found.nodes
+        assembly = self.found.assembly
         tied = self.sticks & (self.mu > 0)
         slides = ~tied & ~self.open & self.pressed
         columns = [self.operator[:, tied].reshape(len(self.load), -1)]
@@ -125,9 +125,9 @@ class OtherOptima:
         load = assembly.levers * self.load
         found = _null(np.hstack([*columns, load[:, None] / np.abs(load).max()]).T).T * assembly.levers
         found = found.reshape(-1, *self.found.twists.shape)
-        fastest = np.abs(relative_velocity(nodes, assembly.com, self.found.twists)).max(initial=0.0)
-        speed = np.abs(relative_velocity(nodes, assembly.com, found)).max(axis=(1, 2), initial=0.0)
-        return np.asarray(found * (fastest / np.maximum(speed, 1e-300))[:, None, None])
+        sizes = 1 / assembly.levers.reshape(-1, 6)  # of turns, as what rolls has no speed at its contacts
+        speed = np.abs(found * sizes).max(axis=(1, 2), initial=0.0)
+        return np.asarray(found * (np.abs(self.found.twists * sizes).max() / speed)[:, None, None])
 
 
 def _null(matrix: Float) -> Float:
