@@ -206,13 +206,22 @@ def test_a_joint_that_mimics_another_one_has_no_motor_of_its_own(tmp_path: Path)
         hf.load_scene(tmp_path / "mimic.urdf", fixed=["arm/base"], friction=0.5, hold_torques=True)
 
 
-def test_springs_of_tendons_are_noted(tmp_path: Path) -> None:
-    tendon = """<tendon><fixed stiffness="9"><joint joint="elbow" coef="1"/></fixed></tendon></mujoco>"""
-    scene = by_mjcf(tmp_path)
-    assert not any("springs" in note for note in scene.notes)
-    path = tmp_path / "arm.xml"
-    path.write_text(path.read_text().replace("</mujoco>", tendon))
-    assert "ignored, though it acts: springs of tendons of 'fore'" in hf.load_scene(path, hold_torques=True).notes
+def test_motors_bear_springs_and_applied_torques_too() -> None:
+    """They were ignored, and an arm that its spring throws over was stable."""
+    mujoco: Any = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 1"><geom type="box" size=".1 .1 .1"/>
+        <joint name="j" axis="0 1 0" stiffness="100" springref="57.29577951308232"/></body></worldbody>
+        <tendon><fixed stiffness="10" springlength="3"><joint joint="j" coef="1"/></fixed></tendon>
+        <actuator><motor joint="j" ctrlrange="-50 60"/></actuator></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    data.qfrc_applied[0] = 7
+    mujoco.mj_forward(model, data)
+    scene = hf.from_mujoco(model, data, hold_torques=True)
+    assert scene.holds[0].moments[2] == pytest.approx((-50 + 137, 60 + 137))
+    assert not any("acts" in note for note in scene.notes)
+    assert hf.stability(scene, engine=LIMIT).status is hf.Status.UNSTABLE
 
 
 @pytest.mark.parametrize("read", [by_urdf, by_mjcf])

@@ -187,8 +187,10 @@ def _unread(model: Any, data: Any, owners: Groups, motors: bool) -> list[str]:  
     """
     moves, names = owners.owner != STILL, owners.names
 
-    def moving(bodies: Any) -> list[int]:  # noqa: ANN401 - numbers of bodies
-        return [int(b) for b in bodies if moves[b]]
+    jointed = {int(model.jnt_bodyid[j]) for j in owners.joints}  # what acts along their joints is read with the motors
+
+    def moving(bodies: Any, *, along: bool = False) -> list[int]:  # noqa: ANN401 - numbers of bodies
+        return [int(b) for b in bodies if moves[b] and not (along and b in jointed)]
 
     def set_of_geoms(field: str) -> list[int]:  # some versions of MuJoCo lack it
         return [int(model.geom_bodyid[g]) for g in np.unique(np.nonzero(getattr(model, field, ()))[0])]
@@ -207,9 +209,12 @@ def _unread(model: Any, data: Any, owners: Groups, motors: bool) -> list[str]:  
         ),
         ("plugins", moving(np.flatnonzero(np.asarray(model.body_plugin) >= 0))),
         ("applied forces (xfrc_applied)", moving(np.unique(np.nonzero(data.xfrc_applied)[0]))),
-        ("applied forces (qfrc_applied)", moving(np.asarray(model.dof_bodyid)[np.flatnonzero(data.qfrc_applied)])),
-        ("springs of tendons", moving(_drawn(model))),
-        ("springs of joints", moving(np.asarray(model.jnt_bodyid)[np.unique(np.concatenate(springs))])),
+        (
+            "applied forces (qfrc_applied)",
+            moving(np.asarray(model.dof_bodyid)[np.flatnonzero(data.qfrc_applied)], along=True),
+        ),
+        ("springs of tendons", moving(_drawn(model), along=True)),
+        ("springs of joints", moving(np.asarray(model.jnt_bodyid)[np.unique(np.concatenate(springs))], along=True)),
     ]
     each = [(what, listed([quoted(names[b]) for b in dict.fromkeys(bodies)])) for what, bodies in found if bodies]
     notes = [f"ignored, though it acts: {what} of {who}" for what, who in each]

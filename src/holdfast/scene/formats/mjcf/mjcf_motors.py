@@ -38,7 +38,10 @@ def holds_of(
             problem = f"body {quoted(names[b])} has the joints {several}"
             remedy = "hold_torques takes one hinge or slide a body: put a body with a mass between them"
             raise SceneError(message("joints", problem, remedy))
-        own = motors.of(known[j], _range(model, data, j, held=held))
+        low, high = motors.of(known[j], _range(model, data, j, held=held))
+        dof = int(model.jnt_dofadr[j])
+        pushed = float(data.qfrc_spring[dof] + data.qfrc_applied[dof])  # which the motor has to bear
+        own = low + pushed, high + pushed
         slides = bool(model.jnt_type[j] == SLIDE)
         on = names.get(int(owner[model.body_parentid[b]]))
         found.append(joint_hold(names[b], on, data.xanchor[j], np.array(data.xaxis[j]), own, slides=slides))
