@@ -157,7 +157,7 @@ def test_orders_crush_nothing() -> None:
     assert "would be crushed" in without.reason
     assert "crushed" not in hf.can_remove(bridge(4.0, top_load=75.0), "post1", lift=(0, 1, 0)).reason
     assert hf.build_order(scene, pushes=0).reached
-    with pytest.raises(hf.HoldfastError, match=r"bears 45\.78 N on top of 40 N"):
+    with pytest.raises(hf.HoldfastError, match=r"bears 45\.78 N of 40 N on top"):
         hf.disassembly_order(bridge(4.0, top_load=40.0))
 
 

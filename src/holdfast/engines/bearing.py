@@ -55,7 +55,8 @@ class Bearing(Value):
     def text(self) -> str:
         """The load, the limit and the share in words."""
         unit, where = UNITS[self.kind], "on top" if self.kind == "top_load" else "of pressure"
-        return f"{self.body} bears {number(self.load, unit)} {where} of {number(self.limit, unit)} ({self.share:.0%})"
+        text = f"{self.body} bears {number(self.load, unit)} of {number(self.limit, unit)} {where} ({self.share:.0%})"
+        return f"{text}, {number(self.load - self.limit, unit)} too much" if self.crushed else text
 
 
 def limited(bodies: Iterable[Body]) -> tuple[str, ...]:

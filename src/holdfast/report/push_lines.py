@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from rich.console import Group, RenderableType
 
 from holdfast.base.public import number
@@ -52,6 +54,6 @@ def bounds_text(result: Robustness) -> list[str]:
     lines = []
     if result.lower_bound is not Bound.NONE:
         lines.append(holds_up_to(result.answers, 0, "N"))
-    if result.upper_bound is not Bound.NONE:
+    if result.upper_bound is not Bound.NONE and math.isfinite(result.upper[0]):
         lines.append(f"{result.upper_bound} to move above {number(float(result.upper[0]), 'N')}")
     return lines or ["no bound is known on either side"]
