@@ -161,7 +161,7 @@ def refuse_strengths(table: Friction, where: str, remedy: str) -> None:
     """Raise SceneError, with ``where`` and ``remedy`` in its message, if some pair has a strength."""
     if table.joins:
         first = next(pair for name in STRENGTHS for pair, value in getattr(table, name).items() if value > 0)
-        problem = f"{quoted(first)} has a tension or a cohesion, of which it knows nothing"
+        problem = f"does not take glue, and {quoted(first)} has a tension or a cohesion"
         raise SceneError(message(where, problem, remedy))
 
 
