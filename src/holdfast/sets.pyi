@@ -1,3 +1,4 @@
+from holdfast.applications.carrying.fastest import fastest_carry as fastest_carry
 from holdfast.applications.firmer.freedom import Moves as Moves
 from holdfast.applications.gradients.differentiate import gradients as gradients
 from holdfast.applications.inertia import inertial_loads as inertial_loads

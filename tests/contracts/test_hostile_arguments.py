@@ -203,6 +203,8 @@ ASKING: dict[str, Callable[[hf.answers.Assembly, Any], object]] = {
     "transport: names": lambda _, v: limits().save_png("never.jpg", names=v),
     "transport: tilt_degrees": lambda a, v: hf.transport_limits(a, (1, 0, 0), tilt_degrees=v, engine="limit"),
     "carry": lambda a, v: hf.carry(a, v, engine="limit"),
+    "fastest_carry": lambda a, v: hf.sets.fastest_carry(a, v, engine="limit"),
+    "fastest_carry: speed": lambda a, v: hf.sets.fastest_carry(a, [ON, DOWN], speed=v, engine="limit"),
     "carry: standing": lambda a, v: hf.carry(a, [[0, 1, 0, 0]], standing=v, engine="limit"),
     "Monitor: bodies": lambda a, v: hf.Monitor(a, bodies=v, solves=1),
     "Monitor: pivot": lambda a, v: hf.Monitor(a, pivot=v, solves=1),

@@ -36,6 +36,7 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
     "constraint": lambda a: hf.sets.constraint(a, "cube", solves=50).known,
     "sustainable_accelerations": lambda a: hf.sets.sustainable_accelerations(a, accuracy=0.2).vertices,
     "transport_limits": lambda a: hf.transport_limits(a, ALONG, engine="graph").acceleration,
+    "fastest_carry": lambda a: hf.sets.fastest_carry(a, [(0, 0), (1, 0)], engine="limit").profile.time,
     "friction_from": lambda a: (
         hf.friction_from(a, [("cube", POINT, ALONG, 1.0)], scatter=0.1, engine="graph").predicted
     ),
@@ -54,7 +55,7 @@ QUESTIONS: dict[str, Callable[[Any], Any]] = {
 OPERANDS = {
     "assembly", "body", "bodies", "point", "points", "direction", "directions", "loads", "tilt", "count",
     "accelerations", "limits", "poses", "scene", "obj", "where", "approach", "search", "uncertain", "tilt_degrees",
-    "measured", "answer",
+    "measured", "answer", "waypoints",
 }  # fmt: skip
 
 

@@ -105,8 +105,14 @@ def speed_within(usage: Float, margin: float, where: str) -> float:
     the share that must remain unused. The factor is inf if nothing is used. Raises HoldfastError, with ``where`` in its
     message, if ``margin`` is out of range.
     """
+    spare = checked_margin(margin, where)
+    worst = float(np.max(usage, initial=0.0))
+    return float(np.sqrt((1 - spare) / worst)) if worst > 0 else np.inf
+
+
+def checked_margin(margin: float, where: str) -> float:
+    """Return the share of a limit that remains unused. Raises HoldfastError, naming ``where``, outside [0, 1)."""
     spare = checked_number(margin, f"{where}: margin", minimum=0)
     if spare >= 1:
         raise HoldfastError(message(f"{where}: margin", f"is {spare:g}", "needs 0 <= margin < 1"))
-    worst = float(np.max(usage, initial=0.0))
-    return float(np.sqrt((1 - spare) / worst)) if worst > 0 else np.inf
+    return spare

@@ -181,6 +181,17 @@ class Profile(Value):
             turn.append(turn[-1] * step)  # the step is about the axes of the carrier
         return Rotation.concatenate(turn)
 
+    def course(self) -> tuple[Float, Float]:
+        """Return the velocity (n, 3) [m/s] and the place (n, 3) [m] of the carrier at each time.
+
+        At the first time it is at rest in the origin. Both are along the axes of the scene there.
+        """
+        a = self.turns().apply(self.acceleration.copy())  # scipy refuses read-only arrays
+        h = np.diff(self.time)[:, None]
+        velocity = np.vstack([np.zeros(3), np.cumsum(h * (a[1:] + a[:-1]) / 2, axis=0)])
+        steps = h * velocity[:-1] + h**2 * (2 * a[:-1] + a[1:]) / 6  # exact where the acceleration is linear
+        return velocity, np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
+
     def gravity(self, first: Float) -> Float:
         """Return gravity (n, 3) [m/s²] in the axes of the scene; ``first`` (3,) is gravity at the first time."""
         if not np.cross(self.angular_velocity, first).any():
