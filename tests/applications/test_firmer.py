@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -110,6 +111,40 @@ def test_what_stands_on_a_body_moves_along() -> None:
     last = np.linalg.inv(found.poses["cube"]) @ found.poses["cup"]
     np.testing.assert_allclose(first, last, atol=1e-12)
     assert found[-1].least["cube"] > found[0].least["cube"]
+
+
+def test_what_leans_on_a_body_is_not_left_to_fall() -> None:
+    """A book stands on a step and leans on the cube, which would slide away from it."""
+    lean = np.radians(15)
+    up, out = np.array([-np.sin(lean), 0, np.cos(lean)]), np.array([np.cos(lean), 0, np.sin(lean)])
+    pose = np.eye(4)
+    pose[:3, :3] = np.column_stack([out, [0, 1, 0], up])
+    pose[:3, 3] = (0.08, 0, 0.2) - (0.045 * up - 0.005 * out) * (1, 0, 0) + (0.045 * up + 0.005 * out) * (0, 0, 1)
+    book = hf.Body("book", hf.Box((0.01, 0.08, 0.09)), mass=0.1, pose=pose)
+    step = hf.Body("step", hf.Box((0.2, 0.2, 0.2)), pose=at(0.19, 0, 0.1), fixed=True)
+    scene = on_a_column(0.03, 0, step, book)
+    assert hf.stability(scene, engine="limit").stable
+    for pushes in (None, [hf.Load("cube", (0.08, 0, 0.3), force=(-1, 0, 0))]):
+        found = hf.firmer(scene, "cube", pushes=pushes, engine="limit")
+        assert hf.stability(found.assembly, engine="limit").stable
+    assert "book" in hf.firmer(scene, "cube", engine="limit", seconds=1e-9)[0].least
+
+
+def test_all_bodies_under_what_moves_along_are_watched() -> None:
+    legs = [box(name, (0.1, 0.1, 0.1), 1, (x, 0, 0.05)) for name, x in (("left", -0.12), ("right", 0.12))]
+    found = hf.firmer(
+        shelf(*legs, box("bridge", (0.34, 0.1, 0.02), 0.5, (0, 0, 0.11))), "left", engine="limit", seconds=1e-9
+    )
+    assert set(found[0].least) == {"left", "right", "bridge"}
+
+
+def test_what_a_body_may_bear_counts() -> None:
+    scene = on_a_column(0.0)
+    column = replace(scene.body("column"), top_load=12.0)
+    scene = replace(scene, bodies=(column, scene.body("cube")))
+    push = hf.Load("cube", (0.0, 0, 0.3), force=(0, 0, -1))
+    found = hf.firmer(scene, "cube", pushes=[push], engine="limit")
+    np.testing.assert_allclose(found.answers.force, 12 - G, rtol=1e-4)
 
 
 def test_a_motion_becomes_less_critical() -> None:

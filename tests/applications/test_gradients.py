@@ -210,3 +210,10 @@ def test_what_it_does_not_take() -> None:
         gradients(assembly, answer)
     with pytest.raises(hf.HoldfastError, match="another assembly"):
         gradients(hf.assemble(shipped_scene("table")), answer)
+    tipped = hf.transport_limits(assembly, [[1.0, 0, 0]], tilt_degrees=(0, 5, 0), engine="limit")
+    assert gradients(assembly, tipped).known.all()
+    answer = hf.robustness(assembly, "cube", [-0.05, 0, 0.02], X, engine="limit")
+    pose = displaced(assembly.scene.body("cube").pose, 0.01 * np.eye(6)[0], np.zeros(3))
+    for other in (assembly.moved({"cube": pose}), assembly.with_friction({("floor", "cube"): 0.3})):
+        with pytest.raises(hf.HoldfastError, match="another assembly"):
+            gradients(other, answer)

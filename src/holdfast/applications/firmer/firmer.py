@@ -43,13 +43,13 @@ def firmer(
     """Move one body, or several, to where the least push that moves something is larger; see Firmer.
 
     ``bodies`` slide on what they stand on and turn about its normal, within ``moves`` (see ``holdfast.sets.Moves``):
-    they stay on the same supports, touch nothing new, keep their distance from others, and come no nearer to an edge.
-    What rests on them moves along.
+    they stay on the same supports, touch nothing new, leave no movable body that they touch, which may lean on them,
+    keep their distance from others, and come no nearer to an edge. What rests on them moves along.
 
-    The pushes are about 150 inward ones all over the moved bodies and the movable ones on which they rest, or
-    ``pushes``, each asked on its own. They travel with their bodies. Of a ``motion`` of the carrier (see ``carry``) it
-    is the least factor of its inertial loads that is to grow. What counts is ``lower`` of the ``engine``, 0 where it is
-    undecided. First the weakest body that can be made firmer is; no body ends weaker than it began.
+    The pushes are about 150 inward ones all over the moved bodies and the movable ones that they touch or on which they
+    rest, or ``pushes``, each asked on its own. They travel with their bodies. Of a ``motion`` of the carrier (see
+    ``carry``) it is the least factor of its inertial loads that is to grow. What counts is ``lower`` of the ``engine``,
+    0 where it is undecided. First the weakest body that can be made firmer is; no body ends weaker than it began.
 
     The search ends where no step in ten directions is better, however short, or after about ``seconds``.
 

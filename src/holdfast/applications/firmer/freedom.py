@@ -90,9 +90,9 @@ class Freedom:
 
     @cached_property
     def watched(self) -> tuple[str, ...]:
-        """The movable bodies that are moved, and those on which they rest."""
-        beneath = {other for name in self.bodies for other in rests_on(self.assembly, name, touching=False)}
-        return tuple(body.name for body in self.assembly.movable if body.name in {*self.movers, *beneath})
+        """The movable bodies that are moved, and those that they touch or on which they rest."""
+        near = {other for name in self.movers for other in rests_on(self.assembly, name)}
+        return tuple(body.name for body in self.assembly.movable if body.name in {*self.movers, *near})
 
     @cached_property
     def normals(self) -> Mapping[str, Float]:
@@ -147,13 +147,18 @@ class Freedom:
             return False
         for one in self.loads[name]:
             first, now = self.at_first[one], self._standing(assembly, one)
-            if now.carriers != first.carriers or not now.touched <= first.touched:
+            kept = first.touched - self._fixed  # what is let go may lean there
+            if now.carriers != first.carriers or not kept <= now.touched <= first.touched:
                 return False
             if now.clearance < first.clearance - EVEN:
                 return False
             if now.edge < first.edge - EVEN and not self.moves.nearer_edges:
                 return False
         return True
+
+    @cached_property
+    def _fixed(self) -> frozenset[str]:
+        return frozenset(body.name for body in self.assembly.bodies if body.fixed)
 
     @cached_property
     def _apart(self) -> Mapping[str, list[str]]:

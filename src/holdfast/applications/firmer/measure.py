@@ -17,8 +17,8 @@ from holdfast.base.text import quoted
 from holdfast.base.values import Table
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
-from holdfast.engines.groups import prepared
 from holdfast.queries.exposed import exposed_cells
+from holdfast.queries.push import asked
 from holdfast.queries.request import Load, checked_loads, push_columns
 
 MOST_PUSHES = 150  # approximate number of pushes of a default map, on all bodies together
@@ -114,14 +114,17 @@ class Pushes:
     def _answers(self, assembly: Assembly, rows: Int) -> Answers:
         self.asked += len(rows)
         W = np.zeros((6 * len(assembly.movable), len(rows)))
+        down = np.zeros((len(assembly.bodies), len(rows)))
         for name in self.names:
             mine = np.flatnonzero(self.body[rows] == name)
             pose = assembly.scene.body(name).pose
             points = self.points[rows[mine]] @ pose[:3, :3].T + pose[:3, 3]
-            W[:, mine] = push_columns(
-                assembly, assembly.index[name], points, self.directions[rows[mine]] @ pose[:3, :3].T
-            )
-        return prepared(self.engine, assembly).load_factor(W)
+            ways = self.directions[rows[mine]] @ pose[:3, :3].T
+            W[:, mine] = push_columns(assembly, assembly.index[name], points, ways)
+            own = [body.name == name for body in assembly.bodies]
+            down[np.ix_(own, mine)] = np.maximum(-ways @ assembly.scene.up, 0.0)
+        pressed = np.zeros(len(down)), down
+        return asked(self.engine, assembly, W, np.zeros(len(W)), bounds=False, pressed=pressed)
 
 
 @dataclass(eq=False)

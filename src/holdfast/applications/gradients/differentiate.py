@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,12 +11,13 @@ import numpy as np
 from holdfast.applications.gradients.multipliers import Multipliers
 from holdfast.applications.gradients.parameters import Derived, Parameters
 from holdfast.applications.gradients.result import Derivatives, Kink, Slopes
+from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import reported
-from holdfast.base.values import Table
+from holdfast.base.values import Table, altered
 from holdfast.certificates.question import Question
 from holdfast.engines.capabilities import GRADIENTS, Gradient
 from holdfast.engines.contract import Engine
@@ -55,13 +56,16 @@ def gradients(
     appears or ends.
 
     Raises SceneError for scenes with holds, tension or cohesion, and HoldfastError for an answer that is about no load,
-    of an engine with options, or that was saved or copied.
+    of an engine with options, about another ``assembly`` (moved, say), that ends where a body is crushed, or that was
+    saved or copied.
     """
     assembly = checked_assembly(assembly)
     refuse_holds(assembly.scene.holds, WHERE, "ask without holds")
     refuse_joined(assembly, WHERE, "leave out tension and cohesion")
     question, loads = _question(answer)
-    if question.assembly.scene.names != assembly.scene.names:
+    scene = altered(assembly.scene, gravity=question.assembly.scene.gravity)  # limits of a tilted carrier turn it
+    tilted = replace(assembly, scene=scene) if isinstance(answer, TransportLimits) else assembly
+    if question.assembly != tilted:
         raise HoldfastError(message(WHERE, "the answer is about another assembly", "give the one that was asked"))
     names = (
         [body.name for body in assembly.bodies] if bodies is None else list(body_numbers(assembly, list(bodies), WHERE))
@@ -196,7 +200,8 @@ class _Rows:
             again = self._answers(question.assembly, self.parameters.loads[:, rows], question.standing)
             if not np.allclose(again, self.force[rows], rtol=TOUCHING):
                 problem = f"engine {self.method.name!r} as it is by default answers otherwise"
-                raise HoldfastError(message(WHERE, problem, "ask by the name of an engine, without options"))
+                remedy = "ask by the name of an engine, without options, of bodies without top_load and pressure"
+                raise HoldfastError(message(WHERE, problem, remedy))
 
     def _sides(self, place: int, rows: Bool) -> tuple[Float, Float]:
         """Return the one-sided slopes (k,) of some rows before and after, as differences of answers."""
