@@ -23,19 +23,21 @@ STAGE = "poses"
 
 @dataclass(frozen=True)
 class Decided:
-    """The verdict on a group of bodies in short; ``moving`` are the bodies that move if it is UNSTABLE."""
+    """The verdict on a group in short; ``moving`` are those that move if it is UNSTABLE, ``balanced`` are as there."""
 
     names: tuple[str, ...]
     status: Status
     reason: str
     moving: tuple[str, ...] = ()
+    balanced: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, group: GroupVerdict) -> Decided:
         """Return a verdict in short."""
         verdict, mechanism = group.verdict, group.verdict.mechanism
         falls = verdict.status is Status.UNSTABLE and mechanism is not None
-        return cls(group.bodies, verdict.status, verdict.reason, mechanism.moving if falls and mechanism else ())
+        moving = mechanism.moving if falls and mechanism else ()
+        return cls(group.bodies, verdict.status, verdict.reason, moving, verdict.balanced)
 
 
 Groups = tuple[Decided, ...]
@@ -123,7 +125,9 @@ def _joined(groups: Groups) -> Decided:
     """Return one verdict for all groups: the worst, with the reasons and the moving bodies of those that have it."""
     if groups:
         short = [
-            GroupVerdict(bodies=group.names, verdict=Verdict(status=group.status, reason=group.reason))
+            GroupVerdict(
+                bodies=group.names, verdict=Verdict(status=group.status, reason=group.reason, balanced=group.balanced)
+            )
             for group in groups
         ]
         verdict = joint(short)
