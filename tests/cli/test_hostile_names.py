@@ -47,6 +47,7 @@ NAMES = {
     "quotes": "'\"`",
     "private": "\ue000\ufeff\u200b",
 }
+DRAWN = ("lines", "zero", "formula", "long", "wide", "private")  # what a picture could stumble over
 
 
 def scene(name: str) -> hf.Scene:
@@ -90,10 +91,11 @@ def test_d2_d7_the_terminal_shows_names_as_they_are(name: str, file: str, call: 
 
 
 def test_d6_d21_pictures_and_pages(name: str, file: str, call: Call) -> None:
-    code, out, err = call("map", file, "--engine", "graph", "--spacing", "0.05", "--png", "m.png", "--html", "m.html")
+    drawn = ["--png", "m.png"] * (name in (NAMES[each] for each in DRAWN))
+    code, out, err = call("map", file, "--engine", "graph", "--spacing", "0.05", *drawn, "--html", "m.html")
     assert code == 0, err
     assert_harmless(out)
-    assert Path("m.png").read_bytes().startswith(b"\x89PNG")
+    assert not drawn or Path("m.png").read_bytes().startswith(b"\x89PNG")
     text = Path("m.html").read_text(encoding="utf-8")
     hovers = said(data_of(text))
     assert hovers
