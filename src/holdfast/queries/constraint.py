@@ -208,7 +208,7 @@ def constraint(
     )
     method = engine_of(engine)
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together([index], where)
-    scaled, near_by, above, by, notes = columns[rows] * limits, asked / limits, 0.0, 0.0, notes_of(state)
+    scaled, near_by, above, by, notes = columns[rows] * limits, asked / limits, 0.0, 0.0, notes_of(state, assembly)
     if method.claim is Claim.HOLDS:
         hull = checked_hull(lambda x: state.load_factor(scaled @ x.T).lower, near_by, wanted, solves, where)
         found, above, by = hull.hull, hull.above, hull.by

@@ -18,6 +18,7 @@ from holdfast.base.text import quoted
 from holdfast.contacts.tolerances import plain_gap
 from holdfast.engines.amendments.absent_contacts import Absences
 from holdfast.engines.answers import Answers, joined
+from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
@@ -161,7 +162,8 @@ class Sampler:
             overlapping += bool(sample.assembly.overlaps)
         report("samples", self.samples, self.samples)
         verdicts = [answers.verdict.status for answers in found]
-        notes = (*nominal.notes, *_sample_notes(found, 0 if self.deviation is None else overlapping))
+        known = (*nominal.notes, *unchecked_limits(self.assembly.bodies))  # samples do not ask who is crushed
+        notes = (*known, *_sample_notes(found, 0 if self.deviation is None else overlapping))
         table = joined([nominal.answers.rows(slice(0)), *found])
         return {
             "answers": replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),

@@ -31,6 +31,7 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import ACCELERATION, FORCE, MANY, SCALE
 from holdfast.base.rounding import COORDINATES
 from holdfast.engines.answers import Claim
+from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.capabilities import SETS, LoadSet
 from holdfast.engines.contract import State
 from holdfast.engines.groups import prepared
@@ -189,10 +190,11 @@ def wrench_columns(assembly: Assembly, body: str, where: str) -> Float:
     return columns
 
 
-def notes_of(state: State) -> tuple[str, ...]:
-    """Return the notes of a state, with the reason of its verdict unless it is STABLE."""
+def notes_of(state: State, assembly: Assembly) -> tuple[str, ...]:
+    """Return the notes of a state, the reason of its verdict unless it is STABLE, and that crushing is not asked."""
     verdict = state.verdict()
-    return state.notes if verdict.status is Status.STABLE else (*state.notes, verdict.reason)
+    why = () if verdict.status is Status.STABLE else (verdict.reason,)
+    return (*state.notes, *why, *unchecked_limits(assembly.bodies))
 
 
 def sustainable_accelerations(
@@ -257,7 +259,7 @@ def _convex_set(
     loaded = np.flatnonzero(columns.reshape(-1, 6, columns.shape[1]).any((1, 2))).tolist()
     state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together(loaded, where)
     found = SETS.of(state, engine=method.name, where=where).load_set(columns[rows] * box, wanted, most, where)
-    notes = notes_of(state)
+    notes = notes_of(state, assembly)
     if found.accuracy > wanted:
         notes += (_why_wide(found, box, units),)
     return ConvexSet(

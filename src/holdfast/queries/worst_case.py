@@ -16,6 +16,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import check_kinds, fits, shaped
 from holdfast.base.public import Summary
 from holdfast.base.values import Table
+from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.capabilities import WORST_CASES
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
@@ -149,8 +150,9 @@ def worst_case(
         prepare=lambda load: prepared(engine, rough, load),
         where=where,
     )
+    notes = (*nominal.notes, *unchecked_limits(assembly.bodies))  # the corners do not ask who is crushed
     return WorstCase(
-        answers=replace(found.answers, verdict=nominal.verdict, notes=nominal.notes),
+        answers=replace(found.answers, verdict=nominal.verdict, notes=notes),
         body=body,
         nominal=nominal.force,
         nominal_status=nominal.status,
