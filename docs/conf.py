@@ -42,6 +42,7 @@ sphinx_gallery_conf = {
     "filename_pattern": r"/\d\d_|/notebooks/",
     "within_subsection_order": "FileNameSortKey",
     "reset_argv": "gallery_pictures.arguments",
+    "remove_config_comments": True,
     "image_scrapers": ("gallery_pictures.pictures",),
     "capture_repr": ("_repr_html_",),
     "abort_on_example_error": True,

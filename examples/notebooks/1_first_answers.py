@@ -9,6 +9,8 @@ A shelf with a book and a vase: does it stand, how hard may one push, where is i
 # Describe what there is. Lengths are in metres, masses in kilograms; contacts are found.
 import holdfast as hf
 
+# sphinx_gallery_thumbnail_path = 'images/shelf.png'
+
 scene = hf.Scene(
     [
         hf.Body("shelf", hf.Box((0.6, 0.3, 0.02)), position=(0, 0, -0.01), fixed=True),

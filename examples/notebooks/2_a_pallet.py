@@ -9,6 +9,8 @@ Cartons on a pallet: is one crushed, how fast may the lorry brake, and what does
 # Two cartons side by side and a long one across them, which slides more easily. A carton bears 250 N on top.
 import holdfast as hf
 
+# sphinx_gallery_thumbnail_path = 'images/pack.png'
+
 
 def carton(name: str, size: tuple[float, float, float], mass: float, x: float, z: float) -> hf.Body:
     return hf.Body(name, hf.Box(size), mass=mass, position=(x, 0, z), material="carton", top_load=250.0)

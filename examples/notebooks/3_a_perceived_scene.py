@@ -11,6 +11,8 @@ import numpy as np
 
 import holdfast as hf
 
+# sphinx_gallery_thumbnail_path = 'images/settled.png'
+
 given = hf.shipped_scene("stack")
 seen = given.moved({"cube2": hf.pose(0.004, 0, 0.153), "cube3": hf.pose(-0.003, 0.002, 0.256, pitch=2)})
 print(hf.stability(seen).reason)
