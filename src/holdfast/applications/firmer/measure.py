@@ -121,8 +121,8 @@ class Pushes:
             points = self.points[rows[mine]] @ pose[:3, :3].T + pose[:3, 3]
             ways = self.directions[rows[mine]] @ pose[:3, :3].T
             W[:, mine] = push_columns(assembly, assembly.index[name], points, ways)
-            own = [body.name == name for body in assembly.bodies]
-            down[np.ix_(own, mine)] = np.maximum(-ways @ assembly.scene.up, 0.0)
+            own = [body.name for body in assembly.bodies].index(name)
+            down[own, mine] = np.maximum(-ways @ assembly.scene.up, 0.0)
         pressed = np.zeros(len(down)), down
         return asked(self.engine, assembly, W, np.zeros(len(W)), bounds=False, pressed=pressed)
 

@@ -104,11 +104,11 @@ class Firmer(Result, Sequence[FirmerStep]):
     def summary(self) -> Summary:
         """Summarise from what to what each body became firmer, and what was moved."""
         unit = "times" if self.times else "N"
-        moved = [
-            f"{name} by {number(1e3 * far, 'mm')}" + (f" and {number(turn)}°" if turn > STILL else "")
+        ways = {
+            name: [*([number(1e3 * far, "mm")] if far > STILL else []), *([f"{number(turn)}°"] if turn > STILL else [])]
             for name, (far, turn) in self.shifts.items()
-            if far > STILL or turn > STILL
-        ]
+        }
+        moved = [f"{name} by {' and '.join(way)}" for name, way in ways.items() if way]
         first, last = self.steps[0].least, self.steps[-1].least
         rows = [[name, number(first[name], unit), number(last[name], unit)] for name in first]
         headline = f"least {number(self.before, unit)} became {number(self.after, unit)}; moved {listed(moved)}"
