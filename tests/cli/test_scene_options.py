@@ -188,7 +188,7 @@ def test_a_stream_takes_options(called: Call, monkeypatch: pytest.MonkeyPatch, t
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--key", "up"), "option 'key': is unknown to the format 'holdfast scene'; its files .* 'key': MJCF"),
+        (("--key", "up"), "option 'key': is unknown to the format 'holdfast scene'; it has none; .* 'key': MJCF"),
         (("--density", "5"), "option 'density': is unknown .* 'density': URDF, SDF, glTF, COMPAS assembly, USD"),
         (("--friction", "0.4"), "option 'friction': is unknown to the format"),
         (("--floor",), "option 'floor': is unknown to the format"),

@@ -193,7 +193,7 @@ def _check_options(chosen: Format, known: Sequence[str], options: Iterable[str],
         if option not in known:
             near = difflib.get_close_matches(option, known, n=1)
             hint = f"did you mean {near[0]!r}? " if near else ""
-            having = f"its options: {', '.join(known)}" if known else "its files say such things themselves"
+            having = f"its options: {', '.join(known)}" if known else "it has none"
             with_it = ", ".join(each.name for each in others if option in each.options)
             formats = f"; formats with {option!r}: {with_it}" if with_it else ""
             problem = f"is unknown to the format {chosen.name!r}"
