@@ -23,6 +23,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.hold import held_names
 
 UNITS = {"top_load": "N", "pressure": "Pa"}
+CRUSHED = 1 + NO_FORCE  # share of a limit beyond which a body is crushed: NO_FORCE is for rounding
 UNCHECKED = "who is crushed was not asked here: stability, robustness, load_factor, transport_limits and carry ask it"
 
 
@@ -49,7 +50,7 @@ class Bearing(Value):
     @property
     def crushed(self) -> bool:
         """Whether the load is above the limit, by more than rounding."""
-        return self.share > 1 + NO_FORCE
+        return self.share > CRUSHED
 
     @property
     def text(self) -> str:

@@ -17,8 +17,7 @@ from holdfast.base.arrays import Float, objects
 from holdfast.base.progress import reported
 from holdfast.base.text import listed
 from holdfast.engines.answers import Answers, Bound, weakest_bound
-from holdfast.engines.bearing import UNCHECKED, bearings, concerns, limited
-from holdfast.engines.forces import NO_FORCE
+from holdfast.engines.bearing import CRUSHED, UNCHECKED, bearings, concerns, limited
 from holdfast.engines.groups import Groups
 from holdfast.engines.mechanism import crush_of
 from holdfast.engines.verdict import Status, Verdict
@@ -30,7 +29,6 @@ CLOSE = 1e-6  # relative accuracy of a factor at which a body is crushed
 NEAR = np.array([1 - CLOSE, 0.99, 0.9, 0.5])  # of the largest factor: just below it forces may not be known
 FAR = np.array([1e2, 1e1, 1e0, 1e-1, 1e-2])  # of the weight and all limits, for loads that move nothing
 MUCH = 1e6  # share of a limit that stands for all larger ones
-UP_TO = 1 + NO_FORCE  # share of a limit beyond which a body is crushed: that of Bearing.crushed, for rounding
 NAME = "what bodies may bear"
 WHY = "beyond it a body would bear more than its top_load or pressure"
 
@@ -136,14 +134,14 @@ class _Loads:
         rest, first = self.rest[names]
         if not first or not largest:  # forces at rest are not known, or the least load moves something
             return largest, 0.0, ""
-        if rest > UP_TO:
+        if rest > CRUSHED:
             return 0.0, 0.0, first
         ends = self._far(k) * FAR  # a load that stays just within friction may have a largest factor far beyond
         if np.isfinite(largest):
             ends = np.sort([sure * NEAR[0], *largest * NEAR, *ends[ends < largest * NEAR[-1]]])[::-1]
         tried = ((end, *self.share(k, end, names)) for end in ends.tolist() if end)
         end, share, first = next((each for each in tried if each[2]), (0.0, rest, ""))
-        if share > UP_TO:
+        if share > CRUSHED:
             if rest >= 1:
                 return 0.0, 0.0, first
             beyond = lambda factor: self.share(k, factor, names)[0] - 1  # noqa: E731

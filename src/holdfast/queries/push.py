@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
@@ -34,6 +33,7 @@ from holdfast.queries.request import (
     checked_loads,
     engine_of,
     pressed_by,
+    pressed_by_pushes,
     pulls,
     pushes,
     total_wrench,
@@ -143,8 +143,7 @@ def robustness(
     method = engine_of(engine)
     standing = checked_loads(standing)
     held = total_wrench(assembly, standing)
-    down = np.where([[one.name == body] for one in assembly.bodies], np.maximum(-e @ assembly.scene.up, 0.0), 0.0)
-    pressed = pressed_by(assembly, standing), down
+    pressed = pressed_by(assembly, standing), pressed_by_pushes(assembly, [body], e)
     found = asked(method, assembly, W, held, bounds=bounds, imperfect=imperfect, pressed=pressed)
     found = replace(found, notes=(*found.notes, *pulls(assembly, body, p, e)))
     return asking(Robustness(answers=found, body=body, points=p, directions=e), Question(assembly, held, None, W))
@@ -194,9 +193,8 @@ def asked(
 
     ``standing`` (6J,) is the wrench of the standing loads. With ``bounds``, the upper bounds come from limit analysis
     with forces at the corners of the patches; these can replace the forces at any nodes inside the patches.
-    ``imperfect`` is as in ``robustness``. With ``pressed``, no answer goes beyond where a body is crushed
-    (crushing.py). Raises
-    HoldfastError for ``bounds`` with an engine that only estimates.
+    ``imperfect`` is as in ``robustness``. With ``pressed``, no answer goes beyond where a body is crushed (see
+    crushing.py). Raises HoldfastError for ``bounds`` with an engine that only estimates.
     """
     bounded = checked_truth(bounds, "bounds")
     covers = covering(imperfect, method, assembly, standing, acceleration)

@@ -124,8 +124,22 @@ def pressed_by(assembly: Assembly, loads: Iterable[Load]) -> Float:
     total = {body.name: 0.0 for body in assembly.bodies}
     for load in checked_loads(loads):
         assembly.scene.body(load.body)
-        total[load.body] += max(-float(load.force @ assembly.scene.up), 0.0)
+        total[load.body] += float(_downward(assembly, load.force))
     return np.array(list(total.values()))
+
+
+def pressed_by_pushes(assembly: Assembly, bodies: Sequence[str], directions: Float) -> Float:
+    """Return how much pushes of 1 N along ``directions`` (n, 3) press each of the B bodies down (B, n).
+
+    ``bodies`` (n,) are those that are pushed, or (1,) if it is always the same.
+    """
+    pushed = np.array([[body.name == name for name in bodies] for body in assembly.bodies], dtype=bool)
+    return np.where(pushed, _downward(assembly, directions), 0.0)
+
+
+def _downward(assembly: Assembly, forces: Float) -> Float:
+    """Return the downward parts (...,) [N] of forces (..., 3), none of those that pull up."""
+    return np.maximum(-(forces @ assembly.scene.up), 0.0)
 
 
 def checked_loads(loads: Iterable[Load]) -> list[Load]:

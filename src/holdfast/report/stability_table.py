@@ -79,9 +79,8 @@ def _carried(assembly: Assembly, result: Stability, k: int, nodes: Int, area: fl
     pressing, tangential = float(along.sum()), float(np.linalg.norm((force - along * normal).sum(0)))
     tension = strengths_of(assembly)[k].tension * (interface.area if area is None else area)
     limit = assembly.mu[k] * (pressing + tension)
-    return f"{pressing:.3g}" if abs(
-        pressing
-    ) > rounding else "0", f"{tangential / limit:.0%}" if limit > rounding else "-"
+    shown = f"{pressing:.3g}" if abs(pressing) > rounding else "0"
+    return shown, f"{tangential / limit:.0%}" if limit > rounding else "-"
 
 
 def _nearest_patch(interface: Interface, points: Float) -> Int:

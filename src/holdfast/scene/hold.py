@@ -52,8 +52,8 @@ class Hold(Value):
     The hold gives whatever is needed within the bounds, at will. ``on`` names the body that holds: it gets the opposite
     force and moment, as the hand of a robot does, or the link of an arm that a joint carries. None is for a hand that
     is fixed in the world. Two bodies whose hold bears any force along some axis (``inf``) are a joint, and do not touch
-    each other. If the body is moved, the hold moves with it. Raises SceneError if all bounds are 0, if low >
-    high, or for numbers out of range.
+    each other. If the body is moved, the hold moves with it. Raises SceneError if all bounds are 0, if low > high, or
+    for numbers out of range.
     """
 
     body: str

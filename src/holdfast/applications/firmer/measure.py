@@ -19,7 +19,7 @@ from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.push import asked
-from holdfast.queries.request import Load, checked_loads, push_columns
+from holdfast.queries.request import Load, checked_loads, pressed_by_pushes, push_columns
 
 MOST_PUSHES = 150  # approximate number of pushes of a default map, on all bodies together
 
@@ -113,17 +113,14 @@ class Pushes:
 
     def _answers(self, assembly: Assembly, rows: Int) -> Answers:
         self.asked += len(rows)
-        W = np.zeros((6 * len(assembly.movable), len(rows)))
-        down = np.zeros((len(assembly.bodies), len(rows)))
+        W, ways = np.zeros((6 * len(assembly.movable), len(rows))), np.zeros((len(rows), 3))
         for name in self.names:
             mine = np.flatnonzero(self.body[rows] == name)
             pose = assembly.scene.body(name).pose
             points = self.points[rows[mine]] @ pose[:3, :3].T + pose[:3, 3]
-            ways = self.directions[rows[mine]] @ pose[:3, :3].T
-            W[:, mine] = push_columns(assembly, assembly.index[name], points, ways)
-            own = [body.name for body in assembly.bodies].index(name)
-            down[own, mine] = np.maximum(-ways @ assembly.scene.up, 0.0)
-        pressed = np.zeros(len(down)), down
+            ways[mine] = self.directions[rows[mine]] @ pose[:3, :3].T
+            W[:, mine] = push_columns(assembly, assembly.index[name], points, ways[mine])
+        pressed = np.zeros(len(assembly.bodies)), pressed_by_pushes(assembly, self.body[rows].tolist(), ways)
         return asked(self.engine, assembly, W, np.zeros(len(W)), bounds=False, pressed=pressed)
 
 
