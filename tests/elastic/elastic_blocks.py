@@ -76,7 +76,7 @@ class Walk:
         self.model = block(mu)
         self.fronts = fronts_of(self.model)
         self.work = make_work(self.model, self.fronts)
-        self.stepper = make_stepper(6)._replace(now=Progress())
+        self.stepper = make_stepper(np.zeros(6))._replace(now=Progress())
         start = System.dense(self.model).come_to_rest().q if start is None else start
         self.event = begin(self.model, self.work, self.stepper, start, load, self.fronts)
 

@@ -9,6 +9,7 @@ import pytest
 from elastic_blocks import Walk, at, block, push
 
 import holdfast as hf
+from holdfast.base.arrays import Float
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import Iteration
 from holdfast.elastic.outcome import Event
@@ -59,7 +60,7 @@ def test_the_first_maximum_is_that_from_which_the_load_dips_before_it_rises_agai
     now = walk.stepper.now
     for s in heights:
         walk.work.rhs[0, 1] = 1.0
-        land(walk.work, walk.stepper, s, 1.0)
+        land(walk.model, walk.work, walk.stepper, s, 1.0)
     assert now.first == pytest.approx(first, rel=1e-3)
     assert now.highest == max(heights)
 
@@ -245,13 +246,13 @@ def test_the_peak_is_sought_where_the_load_was_highest_between_points() -> None:
         walk.work.rhs[:] = 0.0
         walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, slope
         now.step = 1.0
-        land(walk.work, walk.stepper, s, 1.0)
+        land(walk.model, walk.work, walk.stepper, s, 1.0)
     assert now.closed
     assert (now.rising_s, now.falling_s) == (0.9995, 0.9998)
     assert now.highest == 1.0
     assert now.crest == pytest.approx(0.9995 + 0.0125, abs=5e-4)
     walk.work.rhs[6, 1] = 0.02
-    land(walk.work, walk.stepper, 1.001, 1.0)  # below the crest, above all points
+    land(walk.model, walk.work, walk.stepper, 1.001, 1.0)  # below the crest, above all points
     assert not now.closed
     assert now.rising_s == now.highest == 1.001
 
@@ -264,7 +265,7 @@ def test_the_peak_is_sought_within_a_step_behind_which_the_load_rises_again() ->
         walk.work.rhs[:] = 0.0
         walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, slope
         now.step = 1.0
-        land(walk.work, walk.stepper, s, 1.0)
+        land(walk.model, walk.work, walk.stepper, s, 1.0)
     assert now.closed
     assert (now.rising_s, now.falling_s, now.falling_slope) == (1.0, 0.9, 0.1)
 
@@ -396,9 +397,9 @@ def test_where_systems_are_dear_a_new_peak_is_waited_for_less_long(
 ) -> None:
     asked = []
 
-    def noted(n: int, pace: StepControl) -> Stepper:
+    def noted(stuck: Float, pace: StepControl) -> Stepper:
         asked.append(pace)
-        return make_stepper(n, pace)
+        return make_stepper(stuck, pace)
 
     monkeypatch.setattr("holdfast.elastic.system.make_stepper", noted)
     system = make(block(0.2))

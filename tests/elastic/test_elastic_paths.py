@@ -235,7 +235,7 @@ def test_which_idle_faces_part_is_found_at_the_first_point(along: tuple[float, f
     unit = np.array([along]) / np.linalg.norm(along)
     load = grid.loads(push_columns(assembly, top, assembly.com[[top]] + [0, 0, 0.05], unit))[0]
     model, work, fronts = grid.system.model, make_work(grid.system.model, grid.system.fronts), grid.system.fronts
-    stepper = make_stepper(len(load))._replace(now=Progress())
+    stepper = make_stepper(np.zeros(len(load)))._replace(now=Progress())
     assert begin(model, work, stepper, grid.settled.q, load, fronts) is Event.BEGUN
     assert advance(model, work, stepper, fronts) is Event.ADVANCED
 

@@ -20,11 +20,6 @@ from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.twists import add_wrench, sheet_twist
 from holdfast.elastic.vectors import scale
 
-# Normal forces over the load, and over those at rest, from which a load jams bodies: its contacts then press more than
-# the load does, as in a wedge, and most of what they press is due to it. A cube that is pressed has 1 at most, a push
-# into a groove of 45 degrees 1.1; the jams of findings T1 to T3 have 1.3 to 2.7, and 1.9 to 27 times what is at rest.
-AMPLIFIED, PRESSED = 1.2, 1.5
-
 
 @compiled
 @lean
@@ -204,41 +199,53 @@ def node_forces(m: Elastic, q: Float, f: Float) -> None:
 
 @compiled
 @lean
-def slid(m: Elastic, rest: Float, q: Float, thrust: float, v: Float, w: Float) -> float:
-    """How far contacts have slid at q (n,), in compressions, where a load of size ``thrust`` jams bodies; 0 elsewhere.
+def slid(m: Elastic, rest: Float, q: Float, stuck: Float, s: float, v: Float, w: Float, sums: Float) -> float:
+    """How far the contacts of a body have slid at q (n,) since ``rest`` (n,), over what gives there; the most of all.
 
-    Nodes count by how much their forces have changed since ``rest`` (n,): the mean of how far they were moved along
-    their faces, over the mean of how far they are pressed. A load jams bodies where all contacts press by AMPLIFIED
-    times the load more than at rest, and those that it changes, each by how much, by PRESSED times as much as at rest.
-    ``v``, ``w`` (6,) are scratch.
+    A node slides by how far it was moved along its faces beyond what friction springs back. What gives there is what
+    one of its bodies would have moved if every contact stuck, the softer one: ``stuck`` (2, n) are those displacements
+    under the wrench, and under the load, of which there is s times as much. The mean over the nodes of a body is
+    weighted by what they press. ``v``, ``w`` (6,) and ``sums`` (n,) are scratch.
     """
-    far = deep = normal = before = more = 0.0
+    sums[:] = 0.0
     for p in range(len(m.a)):
         sheet_twist(m, p, q, v)
         sheet_twist(m, p, rest, w)
-        n = n0 = d1 = d2 = 0.0
+        springs = m.mu[p] / m.rho
+        far = normal = 0.0
         for i in range(m.first[p], m.first[p + 1]):
-            x, y, k, apart = m.x[i], m.y[i], m.k[i], m.apart[i]
-            pressed = max(0.0, x * v[5] - y * v[4] - v[0] - apart)
-            pressed0 = max(0.0, x * w[5] - y * w[4] - w[0] - apart)
-            if pressed <= 0.0 and pressed0 <= 0.0:
+            x, y, apart = m.x[i], m.y[i], m.apart[i]
+            pressed = x * v[5] - y * v[4] - v[0] - apart
+            if pressed <= 0.0:
                 continue
-            u1, u2, w1, w2 = v[1] - y * v[3], v[2] + x * v[3], w[1] - y * w[3], w[2] + x * w[3]
-            moved = np.sqrt(u1 * u1 + u2 * u2)
-            share = min(m.rho, m.mu[p] * pressed / max(moved, 1e-300))
-            share0 = min(m.rho, m.mu[p] * pressed0 / max(np.sqrt(w1 * w1 + w2 * w2), 1e-300))
-            f0, f1, f2 = k * (pressed - pressed0), k * (share * u1 - share0 * w1), k * (share * u2 - share0 * w2)
-            n, n0, d1, d2 = n + k * pressed, n0 + k * pressed0, d1 + f1, d2 + f2
-            if pressed > 0.0:
-                weight = np.sqrt(f0 * f0 + f1 * f1 + f2 * f2)
-                far += weight * moved
-                deep += weight * pressed
-        change = np.sqrt((n - n0) ** 2 + d1 * d1 + d2 * d2)
-        more += n - n0
-        normal += change * n
-        before += change * n0
-    jams = more > AMPLIFIED * thrust and normal > PRESSED * before
-    return float(far / deep) if jams and deep > 0.0 else 0.0
+            normal += m.k[i] * pressed
+            before = springs * max(0.0, x * w[5] - y * w[4] - w[0] - apart)
+            beyond = max(0.0, np.sqrt((v[1] - y * v[3]) ** 2 + (v[2] + x * v[3]) ** 2) - springs * pressed)
+            beyond0 = max(0.0, np.sqrt((w[1] - y * w[3]) ** 2 + (w[2] + x * w[3]) ** 2) - before)
+            far += m.k[i] * pressed * abs(beyond - beyond0)
+        give = max(given(stuck, s, m.a[p]), given(stuck, s, m.b[p]), 1e-300)
+        for body in (m.a[p], m.b[p]):
+            if body >= 0:
+                sums[6 * body] += far / give if springs > 0.0 else 0.0
+                sums[6 * body + 1] += normal
+    most = 0.0
+    for j in range(0, len(q), 6):
+        if sums[j + 1] > 0.0:
+            most = max(most, sums[j] / sums[j + 1])
+    return most
+
+
+@compiled
+@lean
+def given(stuck: Float, s: float, body: int) -> float:
+    """How far a ``body`` would have moved if every contact stuck, as ``slid`` has it; 0 if it is fixed."""
+    if body < 0:
+        return 0.0
+    wrench = load = 0.0
+    for i in range(6 * body, 6 * body + 6):
+        wrench += stuck[0, i] ** 2
+        load += stuck[1, i] ** 2
+    return float(np.sqrt(wrench) + abs(s) * np.sqrt(load))
 
 
 @compiled

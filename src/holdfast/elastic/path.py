@@ -12,7 +12,6 @@ from holdfast.elastic.beginning import find_motion
 from holdfast.elastic.cubic import summit
 from holdfast.elastic.direction import turn
 from holdfast.elastic.fronts import solve
-from holdfast.elastic.law import slid
 from holdfast.elastic.linear import SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
@@ -24,7 +23,6 @@ from holdfast.elastic.step_control import (
     appraise,
     fall,
     may_have_fallen,
-    measure_sliding,
     set_next_step,
 )
 from holdfast.elastic.stepper import (
@@ -51,8 +49,8 @@ class PathResult(NamedTuple):
 
     ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless, that of the last
     point where it was not followed further; ``first`` (k,) the first maximum of s from which it dipped before it rose
-    to the peak, the peak if there was none; ``before`` (k,) the largest s, at most the peak, before contacts that the
-    load presses have slid far (SLID); ``sharpest`` (k,) the largest correction of a point after the first, as a share
+    to the peak, the peak if there was none; ``before`` (k,) the largest s, at most the peak, before contacts have
+    slid far (SLID); ``sharpest`` (k,) the largest correction of a point after the first, as a share
     of its step; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how much s of the peak may be too
     low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone;
     ``motion`` (k, n) what begins to move above the peak, 0 where the path was lost and nothing does; ``plane`` (k, n)
@@ -130,11 +128,10 @@ def follow(
     """Raise s from 0 at the rest state ``start`` (n,) along the path r(q) + s load = 0; the result goes ``into`` a row.
 
     1. Find the direction in which the path begins, and 2. step along it, as ``walk`` does. 3. If it has a peak, refine
-    that. 4. If asked for, find how the peak answers to other loads. 5. If contacts have slid far at its end, find where
-    they had not.
+    that. 4. If asked for, find how the peak answers to other loads.
     """
     now = stepper.now
-    event = walk(m, work, stepper, start, load, most, False, fronts)
+    event = walk(m, work, stepper, start, load, most, fronts)
     outcome = outcome_of(event)
     if outcome == PathOutcome.PEAK and now.rises and now.highest <= 0:  # it was left at the first step
         outcome = PathOutcome.LOST
@@ -156,13 +153,7 @@ def follow(
     into.first[row] = now.first if now.first > 0 else into.peak[row]
     into.sharpest[row] = now.sharpest
     into.last[row], into.short[row], into.systems[row] = now.last, now.short, now.systems
-    into.before[row] = into.peak[row]
-    far = slid_at(m, stepper, stepper.q, now.s) if outcome == PathOutcome.ENDLESS else 0.0
-    if outcome == PathOutcome.PEAK or outcome == PathOutcome.REACHED:
-        far = slid_at(m, stepper, stepper.peak_q, now.highest)
-    if far > SLID:
-        walk(m, work, stepper, start, load, into.peak[row], True, fronts)
-        into.before[row] = min(now.before, into.peak[row])
+    into.before[row] = min(now.before, into.peak[row]) if now.slid > SLID else into.peak[row]
 
 
 @compilable
@@ -174,26 +165,18 @@ def walk(
     start: Float,
     load: Float,
     most: float,
-    watched: bool,
     fronts: Fronts | None,
 ) -> Event:
-    """Step along a path until it falls, is flat, far or endless, is lost, or leads to ``most`` times the load.
-
-    If it is ``watched``, it ends where contacts have slid far.
-    """
+    """Step along a path until it falls, is flat, far or endless, is lost, or leads to ``most`` times the load."""
     now = stepper.now
     event = begin(m, work, stepper, start, load, fronts)
     now.rises = now.slope > 0
     while goes_on(event) and now.points < now.most:
-        last = now.s
         event = advance(m, work, stepper, fronts)
         if event == Event.STUCK:
             event = cross_change(m, work, stepper, fronts)
         elif event == Event.ADVANCED:
             event = appraise(now) if now.s < most else Event.REACHED
-            if watched and now.slid <= SLID:
-                measure_sliding(now, last, slid_at(m, stepper, stepper.q, now.s))
-                event = Event.REACHED if now.slid > SLID else event
             if event == Event.ADVANCED and fell_from_crest(m, work, stepper, fronts):
                 event = Event.FALLEN
             if event == Event.PROPORTIONAL:
@@ -203,13 +186,6 @@ def walk(
             else:
                 set_next_step(now)
     return event
-
-
-@compilable
-@lean
-def slid_at(m: Elastic, stepper: Stepper, q: Float, s: float) -> float:
-    """How far contacts that the load jams have slid at a point q (n,) of a path, with the load s, in compressions."""
-    return slid(m, stepper.start, q, stepper.now.thrust * s, stepper.twists[0], stepper.twists[1])
 
 
 @compiled

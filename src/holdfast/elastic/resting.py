@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.compiled import compilable
+from holdfast.base.compiled import compilable, lean
 from holdfast.elastic.fronts import solve
 from holdfast.elastic.linear import Work
 from holdfast.elastic.model import Elastic
@@ -163,13 +163,15 @@ def move(
     return Rest(RestOutcome.LOST, taken, reached)
 
 
-def bond_all(m: Elastic, work: Work, weight: float, q: Float, fronts: Fronts | None) -> None:
-    """Set q (6J,) to the displacement under ``weight`` times the wrench with all contacts bonded."""
+@compilable
+@lean
+def bond_all(m: Elastic, work: Work, load: Float, q: Float, fronts: Fronts | None) -> None:
+    """Set q (6J,) to the displacement under a ``load`` (6J,) with all contacts bonded."""
     n = len(q)
     work.K[:] = 0.0
     work.w[:] = 0.0
     work.c[:] = 0.0
     work.rhs[:] = 0.0
-    work.rhs[:n, 0] = weight * m.wrench
+    put(work.rhs[:n, 0], load)
     solve(m, work, 1.0, 1.0, False, fronts)  # drag alone: that of bonds
     put(q, work.rhs[:n, 0])

@@ -15,12 +15,13 @@ from holdfast.base.compiled import by_reference, compilable, compiled, lean
 from holdfast.elastic.cubic import cubic, least_slope
 from holdfast.elastic.direction import straight, torn, turn
 from holdfast.elastic.fronts import solve
-from holdfast.elastic.law import next_change
+from holdfast.elastic.law import next_change, slid
 from holdfast.elastic.linear import ROUNDED, SINGULAR, Work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import SHORTEST, Balance, Iteration, newton, unbalance, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event
+from holdfast.elastic.resting import bond_all
 from holdfast.elastic.sparse import elastic_size
 from holdfast.elastic.step_control import (
     DIP,
@@ -29,10 +30,12 @@ from holdfast.elastic.step_control import (
     FLAT,
     QUICK,
     RECORD,
+    SLID,
     Progress,
     StepControl,
     hides_dip,
     measure_dip,
+    measure_sliding,
     passes_over,
     set_next_step,
 )
@@ -66,7 +69,8 @@ class Stepper(NamedTuple):
     The point ``q`` (n,) with the path's direction ``tangent``, dq/dℓ; the point ``trial`` that is being tried and where
     it was ``aimed``; displacement and plane of the highest point so far (``peak_q``, ``peak_plane``); displacement,
     tangent and plane of the point before the peak, displacement and tangent of the one behind it; ``start``, the state
-    of rest. ``scratch`` is just that, and so is ``twists`` (2, 6). ``path`` is the balance that all points keep.
+    of rest. ``scratch`` is just that. ``path`` is the balance that all points keep. ``stuck`` (2, n) are the
+    displacements under the wrench and under the load alone, if every contact stuck.
 
     ``stored_q`` is the displacement of a point on the way to the peak, from which the beginning motion is sought.
     """
@@ -87,17 +91,20 @@ class Stepper(NamedTuple):
     start: Float
     path: Balance
     stored_q: Float
-    twists: Float
+    stuck: Float
 
 
-def make_stepper(n: int, pace: StepControl = QUICK) -> Stepper:
-    """A walk among n = 6J displacements; its numbers are a record that compiled code can write."""
+def make_stepper(stuck: Float, pace: StepControl = QUICK) -> Stepper:
+    """A walk among n = 6J displacements, which are ``stuck`` (n,) under the wrench if every contact sticks.
+
+    Its numbers are a record that compiled code can write.
+    """
     now = np.zeros(1, RECORD)[0]
     for name, value in pace._asdict().items():
         now[name] = value
-    *vectors, stored_q, anchor = np.zeros((len(Stepper._fields) - 2, n))
+    *vectors, stored_q, anchor = np.zeros((len(Stepper._fields) - 2, len(stuck)))
     path = Balance(1.0, 0.0, 0.0, anchor)
-    return Stepper._make([cast(Progress, now), *vectors, path, stored_q, np.zeros((2, 6))])
+    return Stepper._make([cast(Progress, now), *vectors, path, stored_q, np.stack([stuck, stuck])])
 
 
 @compilable
@@ -110,9 +117,10 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     put(stepper.peak_q, start)
     put(stepper.falling_q, start)
     stepper.falling_tangent[:] = 0.0
+    bond_all(m, work, load, stepper.stuck[1], fronts)
     put(work.w, load)
     put(work.c, load)
-    now.strength, now.thrust = worst(m, load), thrust_of(load)
+    now.strength = worst(m, load)
     now.elastic = elastic_size(m, q, load)
     now.rest = by_springs(m, q)
     now.length, now.last, now.turned, now.highest, now.at_peak, now.short = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -132,16 +140,6 @@ def begin(m: Elastic, work: Work, stepper: Stepper, start: Float, load: Float, f
     put(stepper.peak_plane, work.c)
     now.rising_s, now.falling_s, now.falling_slope, now.closed = 0.0, 0.0, 0.0, now.slope <= 0
     return Event.BEGUN
-
-
-@compilable
-@lean
-def thrust_of(load: Float) -> float:
-    """The sum of the sizes of the forces of a ``load`` (n,) on all bodies."""
-    total = 0.0
-    for i in range(0, len(load), 6):
-        total += np.sqrt(load[i] ** 2 + load[i + 1] ** 2 + load[i + 2] ** 2)
-    return float(total)
 
 
 @compilable
@@ -202,7 +200,7 @@ def advance(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None) -> 
         return Event.SHORTENED
     if not first:
         now.sharpest = max(now.sharpest, now.turned)
-    land(work, stepper, point.s, point.sign)
+    land(m, work, stepper, point.s, point.sign)
     now.by_springs = by_springs(m, q)
     return Event.ADVANCED
 
@@ -326,7 +324,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
 
 @compilable
 @lean
-def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
+def land(m: Elastic, work: Work, stepper: Stepper, s: float, sign: float) -> None:
     """Take the point that was tried, with load ``s``, as the present one, and keep the bracket of the peak."""
     now, trial = stepper.now, stepper.trial
     higher, rise = s > now.highest, now.slope * now.step
@@ -336,7 +334,11 @@ def land(work: Work, stepper: Stepper, s: float, sign: float) -> None:
     now.length += now.step
     if now.dipped == 0 and s < (1 - DIP) * now.highest:
         now.dipped = now.highest
-    measure_dip(now, rise, s, work.rhs[-1, 1] * now.step)
+    falls = work.rhs[-1, 1] * now.step
+    measure_dip(now, rise, s, falls)
+    if now.slid <= SLID:
+        far = slid(m, stepper.start, trial, stepper.stuck, s, work.v, work.F, stepper.scratch)
+        measure_sliding(now, rise, s, falls, far)
     if now.topped:
         before_peak(work, stepper)
     if higher:

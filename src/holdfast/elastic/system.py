@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.compiled import machine_code
 from holdfast.base.parallel import free_threads, in_parallel, left_if_stopped
 from holdfast.base.progress import report
@@ -80,6 +80,13 @@ class System:
         """The number of threads that ``count`` columns are shared among, at least one."""
         return max(min(free_threads(), count if self.long else count // LEAST_COLUMNS), 1)
 
+    @cached_property
+    def stuck(self) -> Float:
+        """The displacement (n,) under the wrench, if every contact sticks."""
+        q = np.zeros(len(self.model.wrench))
+        machine_code(bond_all)(self.model, make_work(self.model, self.fronts), self.model.wrench, q, self.fronts)
+        return frozen(q)
+
     def under(self, wrench: Float) -> System:
         """The same under another wrench (n,), in the model's units."""
         return replace(self, model=self.model._replace(wrench=wrench))
@@ -102,13 +109,13 @@ class System:
             found = travel(self.model, work, 1.0, q, drift, exact, most, self.fronts)
             if found.outcome is not RestOutcome.LOST:
                 return Settled(found.outcome, q, drift, found.steps, found.drag)
-        machine_code(bond_all)(self.model, work, 1.0, q, self.fronts)
-        bonded = q.copy()
+        q[:] = bonded = self.stuck
         found = lessen(self.model, work, 1.0, q, drift, exact, most // 2, self.fronts)
         if found.outcome is not RestOutcome.LOST:
             return Settled(found.outcome, q, drift, found.steps, found.drag)
-        moved = travel(self.model, work, 1.0, bonded, drift, exact, most, self.fronts)
-        return Settled(moved.outcome, bonded, drift, found.steps + moved.steps, moved.drag)
+        q[:] = bonded
+        moved = travel(self.model, work, 1.0, q, drift, exact, most, self.fronts)
+        return Settled(moved.outcome, q, drift, found.steps + moved.steps, moved.drag)
 
     def paths(
         self,
@@ -128,10 +135,11 @@ class System:
         count, n = loads.shape
         pace = pace or (QUICK if self.fronts is None else BRIEF)
         farthest = np.full(count, np.inf) if most is None else np.ascontiguousarray(most)
-        found = PathResult.lost(count, n, gradients=gradients)
+        found, stuck = PathResult.lost(count, n, gradients=gradients), self.stuck
 
         def run(rows: Int, work: Work) -> None:
-            follow_each(self.model, work, make_stepper(n, pace), start, loads, found, rows, farthest, self.fronts)
+            stepper = make_stepper(stuck, pace)
+            follow_each(self.model, work, stepper, start, loads, found, rows, farthest, self.fronts)
 
         self._in_threads(count, run)
         return found.sealed()

@@ -305,6 +305,11 @@ class Answers(Value):
             lines += [f"  {step.why}"] if changes else []
         return "\n".join([*lines, f"verdict: {self.verdict.status}: {self.verdict.reason}"])
 
+    def times(self, size: Float) -> Answers:
+        """Return this table for loads ``size`` (n,) times as small: each factor becomes ``size`` times as large."""
+        steps = tuple(Step(step.name, step.why, step.force * size, step.lower * size) for step in self.steps)
+        return replace(self, force=self.force * size, lower=self.lower * size, upper=self.upper * size, steps=steps)
+
     def with_mechanisms(self, mechanisms: Sequence[Mechanism | None]) -> Answers:
         """Return this table with other ``mechanisms``, one for each row."""
         return replace(self, mechanism=objects(mechanisms))

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import ast
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from compliant_scenes import shipped
@@ -64,13 +68,8 @@ def test_lower_of_a_wedge_is_below_what_other_nodes_and_springs_give(seed: int) 
     assert missed(seed) == 0
 
 
-SCATTERS = pytest.mark.xfail(
-    strict=True, reason="28 nodes a side give 84.6 N, all of 2 to 14 at least 87.8, and lower is 85.8: 1.4 % too high"
-)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [pytest.param(seed, marks=SCATTERS if seed == 15 else ()) for seed in range(20)])
+@pytest.mark.parametrize("seed", range(20))
 def test_lower_of_random_wedges(seed: int) -> None:
     assert missed(seed) == 0
 
@@ -89,6 +88,39 @@ def test_what_depends_on_stiffness_is_said() -> None:
 def test_what_rests_by_its_weight_is_not_wedged(name: str) -> None:
     state = prepared(Compliant(), shipped(name))
     assert not any(state.group(k).state._self_stressed.possible for k in range(len(shipped(name).groups)))
+
+
+def pile(tilt: float) -> hf.answers.Assembly:
+    """Two layers of pipes on a floor, under a gravity that leans by ``tilt``: three below, kept apart by two above."""
+    floor = hf.Body("floor", hf.Box((4, 4, 0.2)), position=(0, 0, -0.1), fixed=True)
+    rows = [(0.0, 0.05, k) for k in (-1, 0, 1)] + [(0.05, 0.05 + 0.1 * np.sqrt(0.75), k) for k in (-1, 0)]
+    pipes = [
+        hf.Body(f"p{n}", hf.Cylinder(0.05, 0.3), mass=2, position=(x + 0.1 * k, 0, z), rpy_degrees=(90, 0, 0))
+        for n, (x, z, k) in enumerate(rows)
+    ]
+    return hf.assemble(hf.Scene([floor, *pipes], 0.5, gravity=(9.81 * tilt, 0, -9.81)))
+
+
+def test_bodies_near_their_limit_hold_by_their_stiffness() -> None:
+    """S5: `lower` covers stiffer and softer springs where a small slant lets go, and else it does not."""
+    for name, near in (("arch", False), ("table", False), ("v_groove", False)):
+        assert prepared(Compliant(), shipped(name)).group(0).state._self_stressed.near is near
+    assert prepared(Compliant(), pile(0.0)).group(0).state._self_stressed.near
+
+
+CASES = Path(__file__).parents[4] / "shared" / "cases" / "v1"
+
+
+@pytest.mark.skipif(not CASES.is_dir(), reason=f"needs the case files in {CASES}")
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_push_that_other_springs_let_go_is_not_promised(number: int) -> None:
+    """S5: 1.003 and 3.707 N were promised; discrete elements hold a third of it, and springs half as stiff nothing."""
+    words = (CASES / f"pipes16_{number}.txt").read_text(encoding="utf-8")
+    body, point, way = ast.literal_eval("(" + re.search(r"scene, (.*)\) force", words).group(1) + ")")
+    found = hf.robustness(hf.load_scene(CASES / f"pipes16_{number}.yaml"), body, point, way)
+    assert found.force[0] > 1
+    assert found.lower[0] < 1e-3
+    assert any("near their limit" in note for note in found.notes)
 
 
 def test_a_cube_between_two_walls_is_wedged() -> None:

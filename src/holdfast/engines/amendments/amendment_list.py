@@ -4,8 +4,9 @@ A load path gives the peak on one grid, and finer grids how far that may be off 
 bisection.py and concentrated.py are parts). What these do not know is amended here, in this order:
 
 1. ``LimitReview``: limit analysis proves above which load bodies move. It corrects answers that deserve doubt.
-2. ``SelfStressed``: where bodies press each other without any load, ``lower`` covers other stiffness and other nodes.
-3. ``Sliding``: in jams ``lower`` is what is reached before bodies have slid far.
+2. ``SelfStressed``: where bodies press each other without any load, or are near their limit, ``lower`` covers other
+   stiffness and other nodes.
+3. ``Sliding``: ``lower`` is what is reached before contacts have slid far.
 4. ``OpenContacts``: ``lower`` leans on no contact that is open and idle at rest.
 
 Two amendments act on the answers of every engine: ``negligible.py`` makes 0 of what rounding alone tells from 0, and

@@ -1,6 +1,7 @@
-"""Answers in jams: ``lower`` is what is reached before bodies that the load jams have slid far.
+"""Answers that are reached only after contacts have slid far: ``lower`` is what is reached before.
 
-Behind that, friction opposes where nodes came from and not where they go, and simulators let bodies go earlier.
+Friction opposes where a contact came from in this law, and where it goes in reality. Both agree while contacts give; of
+rows that lean and of jams the law finds peaks that bodies reach only after sliding for long, and they let go earlier.
 """
 
 from __future__ import annotations
@@ -10,23 +11,24 @@ from typing import ClassVar
 
 import numpy as np
 
+from holdfast.elastic.step_control import SLID
 from holdfast.engines.amendments.amendment import MATTERS, Amendment, Asked
 from holdfast.engines.answers import Answers
 
 
 @dataclass(frozen=True, eq=False)
 class Sliding(Amendment):
-    """Lowers the bounds of answers that are reached only after sliding far."""
+    """Lowers the bounds of answers that are reached only after sliding SLID times as far as contacts give."""
 
-    name: ClassVar[str] = "sliding far in a jam"
-    why: ClassVar[str] = "what a jam holds only after its contacts have slid far is not promised"
+    name: ClassVar[str] = "sliding far"
+    why: ClassVar[str] = f"what holds only after sliding {SLID:g} times as far as contacts give is not promised"
 
     def applies(self, asked: Asked) -> bool:
         """Tell whether some path slides far before its bound is reached."""
         return asked.bounded and bool((asked.columns.before < asked.columns.lower).any())
 
     def amend(self, found: Answers, asked: Asked) -> Answers:
-        """Return the answers with ``lower`` at most what is reached before bodies slide far.
+        """Return the answers with ``lower`` at most what is reached before contacts have slid far.
 
         A path that turned out to have left its branch, as the answer has no end, tells nothing.
         """
@@ -38,5 +40,5 @@ class Sliding(Amendment):
         telling = int((most < (1 - MATTERS) * found.lower[loaded]).sum())
         lower = np.array(found.lower)
         lower[loaded] = most
-        words = f"{telling} of {len(found)} answers hold only after sliding: lower is what is reached before"
+        words = f"{telling} of {len(found)} answers hold more only after sliding {SLID:g} times as far as contacts give"
         return replace(found, lower=lower, notes=(*found.notes, words) if telling else found.notes)

@@ -25,7 +25,7 @@ class Columns:
     ``outcome`` (k,) holds a PathOutcome for each column, ``factor`` (k,) the peak factor, and ``lower`` (k,) its lower
     bound. ``mechanisms`` (k) say what gives way. ``solved`` (k,) is True for columns with a path of their own.
     ``error`` (k,) is the relative error of interpolated factors, and 0 for the others. ``before``
-    (k,) is the lower bound of what is reached before bodies that the load jams slide far, and ``leans`` (k,) is True
+    (k,) is the lower bound of what is reached before contacts slide far, and ``leans`` (k,) is True
     where contacts that are open at rest take part at the peak. ``raw`` (k,) is the factor that the path had on the
     first grid, before finer ones were asked.
     """

@@ -137,7 +137,7 @@ class Standing:
         if self.grid.springs.faces is not None or not len(rows):
             return np.asarray(held)
         with self._asking:
-            if not self._self_stressed.possible:
+            if not self._self_stressed.by_stiffness:
                 held[rows] = self.refined.held(W[:, rows])
                 if self.without_idle is not None:
                     held &= self.without_idle.held(W)
@@ -161,7 +161,7 @@ class Standing:
         """Begin once what lower bounds need, while the first long path is followed, which leaves a processor idle."""
         if self.grid.system.long and free_threads() > 1 and not self._begun.is_set():
             self._begun.set()
-            begin(lambda: (self.grid.finer, self._self_stressed.possible))
+            begin(lambda: (self.grid.finer, self._self_stressed.by_stiffness))
 
     @cached_property
     def _amendments(self) -> tuple[Amendment, ...]:

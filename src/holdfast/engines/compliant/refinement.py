@@ -77,7 +77,7 @@ class Bounded(NamedTuple):
 
     @property
     def before(self) -> Float:
-        """The lower bounds (k,) of what is reached before bodies that the load jams slide far: ``lower`` or less."""
+        """The lower bounds (k,) of what is reached before contacts slide far: ``lower`` or less."""
         sure, before = self.paths.sure, self.paths.before
         less = before < sure
         share = np.divide(before, sure, out=np.ones(len(sure)), where=less & np.isfinite(sure))
