@@ -26,7 +26,7 @@ SPRING_SHARE = 1e-5  # share of a body's weight or of the load that the regulari
 # until contacts have slid a few times as far as they give. Of 104 random jams, MuJoCo and discrete elements both let
 # none go below what is reached at 5, one at 6 and two at 8; at 4 that is 0.85 of what one of them holds in the median,
 # and pushes on ordinary scenes lose 2 % or less in nine of ten cases
-SLID = 4.0
+SLID = 3.0
 RECOVERY = 1.4  # factor by which the largest growth recovers from one point to the next
 # How far behind a peak another one is awaited, in lengths at the peak: if the load fell, and if not
 SOON, LONG = 10.0, 100.0
