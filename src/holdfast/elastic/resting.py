@@ -171,5 +171,5 @@ def bond_all(m: Elastic, work: Work, weight: float, q: Float, fronts: Fronts | N
     work.c[:] = 0.0
     work.rhs[:] = 0.0
     work.rhs[:n, 0] = weight * m.wrench
-    solve(m, work, 1.0, 1.0, False, fronts)  # drag alone: that of bonds
+    solve(m, work, 1.0, 1.0, fronts)  # drag alone: that of bonds
     put(q, work.rhs[:n, 0])
