@@ -24,6 +24,7 @@ from holdfast.engines.contract import Within
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
+from holdfast.scene.shipped.blocks import about_y, at, floor
 
 MAPPED: dict[str, tuple[Callable[[], hf.Scene], float]] = {  # spacings [m] for 100 to 200 points
     "a cube": (lambda: shipped_scene("cube"), 0.016),
@@ -47,6 +48,18 @@ def test_every_point_of_a_map_says_what_a_single_push_says(name: str) -> None:
         for column in ("force", "lower", "upper"):
             assert getattr(found, column)[k] == pytest.approx(getattr(push, column)[0], rel=1e-9), (column, k)
         assert (found.status[k], found.moving[k]) == (push.status[0], push.moving[0])
+
+
+def test_an_error_that_is_allowed_changes_nothing() -> None:
+    """Of a tin that lies and may roll, so that limit analysis looks at every push on its end."""
+    tin = hf.Body("tin", hf.Cylinder(0.05, 0.06), mass=0.5, pose=at(0, 0, 0.05, about_y(np.pi / 2)))
+    state = hf.Compliant().prepare(hf.assemble(hf.Scene([floor(), tin], 0.9)))
+    points = [(-0.03, y, z) for z in np.linspace(0.02, 0.085, 9) for y in np.linspace(-0.02, 0.02, 7)]
+    W = push_columns(state.grid.assembly, 0, np.array(points), np.tile([1.0, 0, 0], (63, 1)))
+    allowed, exact = state.load_factor(W, Within(0.05)), state.load_factor(W)
+    assert np.isfinite(exact.upper).all()
+    for name in ("force", "lower", "upper"):
+        np.testing.assert_array_equal(getattr(allowed, name), getattr(exact, name))
 
 
 @pytest.mark.parametrize("engine", [hf.Compliant(), hf.Limit()])
