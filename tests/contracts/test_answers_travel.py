@@ -87,7 +87,6 @@ ASK: dict[str, Callable[[], Any]] = {
     "load factor, nothing moves": lambda: hf.load_factor(cube(), [], engine="limit"),
     **{f"map, {e}": lambda e=e: hf.robustness_map(cube(), spacing=0.04, engine=e) for e in ENGINES},
     "map, unstable": lambda: hf.robustness_map(hanging(), spacing=0.05, engine="limit"),
-    "map, interpolated": lambda: hf.robustness_map(cube(), spacing=0.012),
     "samples": lambda: hf.robustness_under(
         cube(), "cube", *PUSHES, uncertain=hf.sets.Uncertain(mu_range=0.2, samples=3, seed=1), engine="limit"
     ),
@@ -179,9 +178,7 @@ def _bits(value: Any) -> list[tuple[str, bytes]]:
     """Of the arrays of numbers in the fields of an answer's table: -0.0 and 0.0 differ."""
     table = getattr(value, "answers", value)
     fields = [
-        (name, getattr(table, name))
-        for name in ("force", "lower", "upper", "error", "box", "vertices")
-        if hasattr(table, name)
+        (name, getattr(table, name)) for name in ("force", "lower", "upper", "box", "vertices") if hasattr(table, name)
     ]
     return [(name, np.asarray(values).tobytes()) for name, values in fields]
 

@@ -39,7 +39,7 @@ def top(assembly: hf.answers.Assembly, name: str) -> Any:
 
 def bits(found: Any) -> tuple[Any, ...]:
     told = found.answers
-    arrays = (told.force, told.lower, told.upper, told.error)
+    arrays = (told.force, told.lower, told.upper)
     return (*(a.tobytes() for a in arrays), told.status.tolist(), told.moving.tolist(), told.notes)
 
 

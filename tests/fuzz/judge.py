@@ -15,7 +15,7 @@ OF_WEIGHT = 1e-6  # of the total weight: what a solver resolves where bodies are
 
 def nans(answer: hf.answers.Robustness) -> Iterator[str]:
     """Name the columns that hold NaN, or numbers that no push can have."""
-    for name in ("force", "lower", "upper", "error"):
+    for name in ("force", "lower", "upper"):
         column = getattr(answer, name)
         if np.isnan(column).any() or (column < 0).any():
             yield f"{answer.engine}.{name}"

@@ -186,7 +186,7 @@ def pushed(scene: str, **options: Any) -> Plain:
 def map_of(assembly: hf.answers.Assembly, spacing: float, **options: Any) -> Plain:
     """A map, its weakest point and those of its bodies."""
     m = hf.robustness_map(assembly, spacing=spacing, **options)
-    arrays = ("points", "body", "force", "status", "lower", "upper", "moving", "mode", "solved", "error")
+    arrays = ("points", "body", "force", "status", "lower", "upper", "moving", "mode")
     weakest = [{"body": plain(p.body), "force": plain(p.force)} for p in m.weakest_of_each_body()]
     hidden = {name: len(cells.points) for name, cells in m.hidden.items()}
     return {"count": len(m.force), "weakest": weakest, "hidden": hidden, "notes": plain(m.notes)} | fields(m, *arrays)

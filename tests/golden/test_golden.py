@@ -69,7 +69,7 @@ def rule(topic: str, engine: str, field: str, question: str) -> Rule:
         return Rule(close=0.1, few=0.1, far=0.5)
     if field in ("force", "acceleration", "nominal", "factor", "robustness"):
         return Rule(few=0.6 if "slope_two: samples" in question else 0.2, far=0.2)  # few pushes, of a scene that slips
-    if field in ("moving", "mode", "solved", "error", "body"):
+    if field in ("moving", "mode", "body"):
         return Rule(few=0.2)
     if field == "mechanism":
         return ANY  # velocities of the last step, in three digits
@@ -125,7 +125,7 @@ def same_cells(old: Any, new: Any) -> None:
     """Take points out of both maps that are not the same: triangles of curved faces are clustered, and tie."""
     if not isinstance(old, dict):
         return
-    if "solved" not in old or not isinstance(new, dict) or len(old["force"]) != len(new.get("force", ())):
+    if "hidden" not in old or not isinstance(new, dict) or len(old["force"]) != len(new.get("force", ())):
         for key in old:
             same_cells(old[key], new.get(key) if isinstance(new, dict) else None)
         return

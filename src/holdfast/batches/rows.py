@@ -238,8 +238,6 @@ def _columns(answers: Answers, amount: str) -> list[Row]:
             "status": answers.status[k].value,
             "mode": answers.mode[k],
             "moving": list(answers.moving[k]),
-            "solved": bool(answers.solved[k]),
-            "error": float(answers.error[k]),
         }
         for k in range(len(answers))
     ]

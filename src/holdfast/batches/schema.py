@@ -48,8 +48,6 @@ def _answered(name: str, unit: str, what: str) -> tuple[Column, ...]:
         Column("status", "text", "", "finite, infinite, unstable or undecided: if undecided, 0 is no answer"),
         Column("mode", "text", "", "slip, topple, mixed, roll, crush or none"),
         Column("moving", "texts", "", "names of the bodies that begin to move"),
-        Column("solved", "flag", "", "whether the row was solved on its own, not interpolated"),
-        Column("error", "number", "", "stated relative error of an interpolated answer; 0 otherwise"),
     )
 
 

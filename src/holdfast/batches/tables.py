@@ -21,6 +21,7 @@ from holdfast.batches.schema import TABLES, VERSION, Column, Row
 MOST_BYTES = 20_000_000_000  # largest size of a shard's file
 AGAIN = "run the same batch again, which computes the content of the file again"
 LONGEST_CAUSE = 200  # largest number of characters of a library's message on a damaged file
+GONE = frozenset({"solved", "error"})  # columns that 1.0.0rc1 wrote; they are read over
 _NAMES = {table: frozenset(column.name for column in columns) for table, columns in TABLES.items()}
 INFINITE = {"inf": math.inf, "-inf": -math.inf}  # texts for infinity in JSON lines
 
@@ -83,7 +84,7 @@ def check_row(table: str, row: Row) -> None:
 
 
 def _check_names(table: str, row: Row) -> None:
-    strange = row.keys() - _NAMES[table]
+    strange = row.keys() - _NAMES[table] - GONE
     if strange:
         raise ValueError(f"{quoted(min(strange))} is no column of the table {table}")
 

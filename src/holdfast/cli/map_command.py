@@ -33,7 +33,7 @@ def map_surfaces(
     engine: EngineName = DEFAULT_ENGINE,
     spacing: Annotated[float, typer.Option(help="distance between neighbouring points in m")] = 0.01,
     bodies: Annotated[list[str] | None, typer.Option(help="map this body only (may be repeated)")] = None,
-    accuracy: Annotated[float, typer.Option(help="relative accuracy; 0: every point is solved on its own")] = 0.01,
+    accuracy: Annotated[float, typer.Option(help="engine limit stops this close; 0: it solves every point")] = 0.01,
     png: Annotated[Path | None, typer.Option(help="write a PNG picture to this file")] = None,
     html: Annotated[Path | None, typer.Option(help="write an interactive page to this file; it opens offline")] = None,
     glb: Annotated[Path | None, typer.Option(help="write glTF with colours and forces at its vertices")] = None,

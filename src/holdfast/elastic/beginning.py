@@ -79,7 +79,7 @@ def moves_freely(m: Elastic, work: Work, stepper: Stepper, q: Float, motion: Flo
     unbalance(m, work, stepper.path, q, stepper.now.s)
     work.rhs[:] = 0.0
     put(work.rhs[:n, 1], work.w)
-    sign = solve(m, work, DRAG, 1.0, False, fronts)
+    sign = solve(m, work, DRAG, 1.0, fronts)
     stepper.now.systems += 1
     power = dot(work.w, work.rhs[:n, 1])
     if sign == SINGULAR or not np.isfinite(power) or power == 0.0:

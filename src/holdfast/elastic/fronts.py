@@ -57,7 +57,6 @@ def add_own(
     drag: float,
     corner: float,
     border: float,
-    transposed: bool,
     full: int,
     F: Float,
 ) -> None:
@@ -67,9 +66,9 @@ def add_own(
     for s in range(e.since[k], e.since[k + 1]):
         a, b = 6 * e.at_a[s], 6 * e.at_b[s]
         a, b = a + waiting if a >= 6 * owned else a, b + waiting if b >= 6 * owned else b
-        add_stiffness(m, e.sheet[s], work.K, drag, transposed, a, b, F, work.X, work.Y)
+        add_stiffness(m, e.sheet[s], work.K, drag, a, b, F, work.X, work.Y)
     for slot in range(owned):
-        add_body(m, work, e.body[e.first[k] + slot], drag, border, transposed, F, 6 * slot)
+        add_body(m, work, e.body[e.first[k] + slot], drag, border, F, 6 * slot)
     if k == len(e.owned) - 1:
         add_corner(work, border, corner, F)
 
@@ -158,9 +157,7 @@ def take_children(
 
 
 @compiled
-def fronts_solve(
-    m: Elastic, work: Work, e: Fronts, drag: float, corner: float, transposed: bool, least: float
-) -> float:
+def fronts_solve(m: Elastic, work: Work, e: Fronts, drag: float, corner: float, least: float) -> float:
     """As ``dense_solve``, front by front."""
     n, count = len(work.w), len(e.owned)
     left, upper, here, other, panel = work.left, work.upper, work.front, work.other, work.panel
@@ -170,7 +167,7 @@ def fronts_solve(
     zeros = np.zeros((8, count), np.int64)
     book = Book(zeros[0], zeros[1], zeros[2], zeros[3], zeros[4], zeros[5], zeros[6], zeros[7])
     top, above, last, full, sign = 0, 0, 0, 0, 1.0
-    border = border_unit(work.w if transposed else work.c, m.unit)
+    border = border_unit(work.c, m.unit)
     F = P = X = here[:0].reshape((0, 0))
     for k in range(count):
         own, t = layout(e, k, book.waits)
@@ -193,7 +190,7 @@ def fronts_solve(
         numbers = grown(numbers, last + t)
         columns = numbers[last : last + t]
         number_columns(n, e, k, own, columns)
-        add_own(m, work, e, k, drag, corner, border, transposed, own, F)
+        add_own(m, work, e, k, drag, corner, border, own, F)
         free = take_children(e, k, own, book, left, numbers, F, columns, piece)
         if passes_on(e, k) or k == count - 1:
             top = min(top, free)
@@ -287,13 +284,11 @@ def substitute(rows: Float, done: int, width: int, columns: Int, solution: Float
 
 @compilable
 @lean
-def solve(
-    m: Elastic, work: Work, drag: float, corner: float, transposed: bool, fronts: Fronts | None, least: float = 0.0
-) -> float:
-    """Solve the system of ``work``, or its transpose, in place: by ``fronts``, or by dense elimination where None.
+def solve(m: Elastic, work: Work, drag: float, corner: float, fronts: Fronts | None, least: float = 0.0) -> float:
+    """Solve the system of ``work`` in place: by ``fronts``, or by dense elimination where None.
 
     Returns the sign of the determinant, or SINGULAR; ``least`` is as in ``dense_solve``.
     """
     if fronts is None:
-        return dense_solve(m, work, drag, corner, transposed, least)
-    return fronts_solve(m, work, fronts, drag, corner, transposed, least)
+        return dense_solve(m, work, drag, corner, least)
+    return fronts_solve(m, work, fronts, drag, corner, least)

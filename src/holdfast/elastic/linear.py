@@ -106,23 +106,19 @@ def border_unit(row: Float, unit: Float) -> float:
 
 @compiled
 @lean
-def add_body(
-    m: Elastic, work: Work, body: int, drag: float, border: float, transposed: bool, A: Float, at: int
-) -> None:
+def add_body(m: Elastic, work: Work, body: int, drag: float, border: float, A: Float, at: int) -> None:
     """Add to a matrix (t, t + 2 or more) what a body brings besides contacts, in its rows and columns from ``at`` on.
 
     That is its hold, its own share of the drag, the border in row and column t - 1, and the right-hand sides in columns
     t and t + 1; ``border`` is what the border's row is multiplied by.
     """
     last = A.shape[0] - 1
-    row, column = (work.w, work.c) if transposed else (work.c, work.w)
-    across, along = (1.0, -border) if transposed else (-1.0, border)
     for i in range(6):
         here, place = 6 * body + i, at + i
         unit = m.unit[here]
         A[place, place] += unit * unit * (m.hold[here] + drag * m.still[here])
-        A[place, last] += across * unit * column[here]
-        A[last, place] += along * unit * row[here]
+        A[place, last] -= unit * work.w[here]
+        A[last, place] += border * unit * work.c[here]
         A[place, last + 1] += unit * work.rhs[here, 0]
         A[place, last + 2] += unit * work.rhs[here, 1]
 
@@ -139,8 +135,8 @@ def add_corner(work: Work, border: float, corner: float, A: Float) -> None:
 
 @compiled
 @lean
-def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: bool, least: float) -> float:
-    """Solve the system of ``work``, or its transpose, in place by Gauss elimination with scaling and pivoting.
+def dense_solve(m: Elastic, work: Work, drag: float, corner: float, least: float) -> float:
+    """Solve the system of ``work`` in place by Gauss elimination with scaling and pivoting.
 
     Returns the sign of the determinant, or SINGULAR where no pivot is above ``least``: 0 where any step will do,
     ROUNDED where a solution that only rounding makes unique is none.
@@ -148,10 +144,10 @@ def dense_solve(m: Elastic, work: Work, drag: float, corner: float, transposed: 
     A, rhs, n, unit = work.A, work.rhs, len(work.w), m.unit
     A[:] = 0.0
     for p in range(len(m.a)):
-        add_stiffness(m, p, work.K, drag, transposed, 6 * m.a[p], 6 * m.b[p], A, work.X, work.Y)
-    border = border_unit(work.w if transposed else work.c, unit)
+        add_stiffness(m, p, work.K, drag, 6 * m.a[p], 6 * m.b[p], A, work.X, work.Y)
+    border = border_unit(work.c, unit)
     for body in range(n // 6):
-        add_body(m, work, body, drag, border, transposed, A, 6 * body)
+        add_body(m, work, body, drag, border, A, 6 * body)
     add_corner(work, border, corner, A)
     sign = eliminate_all(A, least)
     for i in range(n + 1):

@@ -165,7 +165,7 @@ def newton(
         before = error
         if not np.isfinite(error) or (not done and (step == most or slow > max(3, most // 4))):
             break
-        sign = solve(m, work, balance.drag, balance.corner, False, fronts)
+        sign = solve(m, work, balance.drag, balance.corner, fronts)
         if done or sign == SINGULAR:
             return Iteration(sign != SINGULAR, s, step, step + 1, states, sign)
         last = states

@@ -11,10 +11,9 @@ from holdfast.base.compiled import by_reference, compilable, compiled, lean
 from holdfast.elastic.beginning import find_motion
 from holdfast.elastic.cubic import summit
 from holdfast.elastic.direction import turn
-from holdfast.elastic.fronts import solve
-from holdfast.elastic.linear import SINGULAR, Work
+from holdfast.elastic.linear import Work
 from holdfast.elastic.model import Elastic
-from holdfast.elastic.newton import SHORTEST, Balance, newton, unbalance, worst
+from holdfast.elastic.newton import SHORTEST, Balance, newton, worst
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import Event, PathOutcome, goes_on, outcome_of
 from holdfast.elastic.step_control import (
@@ -54,8 +53,7 @@ class PathResult(NamedTuple):
     of its step; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how much s of the peak may be too
     low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone;
     ``motion`` (k, n) what begins to move above the peak, 0 where the path was lost and nothing does; ``plane`` (k, n)
-    across which the peak was found; ``gradient`` (k, n), or (k, 0) if it was not asked for: peak / peak' = gradient ·
-    load' to first order for another load.
+    across which the peak was found.
     """
 
     outcome: Int
@@ -69,17 +67,11 @@ class PathResult(NamedTuple):
     q: Float
     motion: Float
     plane: Float
-    gradient: Float
 
     @classmethod
-    def lost(cls, count: int, n: int, *, gradients: bool) -> PathResult:
+    def lost(cls, count: int, n: int) -> PathResult:
         """``count`` paths of which nothing is known yet."""
-        rows: dict[str, tuple[int, ...]] = {
-            "q": (n,),
-            "motion": (n,),
-            "plane": (n,),
-            "gradient": (n if gradients else 0,),
-        }
+        rows: dict[str, tuple[int, ...]] = {"q": (n,), "motion": (n,), "plane": (n,)}
         kinds = {"outcome": np.int64, "systems": np.int64}
         return cls._make(np.zeros((count, *rows.get(name, ())), kinds.get(name, np.float64)) for name in cls._fields)
 
@@ -128,7 +120,7 @@ def follow(
     """Raise s from 0 at the rest state ``start`` (n,) along the path r(q) + s load = 0; the result goes ``into`` a row.
 
     1. Find the direction in which the path begins, and 2. step along it, as ``walk`` does. 3. If it has a peak, refine
-    that. 4. If asked for, find how the peak answers to other loads.
+    that.
     """
     now = stepper.now
     event = walk(m, work, stepper, start, load, most, fronts)
@@ -145,8 +137,6 @@ def follow(
     if outcome == PathOutcome.PEAK:
         refine(m, work, stepper, fronts)
         put(into.q[row], stepper.peak_q)
-        if into.gradient.shape[1] > 0:
-            answer_to_loads(m, work, stepper, into.gradient[row], fronts)
     put(into.plane[row], stepper.peak_plane)
     into.outcome[row] = outcome
     into.peak[row] = np.inf if outcome == PathOutcome.ENDLESS else now.highest
@@ -292,37 +282,6 @@ def narrow(work: Work, stepper: Stepper, s: float, sign: float) -> None:
         put(stepper.falling_q, q)
         put(stepper.falling_tangent, tangent)
         now.falling_s, now.falling_slope = s, slope
-
-
-@compilable
-@lean
-def answer_to_loads(m: Elastic, work: Work, stepper: Stepper, gradient: Float, fronts: Fronts | None) -> None:
-    """How the peak answers to other loads: peak / peak' = gradient · load' to first order.
-
-    ``gradient`` (n,) is the left null vector of the stiffness, gradient · load = 1. Where a node changes its state at
-    the peak, it is the mean of the vectors from both sides under which moving along the path changes nothing.
-    """
-    now = stepper.now
-    n = len(gradient)
-    put(work.c, stepper.rising_plane)
-    before = 0.0
-    for side in range(2):
-        q = stepper.falling_q if side == 1 and now.closed else stepper.rising_q
-        unbalance(m, work, stepper.path, q, now.highest)
-        work.rhs[:] = 0.0
-        work.rhs[n, 0] = -1.0
-        if solve(m, work, 0.0, 0.0, True, fronts) == SINGULAR:
-            break
-        slope = -work.rhs[n, 0]
-        if side == 0:
-            before = slope
-            put(gradient, work.rhs[:n, 0])
-        else:
-            share = 1.0 if abs(slope) < abs(before) else 0.0
-            if before > 0 > slope:
-                share = before / (before - slope)
-            mix(gradient, gradient, share, work.rhs[:n, 0])
-    now.systems += 2
 
 
 @compiled

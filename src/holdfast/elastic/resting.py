@@ -173,5 +173,5 @@ def bond_all(m: Elastic, work: Work, load: Float, q: Float, fronts: Fronts | Non
     work.c[:] = 0.0
     work.rhs[:] = 0.0
     put(work.rhs[:n, 0], load)
-    solve(m, work, 1.0, 1.0, False, fronts)  # drag alone: that of bonds
+    solve(m, work, 1.0, 1.0, fronts)  # drag alone: that of bonds
     put(q, work.rhs[:n, 0])

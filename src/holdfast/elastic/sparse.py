@@ -74,7 +74,7 @@ def write_entries(m: Elastic, K: Float, rows: Int, columns: Int, values: Float) 
     for p in range(len(m.a)):
         B[:] = 0.0
         ends = m.b[p], m.a[p]
-        add_stiffness(m, p, K, 0.0, False, 6 if ends[1] >= 0 else -1, 0 if ends[0] >= 0 else -1, B, X, Y)
+        add_stiffness(m, p, K, 0.0, 6 if ends[1] >= 0 else -1, 0 if ends[0] >= 0 else -1, B, X, Y)
         for i in range(12):
             for j in range(12):
                 one, other = ends[i // 6], ends[j // 6]

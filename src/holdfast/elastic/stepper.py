@@ -309,7 +309,7 @@ def cross_change(m: Elastic, work: Work, stepper: Stepper, fronts: Fronts | None
     work.rhs[n, 1] = 1.0
     # a body that comes to stand on one point may tip and turn in any direction; a level path goes on behind such points
     rises = now.slope * now.length > FLAT * abs(now.s)
-    sign = solve(m, work, 0.0, 0.0, False, fronts, ROUNDED if rises else 0.0)
+    sign = solve(m, work, 0.0, 0.0, fronts, ROUNDED if rises else 0.0)
     now.systems += 1
     if sign == SINGULAR:
         if now.s > now.highest and worst(m, work.r) <= tolerance:

@@ -122,20 +122,18 @@ class System:
         start: Float,
         loads: Float,
         *,
-        gradients: bool = False,
         most: Float | None = None,
         pace: StepControl | None = None,
     ) -> PathResult:
         """Follow the paths of ``loads`` (k, n), none of them zero, from the state of rest ``start`` (n,).
 
-        Loads are in the model's units; ``gradients``: say how peaks answer to other loads. If given, no path is
-        followed beyond ``most`` (k,) times its load. ``pace`` says how closely they are followed; QUICK or, where
-        systems are dear, BRIEF.
+        Loads are in the model's units. If given, no path is followed beyond ``most`` (k,) times its load. ``pace`` says
+        how closely they are followed; QUICK or, where systems are dear, BRIEF.
         """
         count, n = loads.shape
         pace = pace or (QUICK if self.fronts is None else BRIEF)
         farthest = np.full(count, np.inf) if most is None else np.ascontiguousarray(most)
-        found, stuck = PathResult.lost(count, n, gradients=gradients), self.stuck
+        found, stuck = PathResult.lost(count, n), self.stuck
 
         def run(rows: Int, work: Work) -> None:
             stepper = make_stepper(stuck, pace)

@@ -96,9 +96,9 @@ def add_wrench(m: Elastic, p: int, F: Float, factor: float, r: Float) -> None:
 @lean
 @fused
 def add_stiffness(
-    m: Elastic, p: int, K: Float, drag: float, transposed: bool, at_a: int, at_b: int, A: Float, X: Float, Y: Float
+    m: Elastic, p: int, K: Float, drag: float, at_a: int, at_b: int, A: Float, X: Float, Y: Float
 ) -> None:
-    """Add [Tb, -Ta]ᵀ (K + ``drag`` · bonded) [Tb, -Ta] of sheet p, or its transpose, to a matrix ``A``.
+    """Add [Tb, -Ta]ᵀ (K + ``drag`` · bonded) [Tb, -Ta] of sheet p to a matrix ``A``.
 
     The rows and columns of its bodies begin at ``at_a`` and ``at_b`` there, negative for a fixed one, and are
     multiplied by ``unit``: turns and shifts of small bodies have stiffnesses of other orders. ``X``, ``Y`` (6, 6) are
@@ -107,7 +107,7 @@ def add_stiffness(
     R, a, b = m.axes[p], m.a[p], m.b[p]
     for i in range(6):
         for j in range(6):
-            X[i, j] = (K[p, j, i] if transposed else K[p, i, j]) + drag * m.bonded[p, i, j]
+            X[i, j] = K[p, i, j] + drag * m.bonded[p, i, j]
     for half in range(0, 6, 3):  # Y = Rᵀ X, and X = Y R
         for i in range(3):
             one, two, three = R[0, i], R[1, i], R[2, i]

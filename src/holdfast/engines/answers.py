@@ -20,7 +20,7 @@ from holdfast.engines.mechanism import NAMED, Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
 ABOVE = "limit analysis proves that something moves above this"
-COLUMNS = ("force", "lower", "upper", "status", "mechanism", "solved", "error")
+COLUMNS = ("force", "lower", "upper", "status", "mechanism")
 SIGNIFICANT = 6  # forces are ranked after rounding to about this many significant digits
 MOST_REASONS = 3  # the most reasons in one line of text
 
@@ -116,7 +116,7 @@ class Step(Value):
 
 
 @archived
-@shaped(force="n", lower="n", upper="n", status="n", mechanism="n", solved="n", error="n")
+@shaped(force="n", lower="n", upper="n", status="n", mechanism="n")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Answers(Value):
     """A table that gives, for each of n loads, the largest force before something moves, its bounds and the mechanism.
@@ -132,8 +132,6 @@ class Answers(Value):
       (force 0, which is no answer: the answer is not known). ``undecided`` says how many rows are, and why.
     - ``mechanism``: how bodies begin to move, or None where nothing gives way. ``moving`` gives the names of the
       moving bodies, or of the one that is crushed; ``mode`` is "slip", "topple", "mixed", "roll", "crush" or "none".
-    - ``solved``: False where the answer was interpolated between neighbouring loads.
-    - ``error``: the relative error that ``force`` may have because of the interpolation; 0 where ``solved``.
 
     The other fields hold for the whole table: the name of the ``engine``; its ``claim``; how ``lower_bound`` and
     ``upper_bound`` are known; ``notes`` on the simplifications made; and the ``verdict`` on the assembly under its
@@ -147,8 +145,6 @@ class Answers(Value):
     upper: Float
     status: Objects
     mechanism: Objects
-    solved: Bool
-    error: Float
     engine: str
     claim: Claim
     lower_bound: Bound
@@ -176,8 +172,6 @@ class Answers(Value):
         mechanism: Sequence[Mechanism | None],
         lower: Float | None = None,
         upper: Float | None = None,
-        solved: Bool | None = None,
-        error: Float | None = None,
         lower_bound: Bound = Bound.NONE,
         upper_bound: Bound = Bound.NONE,
         notes: Sequence[str] = (),
@@ -186,8 +180,7 @@ class Answers(Value):
         """Build a table from what an engine found.
 
         If ``lower`` or ``upper`` is not given, it is filled with 0 or inf. A bound that rounding has put on the wrong
-        side of ``force`` is moved to it. If ``solved`` or ``error`` is not given, all rows count as solved, with error
-        0.
+        side of ``force`` is moved to it.
         """
         count = len(force)
         return cls(
@@ -196,8 +189,6 @@ class Answers(Value):
             upper=np.full(count, np.inf) if upper is None else np.maximum(upper, force),
             status=objects(status),
             mechanism=objects(mechanism),
-            solved=np.ones(count, dtype=bool) if solved is None else solved,
-            error=np.zeros(count) if error is None else error,
             engine=engine,
             claim=claim,
             lower_bound=lower_bound,

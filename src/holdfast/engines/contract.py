@@ -22,10 +22,9 @@ class Exact:
 
 @dataclass(frozen=True)
 class Within:
-    """Accuracy: answers for loads on one body may share work, as long as they stay within the ``relative`` error > 0.
+    """Accuracy: an engine that proves both bounds may stop as soon as (upper - lower) / upper <= ``relative`` > 0.
 
-    An engine that proves both bounds may stop as soon as (upper - lower) / upper <= gap. An engine without proved
-    bounds may interpolate between neighbouring loads, with an expected relative error of about that.
+    Loads on one body may then share work. An engine without proved bounds solves every load as ``Exact`` does.
     """
 
     relative: float

@@ -383,7 +383,6 @@ class _Smallest:
         self.force, self.lower, self.upper = (np.full(count, np.inf) for _ in range(3))
         self.status = np.array([Status.INFINITE] * count, dtype=object)  # np.full would make plain texts of them
         self.mechanism = np.full(count, None, dtype=object)
-        self.solved, self.error = np.ones(count, dtype=bool), np.zeros(count)
         self.asked = np.zeros(count, dtype=bool)
         self.parts: list[Answers] = []
 
@@ -400,7 +399,7 @@ class _Smallest:
         self.lower[columns] = np.minimum(self.lower[columns], found.lower)
         self.upper[columns] = np.minimum(self.upper[columns], found.upper)
         at = columns[taken]
-        for name in ("force", "status", "mechanism", "solved", "error"):
+        for name in ("force", "status", "mechanism"):
             getattr(self, name)[at] = getattr(found, name)[taken]
 
     def answers(self, engine: Engine, verdict: Verdict, reasons: Sequence[str]) -> Answers:
@@ -415,8 +414,6 @@ class _Smallest:
             mechanism=self.mechanism.tolist(),
             lower=self.lower,
             upper=self.upper,
-            solved=self.solved,
-            error=self.error,
             lower_bound=bounds[0],
             upper_bound=bounds[1],
             notes=joined_notes([*(part.notes for part in self.parts), reasons]),

@@ -16,7 +16,7 @@ from holdfast.engines.answers import Answers, Bound, weakest_bound
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.random_faces import Faces
 from holdfast.engines.compliant.rough import Rough
-from holdfast.engines.contract import EXACT, Accuracy, Engine
+from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
@@ -53,12 +53,11 @@ class Covering:
         """Return the engine on one of the samples."""
         return Rough(self.engine, Faces(self.imperfect, number))
 
-    def over_surface(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
+    def over_surface(self, found: Answers, W: Float) -> Answers:
         """Do the same as ``over`` for many points on one body, at less cost.
 
         The weakest points are computed on every sample. The others are computed only on the WORST samples for the weak
-        points, with interpolation as ``accuracy`` allows. They are likely, but not certain, to be no weaker on the
-        remaining samples.
+        points. They are likely, but not certain, to be no weaker on the remaining samples.
         """
         weak = self._weak(found)
         others = np.setdiff1d(np.arange(len(found)), weak)
@@ -68,7 +67,7 @@ class Covering:
         lower = np.zeros(len(found))
         lower[weak] = self._quantile(table.lower)
         worst = np.argsort(table.lower.sum(1), kind="stable")[:WORST]
-        rest = self._lower(worst.tolist(), W[:, others], accuracy)
+        rest = self._lower(worst.tolist(), W[:, others])
         lower[others] = rest.lower.min(0)
         remark = (
             f"; {len(others)} of {len(found)} points were asked only on the {len(worst)} samples worst for the rest"
@@ -79,12 +78,10 @@ class Covering:
         count = max(FEWEST, int(np.ceil(WEAK * len(found))))
         return np.sort(np.argsort(np.where(found.decided, found.force, np.inf), kind="stable")[:count])
 
-    def _lower(self, samples: Iterable[int], W: Float, accuracy: Accuracy = EXACT) -> _Table:
+    def _lower(self, samples: Iterable[int], W: Float) -> _Table:
         rows, fallen, undecided = [], 0, 0
         for sample in reported(STAGE, list(samples)):
-            found = prepared(self.sample(sample), self.assembly, self.standing, self.acceleration).load_factor(
-                W, accuracy
-            )
+            found = prepared(self.sample(sample), self.assembly, self.standing, self.acceleration).load_factor(W)
             rows.append(found.lower)
             fallen += bool((found.status == Status.UNSTABLE).any())
             undecided += int((~found.decided).sum())

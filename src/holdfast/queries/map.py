@@ -23,7 +23,7 @@ from holdfast.base.values import Table, Value
 from holdfast.certificates.certified import Certified
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Answers, joined
-from holdfast.engines.contract import EXACT, FORCES_ONLY, Within
+from holdfast.engines.contract import EXACT, Within
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.mechanism import Mode
@@ -54,7 +54,7 @@ class MapPoint(Value):
     A push of ``force`` [N] at ``point`` (3,) [m] along the inward unit vector ``direction`` (3,), both in the world
     frame, is the largest before the bodies named in ``moving`` begin to move. ``mode`` and ``status`` have the same
     meaning as in Robustness: if the status is UNDECIDED, the force 0 is no answer. ``mechanism`` is the motion in
-    words. Where ``solved`` is false, ``force`` was interpolated and ``error`` is its stated relative error.
+    words.
     """
 
     body: str
@@ -65,8 +65,6 @@ class MapPoint(Value):
     mode: Mode
     moving: tuple[str, ...]
     mechanism: str
-    solved: bool
-    error: float
 
 
 @archived
@@ -80,8 +78,7 @@ class RobustnessMap(Certified, Forces):
     ``upper``, ``moving``, ``mode`` and ``mechanism``, each (n,), have the same meaning as in Robustness.
 
     ``cells`` maps each body name to the surface cells that the points represent, in the order of the points. ``hidden``
-    maps it to the covered cells, where no push is possible. ``solved`` (n,) is true where a point was solved on its
-    own; ``error`` (n,) is the stated relative error of ``force`` where it was interpolated, and 0 elsewhere.
+    maps it to the covered cells, where no push is possible.
     """
 
     assembly: Assembly
@@ -139,7 +136,7 @@ class RobustnessMap(Certified, Forces):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON: the columns and the weakest points, without meshes and mechanisms."""
-        names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode", "solved", "error")
+        names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode")
         weakest = {
             "weakest": to_dict(self.weakest()) if len(self.force) else None,
             "weakest_of_each_body": to_dict(self.weakest_of_each_body()),
@@ -214,8 +211,6 @@ def map_point(answers: Answers, row: int, body: str, point: Float, normal: Float
         mode=answers.mode[row],
         moving=answers.moving[row],
         mechanism="" if motion is None else motion.text,
-        solved=bool(answers.solved[row]),
-        error=float(answers.error[row]),
     )
 
 
@@ -247,10 +242,8 @@ def robustness_map(
     between neighbouring points. Points on a contact patch are left out, and so are points where another body is less
     than half a spacing away in front of the surface.
 
-    ``accuracy`` is the relative accuracy that is requested. An engine that proves both bounds may stop where (upper -
-    lower) / upper <= ``accuracy``. Engine ``compliant`` solves some points and interpolates between them with an
-    expected relative error of at most ``accuracy``; the ``error`` that it states is at most three times that. With
-    ``accuracy`` = 0 every point is solved on its own. Engine ``graph`` ignores ``accuracy``.
+    Engines ``compliant`` and ``graph`` answer every point as ``robustness`` answers a push there. Engine ``limit``,
+    which proves both bounds, stops where (upper - lower) / upper <= ``accuracy``; with 0 it, too, solves every point.
 
     ``imperfect`` has the same meaning as in ``robustness``. The weakest tenth of each body's points is computed on all
     samples, and the rest only on the samples that are worst for these points.
@@ -270,7 +263,7 @@ def robustness_map(
     state, covers = prepared(method, assembly), covering(imperfect, method, assembly)
     shown: dict[str, Cells] = {}
     hidden: dict[str, Cells] = {}
-    within = EXACT if wanted == 0 else Within(wanted) if wanted < 1 else FORCES_ONLY
+    within = EXACT if wanted == 0 else Within(wanted)
     answers: list[Answers] = []
     waiting: list[Float] = []
     for place, (name, index) in enumerate(reported("robustness of all surfaces", list(numbers.items())), start=1):
@@ -282,7 +275,7 @@ def robustness_map(
         found = state.load_factor(np.hstack(waiting), within)
         for columns, end in zip(waiting, ends.tolist(), strict=True):
             own = found.rows(slice(end - columns.shape[1], end))
-            answers.append(own if covers is None else covers.over_surface(own, columns, within))
+            answers.append(own if covers is None else covers.over_surface(own, columns))
         waiting = []
     movable = [number for number in numbers.values() if number != FIXED]
     verdict = state.verdict_on(movable)

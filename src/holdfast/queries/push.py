@@ -72,7 +72,7 @@ class Robustness(Certified, Forces):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, with all columns."""
-        names = ("force", "status", "lower", "upper", "moving", "mode", "mechanism", "solved", "error")
+        names = ("force", "status", "lower", "upper", "moving", "mode", "mechanism")
         return self.about() | {"body": self.body} | self.columns("points", "directions", *names)
 
     def summary(self) -> Summary:

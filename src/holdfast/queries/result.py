@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from holdfast.base.archive import to_dict
-from holdfast.base.arrays import Bool, Float, Objects, objects
+from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.text import listed
@@ -142,16 +142,6 @@ class Columns(Result):
         """The mechanism (n,) of each row, or None where nothing gives way."""
         return self.answers.mechanism
 
-    @property
-    def solved(self) -> Bool:
-        """Whether each row (n,) was solved on its own; if not, its answer was interpolated from neighbouring loads."""
-        return self.answers.solved
-
-    @property
-    def error(self) -> Float:
-        """The stated relative error (n,) of the answers that were interpolated; 0 for the others."""
-        return self.answers.error
-
     def about(self) -> dict[str, Any]:
         """Return what applies to the whole table as plain data, with the bound that holds for all rows.
 
@@ -245,16 +235,6 @@ class Single(Result):
         """The motion with which the bodies begin to move, or None if nothing gives way."""
         mechanism: Mechanism | None = self.answers.mechanism[0]
         return mechanism
-
-    @property
-    def solved(self) -> bool:
-        """Whether the answer was solved on its own; if not, it was interpolated from neighbouring loads."""
-        return bool(self.answers.solved[0])
-
-    @property
-    def error(self) -> float:
-        """The stated relative error of an interpolated answer; 0 for any other."""
-        return float(self.answers.error[0])
 
 
 def only_answer(result: Result) -> float:

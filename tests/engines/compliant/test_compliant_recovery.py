@@ -39,8 +39,8 @@ def lose(monkeypatch: pytest.MonkeyPatch, share: Callable[[Grid], float | None])
     """Let paths be lost at a share of their peak, which depends on the grid; None leaves them as they are."""
     followed: Paths = Grid.paths
 
-    def paths(grid: Grid, W: Float, *, gradients: bool = False) -> PathResult:
-        found, left = followed(grid, W, gradients=gradients), share(grid)
+    def paths(grid: Grid, W: Float) -> PathResult:
+        found, left = followed(grid, W), share(grid)
         if left is None:
             return found
         lost = np.full(len(found.peak), PathOutcome.LOST)
@@ -89,8 +89,8 @@ def test_a_finer_path_that_ends_sooner_only_lowers_the_bound(monkeypatch: pytest
     force, _ = asked()
     followed: Paths = Grid.paths
 
-    def paths(grid: Grid, W: Float, *, gradients: bool = False) -> PathResult:
-        found = followed(grid, W, gradients=gradients)
+    def paths(grid: Grid, W: Float) -> PathResult:
+        found = followed(grid, W)
         few = grid.springs.nodes == 7
         outcome = np.full(len(found.peak), PathOutcome.LOST if few else PathOutcome.PEAK)
         return found._replace(outcome=outcome, peak=(0.6 if few else 0.2) * found.peak)
@@ -116,8 +116,8 @@ def test_a_path_without_end_may_be_lost_far_out(
     """Far above the weight rounding decides where it is lost: there limit analysis and a state of rest tell the end."""
     followed: Paths = Grid.paths
 
-    def paths(grid: Grid, W: Float, *, gradients: bool = False) -> PathResult:
-        found = followed(grid, W, gradients=gradients)
+    def paths(grid: Grid, W: Float) -> PathResult:
+        found = followed(grid, W)
         reached = weights / np.abs(grid.loads(W)).max(axis=1)
         return found._replace(outcome=np.full(len(reached), PathOutcome.LOST), peak=reached)
 

@@ -19,7 +19,6 @@ from holdfast.engines.compliant.elastic_model import elastic_model, own_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.random_faces import Faces
 from holdfast.engines.compliant.rough import Rough
-from holdfast.engines.contract import EXACT
 from holdfast.engines.groups import prepared
 from holdfast.queries.imperfect_bounds import covering
 from holdfast.queries.request import push_columns
@@ -260,7 +259,7 @@ def test_strong_points_are_asked_on_the_worst_samples_for_the_weak_ones() -> Non
     ideal = prepared(Compliant(), assembly).load_factor(W)
     covers = covering(imperfect, Compliant(), assembly)
     assert covers is not None
-    found = covers.over_surface(ideal, W, EXACT)
+    found = covers.over_surface(ideal, W)
     each = np.array([prepared(covers.sample(k), assembly).load_factor(W).lower for k in range(6)])
     weak = np.argsort(ideal.force, kind="stable")[:24]
     worst = np.argsort(each[:, weak].sum(1), kind="stable")[:4]

@@ -14,7 +14,6 @@ from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.beginnings import PATIENCE, SMALL, gives_way, path_from
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE, rests_alone
-from holdfast.engines.contract import EXACT, Within
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
 
@@ -93,13 +92,12 @@ class LimitReview(Amendment):
           its path was lost above HUGE times the weight that counts beside its load and one of the two searches for rest
           succeeds, or if it has no end, on the finer grid neither, where every body is held.
         """
-        W, accuracy = asked.W, asked.accuracy
+        W = asked.W
         size, own, held = self._sizes(W), self._own(W), self.grid.loads_held(W)
         doubtful = np.flatnonzero(self._doubtful(found, size, own, held, bounded=asked.bounded))
         if not len(doubtful) or not self.grid.certain.verdict().equilibrium_exists:
             return found
-        wanted = accuracy if isinstance(accuracy, Within) else EXACT
-        certain = self.grid.certain.fresh().load_factor(W[:, doubtful], wanted)
+        certain = self.grid.certain.load_factor(W[:, doubtful])
         upper = np.array(found.upper)
         known: dict[str, Any] = {name: np.array(getattr(found, name)) for name in _Row._fields}
         upper[doubtful] = top = np.minimum(upper[doubtful], certain.upper)

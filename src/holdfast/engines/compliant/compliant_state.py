@@ -16,19 +16,17 @@ from holdfast.engines.amendments.amendment import Amendment, Asked
 from holdfast.engines.amendments.amendment_list import amended, amendments_of
 from holdfast.engines.amendments.self_stressed import SelfStressed
 from holdfast.engines.answers import Answers, Bound, Claim, Step
-from holdfast.engines.compliant.columns import Columns, followed, surveyed
+from holdfast.engines.compliant.columns import Columns, followed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.refinement import Refined
 from holdfast.engines.compliant.rest_verdict import balanced_forces
-from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly, Within
-from holdfast.engines.directions import by_body
+from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.rest import contact_forces
 from holdfast.engines.verdict import ContactForces, Status, Verdict
 
 NAME, CLAIM = "compliant", Claim.HOLDS
-MANY = 40  # smallest number of columns on one body for which interpolation pays off
 STATUS = {
     PathOutcome.PEAK: Status.FINITE,
     PathOutcome.ENDLESS: Status.INFINITE,
@@ -93,11 +91,10 @@ class Standing:
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Find the peak of the load path of each column of W (6J, n) [N, N m].
 
-        ``lower`` is the peak minus the estimated discretisation error. With ``Within(relative)``, MANY or more columns
-        that load one body alone are interpolated between paths (interpolated.py), with expected relative errors of at
-        most ``relative``; ``lower`` then also allows for the stated interpolation error. With ``ForcesOnly``, ``lower``
-        is 0 and no finer grid is needed. What paths do not know is amended (amendments/amendment_list.py). Of several
-        threads that ask, one waits for the other.
+        ``lower`` is the peak minus the estimated discretisation error. Every column is answered as if it were asked
+        alone, ``Within`` an error, too: a neighbour's error says nothing certain about its own. With ``ForcesOnly``,
+        ``lower`` is 0 and no finer grid is needed. What paths do not know is amended (amendments/amendment_list.py).
+        Of several threads that ask, one waits for the other.
         """
         with self._asking:
             return self._load_factor(W, accuracy)
@@ -107,12 +104,8 @@ class Standing:
         asked = W[:, loaded]
         if len(loaded) and not isinstance(accuracy, ForcesOnly):
             self._begin_bounds()
-        if not len(loaded):
-            columns = Columns.unknown(0)
-        elif isinstance(accuracy, Within) and (groups := by_body(asked, MANY)):
-            columns = surveyed(self.refined, asked, groups, accuracy.relative)
-        else:
-            columns = followed(self.refined, asked, bounds=not isinstance(accuracy, ForcesOnly))
+        bounds = not isinstance(accuracy, ForcesOnly)
+        columns = followed(self.refined, asked, bounds=bounds) if len(loaded) else Columns.unknown(0)
         found = _answers(W.shape[1], loaded, columns, self.decided, accuracy)
         return amended(found, Asked(W, accuracy, loaded, columns), self._amendments)
 
@@ -187,9 +180,7 @@ def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accura
     mechanisms: list[Mechanism | None] = [None] * count
     raw = np.full(count, np.inf)
     raw[loaded] = columns.raw
-    solved, error = np.ones(count, dtype=bool), np.zeros(count)
     factor[loaded], lower[loaded] = columns.factor, columns.lower
-    solved[loaded], error[loaded] = columns.solved, columns.error
     for k, column in enumerate(loaded.tolist()):
         mechanisms[column], status[column] = columns.mechanisms[k], STATUS[PathOutcome(columns.outcome[k])]
     return Answers.of(
@@ -201,8 +192,6 @@ def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accura
         upper=upper,
         status=status,
         mechanism=mechanisms,
-        solved=solved,
-        error=error,
         lower_bound=Bound.NONE if isinstance(accuracy, ForcesOnly) else Bound.ESTIMATED,
         steps=(
             Step(

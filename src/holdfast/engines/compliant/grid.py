@@ -154,33 +154,27 @@ class Grid:
         """Convert load columns W (6J, k) [N, N m] to rows (k, 6J) in the units of the model."""
         return own_rows(self.assembly, np.ascontiguousarray(W.T) / self.unit)
 
-    def paths(self, W: Float, *, gradients: bool = False, most: float = np.inf) -> PathResult:
+    def paths(self, W: Float, *, most: float = np.inf) -> PathResult:
         """Follow the load paths of columns W (6J, k) [N, N m], none of which may be zero.
 
-        All paths are lost if the assembly does not rest on this grid. If ``gradients`` is True, the result also holds
-        the derivatives of the peaks by the load, in the units of W. No path is followed beyond ``most`` times its load.
+        All paths are lost if the assembly does not rest on this grid. No path is followed beyond ``most`` times its
+        load.
 
         Where systems are dear, a path that leads to HUGE times the weight that counts beside its load is endless if few
         bodies carry that alone (load_bearing.py): what would be met further out are other branches, or rounding.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
-            return PathResult.lost(*loads.shape, gradients=gradients).sealed()
+            return PathResult.lost(*loads.shape).sealed()
         far = self.system.fronts is not None and most == np.inf
         farthest = np.full(len(loads), most)
         if far:
             beside = np.array([self.load_bearing.weight(load) for load in loads])
             farthest = HUGE * beside / np.abs(loads).max(axis=1, initial=0.0)
-        found = self._followed.paths(self.settled.q, loads, gradients=gradients, most=farthest)
-        if far:
-            found = self._led_on(loads, found, gradients=gradients)
-        return (
-            found._replace(gradient=world_rows(self.assembly, found.gradient) / self.unit).sealed()
-            if gradients
-            else found
-        )
+        found = self._followed.paths(self.settled.q, loads, most=farthest)
+        return self._led_on(loads, found) if far else found
 
-    def _led_on(self, loads: Float, found: PathResult, *, gradients: bool) -> PathResult:
+    def _led_on(self, loads: Float, found: PathResult) -> PathResult:
         """Return the paths ``found`` of ``loads`` (k, 6J), of which those left at HUGE times a weight are decided.
 
         They are endless if few bodies carry the load alone; if not, they are followed once more, as far as they lead.
@@ -198,7 +192,7 @@ class Grid:
         others = there[~alone]
         if not len(others):
             return found
-        return found.replaced(others, self._followed.paths(self.settled.q, loads[others], gradients=gradients))
+        return found.replaced(others, self._followed.paths(self.settled.q, loads[others]))
 
     @cached_property
     def load_bearing(self) -> LoadBearing:

@@ -38,21 +38,17 @@ class Bounded(NamedTuple):
     """Load paths with lower bounds of their peaks.
 
     ``below`` (k,) is the peak minus the discretisation error; it is 0 if there is no peak or no bound was asked for.
-    ``own`` (k,) tells which peaks were found on the grid that was asked first, and ``few`` (k,) at which of those
-    forces are concentrated on few nodes. ``raw`` (k,) are the peaks on that grid, or what was reached there.
+    ``raw`` (k,) are the peaks on the grid that was asked first, or what was reached there.
     """
 
     paths: PathResult
     below: Float
-    own: Bool
-    few: Bool
     raw: Float
 
     @classmethod
     def unbounded(cls, paths: PathResult) -> Bounded:
         """Return paths of the grid that was asked, without lower bounds."""
-        count = len(paths.peak)
-        return cls(paths, np.zeros(count), paths.outcome == PathOutcome.PEAK, np.zeros(count, dtype=bool), paths.peak)
+        return cls(paths, np.zeros(len(paths.peak)), paths.peak)
 
     @classmethod
     def joined(cls, parts: Sequence[Bounded], order: Int) -> Bounded:
@@ -85,32 +81,11 @@ class Bounded(NamedTuple):
 
     def replaced(self, at: Int, others: Bounded) -> Bounded:
         """Return the same with ``others`` in the places ``at``, which are in order."""
-        if len(at) == len(self.own):  # in all places
+        if len(at) == len(self.below):  # in all places
             return others._replace(raw=self.raw)
-        below, own, few = self.below.copy(), self.own.copy(), self.few.copy()
-        below[at], own[at], few[at] = others.below, others.own, others.few
-        return Bounded(self.paths.replaced(at, others.paths), below, own, few, self.raw)
-
-    def refined(self) -> Bounded:
-        """Return the same, found on another grid than the one that was asked first."""
-        return self._replace(own=np.zeros_like(self.own), few=np.zeros_like(self.few))
-
-
-class Around(NamedTuple):
-    """What k loads have in common with others around them whose answers are known.
-
-    ``share`` (k,) is the least ratio of lower bound to peak among those, nan where nothing is to be taken from them;
-    ``few`` (k,) tells whether forces are concentrated on few nodes at their peaks, and ``endless`` (k,) whether none of
-    them has an end.
-    """
-
-    share: Float
-    few: Bool
-    endless: Bool
-
-    def chosen(self, which: Int) -> Around:
-        """Return the same of some of the loads."""
-        return Around(self.share[which], self.few[which], self.endless[which])
+        below = self.below.copy()
+        below[at] = others.below
+        return Bounded(self.paths.replaced(at, others.paths), below, self.raw)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,41 +109,31 @@ class Refined:
         few = self.grid.springs.nodes < RESOLVED and self.refinements > 1
         return few and FINER**2 * len(self.grid.nodes) <= MOST_NODES
 
-    def answers(
-        self, W: Float, *, gradients: bool = False, bounds: bool = True, around: Around | None = None
-    ) -> Bounded:
+    def answers(self, W: Float, *, bounds: bool = True) -> Bounded:
         """Follow the paths of columns W (6J, k).
 
         With ``bounds`` each path is followed on a grid that is fine enough for it, and has a lower bound. Without, all
         paths are followed on this grid and the lower bounds are 0. Paths that are lost on this grid are recovered as
-        ``_recovered`` says. ``gradients`` is as in ``Grid.paths``. If given, the lower bounds of peaks like those
-        ``around`` are the same share of the peak.
+        ``_recovered`` says.
         """
-        found = self._in_threads(W, gradients=gradients, bounds=bounds, around=around)
+        found = self._in_threads(W, bounds=bounds)
         lost = np.flatnonzero(found.paths.outcome == PathOutcome.LOST)
         if not len(lost):
             return found
-        return found.replaced(
-            lost, self._recovered(W[:, lost], found.paths.chosen(lost), gradients=gradients, bounds=bounds)
-        )
+        return found.replaced(lost, self._recovered(W[:, lost], found.paths.chosen(lost), bounds=bounds))
 
-    def _in_threads(self, W: Float, *, gradients: bool, bounds: bool, around: Around | None) -> Bounded:
+    def _in_threads(self, W: Float, *, bounds: bool) -> Bounded:
         """Follow the paths as ``_given`` does, many short ones in several threads; long paths make their own."""
         count, system = W.shape[1], self.grid.system
         threads = system.threads(count)
         if threads < 2 or system.long:
-            return self._given(
-                W, self.grid.paths(W, gradients=gradients), gradients=gradients, bounds=bounds, around=around
-            )
+            return self._given(W, self.grid.paths(W), bounds=bounds)
         number = threads * -(-count // (threads * MOST_CHUNK))
         chunks = [np.arange(first, count, number) for first in range(number)]
 
         def ask(row: int) -> Bounded:
             asked = W[:, chunks[row]]
-            there = None if around is None else around.chosen(chunks[row])
-            return self._given(
-                asked, self.grid.paths(asked, gradients=gradients), gradients=gradients, bounds=bounds, around=there
-            )
+            return self._given(asked, self.grid.paths(asked), bounds=bounds)
 
         parts = answers_in_parallel(STAGE, ask, threads, number, count)
         return Bounded.joined(parts, np.argsort(np.concatenate(chunks)))
@@ -205,7 +170,7 @@ class Refined:
         held[there] = sure[there] & (load - SAFETY * change - LEAST_ERROR * load >= 1)
         return np.asarray(held)
 
-    def _recovered(self, W: Float, lost: PathResult, *, gradients: bool, bounds: bool) -> Bounded:
+    def _recovered(self, W: Float, lost: PathResult, *, bounds: bool) -> Bounded:
         """Recover paths of columns W (6J, k) that are ``lost`` on this grid.
 
         Where some bodies are held, a path on which another comes to be only balanced, too, is followed with every body
@@ -220,52 +185,43 @@ class Refined:
             left = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
             if not len(left):
                 break
-            there = other.grid.paths(W[:, left], gradients=gradients)
+            there = other.grid.paths(W[:, left])
             agree = (there.outcome != PathOutcome.LOST) & (there.peak >= (1 - COARSE) * reached[left])
             agreed = np.flatnonzero(agree)
-            better = other._given(W[:, left[agreed]], there.chosen(agreed), gradients=gradients, bounds=bounds)
-            peaks = peaks.replaced(left[agreed], better.refined())
+            better = other._given(W[:, left[agreed]], there.chosen(agreed), bounds=bounds)
+            peaks = peaks.replaced(left[agreed], better)
             reached[left] = np.minimum(reached[left], there.peak)
         rest = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
         found = with_bisected_peaks(self.grid, W[:, rest], lost.chosen(rest))
         known = (found.outcome == PathOutcome.PEAK) & bounds
         below = np.where(known, (1 - LEAST_ERROR) * np.minimum(reached[rest], found.peak), 0.0)
-        return peaks.replaced(rest, Bounded.unbounded(found)._replace(below=below).refined())
+        return peaks.replaced(rest, Bounded.unbounded(found)._replace(below=below))
 
-    def _given(
-        self, W: Float, paths: PathResult, *, gradients: bool, bounds: bool, around: Around | None = None
-    ) -> Bounded:
+    def _given(self, W: Float, paths: PathResult, *, bounds: bool) -> Bounded:
         """Return the paths of this grid with bounds if they are wanted, else as they are."""
-        return self._bounded(W, paths, gradients=gradients, around=around) if bounds else Bounded.unbounded(paths)
+        return self._bounded(W, paths) if bounds else Bounded.unbounded(paths)
 
-    def _bounded(self, W: Float, paths: PathResult, *, gradients: bool, around: Around | None = None) -> Bounded:
+    def _bounded(self, W: Float, paths: PathResult) -> Bounded:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
         The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
         peak. Where forces are concentrated on few nodes at a peak, ``_resolved`` estimates the error, else
-        ``_estimated``. Peaks like those ``around`` take their share of it.
+        ``_estimated``.
         """
         found = Bounded.unbounded(paths)
-        at = np.flatnonzero(found.own)
-        contacts = self.grid.concentrated(paths.q[at]) & self._may_resolve
-        found.few[at] = contacts.any(1)
-        like = np.zeros(len(at), dtype=bool)
-        if around is not None:
-            like = np.isfinite(around.share[at]) & (around.few[at] == found.few[at])
-            found.below[at[like]] = around.share[at[like]] * paths.peak[at[like]]
-        new = at[~like]
-        kinds, alike = _alike(contacts[~like])
+        at = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
+        kinds, alike = _alike(self.grid.concentrated(paths.q[at]) & self._may_resolve)
 
         def better(number: int) -> Bounded:
-            rows = new[alike[number]]
+            rows = at[alike[number]]
             asked, peaks = W[:, rows], paths.chosen(rows)
             if kinds[number].any():
-                return self._resolved(asked, peaks, np.flatnonzero(kinds[number]), gradients=gradients)
-            return self._estimated(asked, peaks, gradients=gradients)
+                return self._resolved(asked, peaks, np.flatnonzero(kinds[number]))
+            return self._estimated(asked, peaks)
 
         for lot, own in zip(alike, self._shared([len(rows) for rows in alike], better), strict=True):
-            found = found.replaced(new[lot], own._replace(few=found.few[new[lot]]))
-        found = self._with_ends(W, paths, found, gradients=gradients, around=around)
+            found = found.replaced(at[lot], own)
+        found = self._with_ends(W, paths, found)
         passed = (paths.first < paths.peak) & (found.paths.first >= found.paths.peak)  # a maximum, on another grid
         found.below[passed] = np.minimum(found.below, paths.first)[passed]
         return found
@@ -286,23 +242,19 @@ class Refined:
             found = dict(zip(few, answers, strict=True))
         return [found[number] if number in found else ask(number) for number in range(len(sizes))]
 
-    def _with_ends(
-        self, W: Float, paths: PathResult, found: Bounded, *, gradients: bool, around: Around | None
-    ) -> Bounded:
+    def _with_ends(self, W: Float, paths: PathResult, found: Bounded) -> Bounded:
         """Return the answers ``found`` for columns W (6J, k), with those of the finer grid where only it has an end.
 
         A path of this grid that turned sharply, or whose load dipped, may have passed over a maximum that bodies do not
         come back from; and among many bodies the nodes may decide whether there is one. If the finer grid's path ends,
         it is the answer; else what that has dipped from bounds it. The error is at least COARSE where no finer grid is
-        allowed to tell it. Among many bodies all paths are followed there but for those between others without an end.
+        allowed to tell it. Among many bodies all paths are followed there.
         """
-        doubtful = (paths.sharpest > SHARP) | (paths.first < paths.peak)
-        if self.grid.system.fronts is not None:
-            doubtful |= True if around is None else ~around.endless
+        doubtful = (paths.sharpest > SHARP) | (paths.first < paths.peak) | (self.grid.system.fronts is not None)
         rows = np.flatnonzero((paths.outcome == PathOutcome.ENDLESS) & doubtful)
         if not len(rows):
             return found
-        there = self._finer.grid.paths(W[:, rows], gradients=gradients)
+        there = self._finer.grid.paths(W[:, rows])
         first, before = found.paths.first.copy(), found.paths.before.copy()
         endless = there.outcome == PathOutcome.ENDLESS
         first[rows] = np.where(endless, there.first, first[rows])
@@ -311,23 +263,23 @@ class Refined:
         ends = np.flatnonzero(there.outcome == PathOutcome.PEAK)
         peaks = there.chosen(ends)
         if self._may_refine:
-            better = self._finer._bounded(W[:, rows[ends]], peaks, gradients=gradients)
+            better = self._finer._bounded(W[:, rows[ends]], peaks)
         else:
             better = Bounded.unbounded(peaks)._replace(below=_below(peaks.peak, (1 - COARSE) * peaks.peak))
-        return found.replaced(rows[ends], better.refined())
+        return found.replaced(rows[ends], better)
 
-    def _estimated(self, W: Float, peaks: PathResult, *, gradients: bool) -> Bounded:
+    def _estimated(self, W: Float, peaks: PathResult) -> Bounded:
         """Give ``peaks`` of columns W (6J, k) lower bounds from the next finer grid, or take paths from there.
 
         Such a path is bounded in its turn, as long as refinement is allowed.
         """
         finer = self._finer
-        found, rows, paths = _compared(finer.grid, W, peaks, MOVED, gradients=gradients)
+        found, rows, paths = _compared(finer.grid, W, peaks, MOVED)
         if not len(rows) or not self._may_refine:
             return found
-        return found.replaced(rows, finer._bounded(W[:, rows], paths, gradients=gradients).refined())
+        return found.replaced(rows, finer._bounded(W[:, rows], paths))
 
-    def _resolved(self, W: Float, peaks: PathResult, contacts: Int, *, gradients: bool) -> Bounded:
+    def _resolved(self, W: Float, peaks: PathResult, contacts: Int) -> Bounded:
         """Give ``peaks`` of columns W (6J, k), concentrated at ``contacts``, lower bounds, or take other paths.
 
         Twice as many nodes err there as these do. The error is the change of the load at the displacement of the peak
@@ -343,17 +295,17 @@ class Refined:
         rows = np.flatnonzero(load < 0)
         if not len(rows):  # no grid is made for nothing
             return found
-        paths, before = self.grid.with_more(contacts, RESOLVED).paths(W[:, rows], gradients=gradients), peaks.peak[rows]
-        found.below[rows], found.own[rows] = _below(before, paths.peak), False
+        paths, before = self.grid.with_more(contacts, RESOLVED).paths(W[:, rows]), peaks.peak[rows]
+        found.below[rows] = _below(before, paths.peak)
         there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= SELF_STRESSED * before))
         rows, paths, before = rows[there], paths.chosen(there), before[there]
         own = Bounded.unbounded(paths)._replace(below=_below(paths.peak, (1 - COARSE) * paths.peak))
         moved = np.flatnonzero(np.abs(before - paths.peak) > COARSE * paths.peak)
         if len(moved):
-            last, more, better = _compared(most, W[:, rows[moved]], paths.chosen(moved), COARSE, gradients=gradients)
+            last, more, better = _compared(most, W[:, rows[moved]], paths.chosen(moved), COARSE)
             other = Bounded.unbounded(better)._replace(below=_below(better.peak, paths.peak[moved[more]]))
             own = own.replaced(moved, last.replaced(more, other))
-        return found.replaced(rows, own.refined())
+        return found.replaced(rows, own)
 
     def _most(self, contacts: Int) -> Grid:
         """Return the grid with most nodes at these contacts, and FINER times as many at all others."""
@@ -374,9 +326,7 @@ def _below(peak: Float, load: Float) -> Float:
     return np.maximum(peak - SAFETY * change - LEAST_ERROR * peak, 0.0)
 
 
-def _compared(
-    finer: Grid, W: Float, peaks: PathResult, near: float, *, gradients: bool
-) -> tuple[Bounded, Int, PathResult]:
+def _compared(finer: Grid, W: Float, peaks: PathResult, near: float) -> tuple[Bounded, Int, PathResult]:
     """Give ``peaks`` (k,) of columns W (6J, k) lower bounds by what they become on a ``finer`` grid.
 
     The estimated error is the change of the load at the displacement of the peak where that is at most ``near``, else
@@ -387,7 +337,7 @@ def _compared(
     unsure = np.flatnonzero(load < 0)
     if not len(unsure):
         return Bounded.unbounded(peaks)._replace(below=_below(peaks.peak, load)), unsure, peaks.chosen(unsure)
-    paths = finer.paths(W[:, unsure], gradients=gradients)
+    paths = finer.paths(W[:, unsure])
     load[unsure] = paths.peak
     there = np.flatnonzero(
         (paths.outcome == PathOutcome.PEAK) & (np.abs(paths.peak - peaks.peak[unsure]) > COARSE * peaks.peak[unsure])

@@ -18,11 +18,11 @@ from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.geometry.area import outline_vector
-from holdfast.geometry.triangulation import fan
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.rigid_parts import not_read, unknown_keys
 from holdfast.scene.formats.source import Source
+from holdfast.scene.meshes.text_meshes import fan
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 
@@ -71,7 +71,7 @@ def triangulated(vertices: Float, face: Int) -> Int:
     corners = vertices[face]
     across = outline_vector(corners)
     if not np.linalg.norm(across) > 0:
-        return fan(face)
+        return np.array(fan(face.tolist()))
     t1, t2 = tangents(across / np.linalg.norm(across))
     flat = np.column_stack([corners @ t1, corners @ t2])
     flat = (flat - flat.mean(0)) / np.ptp(flat, axis=0).max()
