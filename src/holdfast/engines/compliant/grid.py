@@ -160,26 +160,28 @@ class Grid:
         All paths are lost if the assembly does not rest on this grid. No path is followed beyond ``most`` times its
         load.
 
-        Where systems are dear, a path that leads to HUGE times the weight that counts beside its load is endless if few
-        bodies carry that alone (load_bearing.py): what would be met further out are other branches, or rounding.
+        A path that leads to HUGE times the weight that counts beside its load is endless if few bodies carry that alone
+        (load_bearing.py): what would be met further out are other branches, or rounding. Where systems are dear, it is
+        only followed so far at first.
         """
         loads = self.loads(W)
         if self.settled.outcome is not RestOutcome.RESTS:
             return PathResult.lost(*loads.shape).sealed()
-        far = self.system.fronts is not None and most == np.inf
         farthest = np.full(len(loads), most)
-        if far:
+        if self.system.fronts is not None and most == np.inf:
             beside = np.array([self.load_bearing.weight(load) for load in loads])
             farthest = HUGE * beside / np.abs(loads).max(axis=1, initial=0.0)
         found = self._followed.paths(self.settled.q, loads, most=farthest)
-        return self._led_on(loads, found) if far else found
+        return self._led_on(loads, found) if most == np.inf else found
 
     def _led_on(self, loads: Float, found: PathResult) -> PathResult:
-        """Return the paths ``found`` of ``loads`` (k, 6J), of which those left at HUGE times a weight are decided.
+        """Return the paths ``found`` of ``loads`` (k, 6J), of which those that led to HUGE times a weight are decided.
 
-        They are endless if few bodies carry the load alone; if not, they are followed once more, as far as they lead.
+        They are endless if few bodies carry the load alone; if not, they are followed as far as they lead.
         """
-        there = np.flatnonzero(found.outcome == PathOutcome.REACHED)
+        size = found.peak * np.abs(loads).max(axis=1, initial=0.0)
+        large = np.flatnonzero((found.outcome != PathOutcome.ENDLESS) & (size >= HUGE * self.lightest)).tolist()
+        there = np.array([k for k in large if size[k] >= HUGE * self.load_bearing.weight(loads[k])], dtype=np.int64)
         far = reported("loads that lead far", there.tolist())
         alone = np.array([self.load_bearing.balance(loads[k]) for k in far], dtype=bool)
         if alone.any():
@@ -189,10 +191,8 @@ class Grid:
                 sure[ends] = np.where(sure[ends] < peak[ends], sure[ends], np.inf)
             outcome[ends], peak[ends] = PathOutcome.ENDLESS, np.inf
             found = found._replace(outcome=outcome, peak=peak, first=first, before=before).sealed()
-        others = there[~alone]
-        if not len(others):
-            return found
-        return found.replaced(others, self._followed.paths(self.settled.q, loads[others]))
+        left = there[~alone & (found.outcome[there] == PathOutcome.REACHED)]
+        return found if not len(left) else found.replaced(left, self._followed.paths(self.settled.q, loads[left]))
 
     @cached_property
     def load_bearing(self) -> LoadBearing:
