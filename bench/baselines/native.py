@@ -42,8 +42,11 @@ class Native:
         self.start = np.empty(self.mujoco.mj_stateSize(self.model, self.kind))
         self.mujoco.mj_getState(self.model, self.data, self.start, self.kind)
 
-    def moves(self, push: Push, force: float) -> bool:
-        """Whether a push of this force [N], which acts where it began and keeps its direction, moves something far."""
+    def moves(self, push: Push, force: float, slight: float = SLIGHT) -> bool:
+        """Whether a push of this force [N], which acts where it began and keeps its direction, moves something far.
+
+        What has moved by more than ``slight`` [m] and goes on counts too; with infinity, only what is FAR does.
+        """
         data, body, count = self.data, self.number[push.body], round((RAMP + HOLD) / self.step)
         self.mujoco.mj_setState(self.model, data, self.start, self.kind)
         self.mujoco.mj_forward(self.model, data)
@@ -61,7 +64,7 @@ class Native:
                 break
         data.xfrc_applied[:] = 0
         apart = self._apart(before)
-        return not apart <= FAR or (apart > SLIGHT and apart - half > half / 3)
+        return not apart <= FAR or (apart > slight and apart - half > half / 3)
 
     def _apart(self, before: Float) -> float:
         return float(np.abs(self._places() - before).max())
