@@ -1,4 +1,4 @@
-"""What really holds: pushes in MuJoCo and in discrete elements, which share no rule with the engines, in newtons.
+"""What really holds: pushes in MuJoCo and in discrete elements, neither of which solves for equilibrium, in newtons.
 
 Jams, piles of round bodies and ordinary pushes; scenes in which `lower` was once above what holds come first. Each
 push is raised, in shares of today's `force`, until a code sees it move. ``python -m bench.suites.held [TABLE]`` asks
@@ -24,7 +24,7 @@ from bench.baselines.mujoco import as_text
 from bench.baselines.native import Native
 from bench.checkout import CASES, RESULTS
 from bench.scenes.jams import FAMILIES, jam
-from bench.scenes.piles import PILES
+from bench.scenes.piles import PILES, free
 from bench.scenes.random_pushes import Push, columns, random_pushes
 from bench.suite import Case, Row, Suite, table
 from holdfast import Status
@@ -37,11 +37,12 @@ LEFT_OUT = ("tabletop", "bonded_wall", "wedged")  # hollow meshes; 50 bricks; he
 SHIPPED = tuple(name for name in shipped_scenes() if name not in LEFT_OUT)
 JAMS, PILED, ORDINARY = 300, 100, 10  # jams, piles, and pushes on each shipped scene
 PUSHES, SLANT = 6, 60.0  # pushes among which one is chosen, and their slant [deg]
-MARGIN = 0.02  # of gravity, by which a pile stands at least
+MARGIN = 0.01  # of gravity, by which a pile stands at least
 MOST = 30.0  # weights of all bodies, beyond which no code is asked
 LEVELS = np.array([0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, *np.arange(0.65, 1.08, 0.05), 1.15, 1.3])  # of `force`
 STEPS = (4e-4, 1e-4)  # [s] of MuJoCo: what moves with the first and holds with the second was its softness
 SIDE, SIDE_OF_LINES = 5, 3  # nodes along a side of discrete elements; the square of it lies along a line
+SOFT = 0.5  # tangential over normal stiffness, at which free piles are asked once more
 PARTS = 10  # in which the weight comes on
 RISE, FINEST = 0.05, 0.012  # steps of load of discrete elements, in shares of `force`
 GONE = 1000.0  # times what the push moves where all nodes stick: that has moved; lines slide before a jam holds
@@ -92,15 +93,16 @@ def air_of(assembly: Assembly) -> Float:
     return np.array([max(interface.separation or 0.0, 0.0) for interface in assembly.interfaces])
 
 
-def by_elements(assembly: Assembly, push: Push, force: float) -> Row:
+def by_elements(assembly: Assembly, push: Push, force: float, ratio: float = 1.0) -> Row:
     """Raise the load from rest to rest, and halve the step where something moves. None where nothing stands.
 
     The weight comes on in parts, as slowly as the load: where it comes at once, what it shakes stays shaken.
+    ``ratio``: tangential over normal stiffness.
     """
     faces = any(patch.kind == "face" for interface in assembly.interfaces for patch in interface.patches)
     nodes = Places.of(assembly, SIDE if faces else SIDE_OF_LINES).nodes
     air = air_of(assembly)[nodes.interface]
-    model = penalty.blocks(assembly, nodes, apart=air / (penalty.SINK * assembly.size))
+    model = penalty.blocks(assembly, nodes, ratio, apart=air / (penalty.SINK * assembly.size))
     weight, column = assembly.weight_wrench(), columns(assembly, [push])[:, 0]
     state = penalty.still(assembly, nodes)
     for k in range(PARTS):
@@ -203,6 +205,9 @@ def measured(case: str) -> list[Row]:
         start = time.process_time()
         line |= ask(assembly, push, force)
         line[f"{name} s"] = time.process_time() - start
+    if family == f"pile {free.__name__}" or case in PRINTED:  # whether these stand at all hangs on stiffness
+        softer = by_elements(assembly, push, force, SOFT)
+        line |= {f"{key} half": softer[key] for key in ("holds_dem", "moves_dem")}
     return [line]
 
 
@@ -229,32 +234,45 @@ def group(row: Row) -> str:
     return {"jam": "jams", "pile": "piles"}.get(name, "ordinary" if name in SHIPPED else "known")
 
 
+def said(row: Row, what: str) -> float:
+    """What the engine says now, or said when the row was measured."""
+    return float(row[f"{what} now" if f"{what} now" in row else what])
+
+
+def softer(row: Row) -> str:
+    """A line where `lower` is above what MuJoCo and half as stiff elements both see move, or do not see stand."""
+    moves = [float(row[key] or 0) for key in ("moves_mujoco", "moves_dem half")]
+    name = f"- `lower` of {row['case']}: {said(row, 'lower'):.4g} N; half as stiff and in MuJoCo it moves at"
+    return f"{name} {moves[1]:.4g} and {moves[0]:.4g}" if said(row, "lower") > SLACK * max(moves) else ""
+
+
 def written(rows: list[Row]) -> str:
     """How cautious `lower` and `force` are beside what both codes hold, and where one is above what both see move."""
+    half = [softer(row) for row in rows if "moves_dem half" in row]
     rows = [row for row in rows if row["holds_mujoco"] is not None and row["holds_dem"] is not None]
     lines, text = [], []
     for name in ("known", "jams", "piles", "ordinary"):
         of = [row for row in rows if group(row) == name]
         holds, moves = (np.array([[float(row[f"{what}_{code}"]) for code in CODES] for row in of]) for what in SEEN)
         for what in ("lower", "force") if of else ():
-            said = np.array([float(row[f"{what} now" if f"{what} now" in row else what]) for row in of])
+            says = np.array([said(row, what) for row in of])
             line: Row = {"case": name, "cases": len(of), "of": what}
             for words, held in (("both hold", holds.min(1)), ("one holds", holds.max(1))):
-                share = said[held > 0] / held[held > 0]
+                share = says[held > 0] / held[held > 0]
                 for quantile, at in (("10 %", 0.1), ("median", 0.5)):
                     line[f"over what {words}, {quantile}"] = float(np.quantile(share, at)) if len(share) else ""
-            above = said > SLACK * moves.max(1)
+            above = says > SLACK * moves.max(1)
             line["above what both see move"] = int(above.sum())
             for far in SLID:
                 beyond = [min(float(row[f"slid {far:g}"]) + RISE * row["force"], float(row["moves_dem"])) for row in of]
-                line[f"the same, slid {far:g}"] = int((said > SLACK * np.maximum(moves[:, 0], beyond)).sum())
+                line[f"the same, slid {far:g}"] = int((says > SLACK * np.maximum(moves[:, 0], beyond)).sum())
             lines.append(line)
             text += [
-                f"- `{what}` of {of[k]['case']}, {of[k]['family']}: {said[k]:.4g} N; "
+                f"- `{what}` of {of[k]['case']}, {of[k]['family']}: {says[k]:.4g} N; "
                 f"MuJoCo moves at {moves[k, 0]:.4g}, discrete elements at {moves[k, 1]:.4g}"
                 for k in np.flatnonzero(above)
             ]
-    return "\n".join([table(lines), "", *text]).strip()
+    return "\n".join([table(lines), "", *text, *filter(None, half)]).strip()
 
 
 def main() -> None:
