@@ -28,6 +28,7 @@ SUITES = (
     "firmer",
     "gradients",
     "graph_slanted",
+    "held",
     "imperfect",
     "instant",
     "maps",

@@ -11,6 +11,7 @@ depends on history here, whereas the law of engine ``compliant`` depends on disp
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -160,15 +161,10 @@ def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0, apart: F
         turn = body.pose[:3, :3]
         inverse[j, :3, :3] = np.eye(3) / body.mass
         inverse[j, 3:, 3:] = turn @ np.linalg.inv(body.inertia_com) @ turn.T
-    stiffness = np.zeros((6 * count + 6, 6 * count + 6))  # the last body is FIXED
-    for i in range(len(nodes)):
-        rows = np.r_[6 * (nodes.a[i] % (count + 1)) + np.arange(6), 6 * (nodes.b[i] % (count + 1)) + np.arange(6)]
-        B = np.hstack([on[0][i], on[1][i]])
-        stiffness[np.ix_(rows, rows)] += k[i] * (B.T * [1, ratio, ratio]) @ B
     masses = np.zeros((6 * count, 6 * count))
     for j in range(count):
         masses[6 * j : 6 * j + 6, 6 * j : 6 * j + 6] = inverse[j]
-    fastest = float(np.sqrt(np.abs(np.linalg.eigvals(masses @ stiffness[:-6, :-6])).max()))
+    fastest = float(np.sqrt(np.abs(np.linalg.eigvals(masses @ stiffness(nodes.a, nodes.b, on, k, ratio, count))).max()))
     lever = np.repeat([1.0, 1 / assembly.size], 3)
     c = 2 * DASHPOT / fastest * k
     on_a, on_b = (np.ascontiguousarray(w) for w in on)
@@ -177,19 +173,41 @@ def blocks(assembly: Assembly, nodes: ContactNodes, ratio: float = 1.0, apart: F
     return Blocks(nodes.a, nodes.b, on_a, on_b, k, c, mu, clear, inverse, lever, ratio, STEP / fastest)
 
 
+def stiffness(a: Int, b: Int, on: Sequence[Float], k: Float, ratio: float, count: int) -> Float:
+    """The stiffness (6J, 6J) of J bodies whose nodes all stick; arguments as in ``Blocks``, both wrenches in ``on``."""
+    total = np.zeros((6 * count + 6, 6 * count + 6))  # the last body is FIXED
+    for i in range(len(k)):
+        rows = np.r_[6 * (a[i] % (count + 1)) + np.arange(6), 6 * (b[i] % (count + 1)) + np.arange(6)]
+        B = np.hstack([on[0][i], on[1][i]])
+        total[np.ix_(rows, rows)] += k[i] * (B.T * [1, ratio, ratio]) @ B
+    return total[:-6, :-6]
+
+
+def bonded(m: Blocks, load: Float) -> float:
+    """The largest relative displacement [m] of a node under ``load`` (6J,) if all nodes stick and none opens."""
+    count = len(load) // 6
+    q = np.linalg.lstsq(stiffness(m.a, m.b, (m.on_a, m.on_b), m.k, m.ratio, count), load, rcond=None)[0]
+    return float(apart(m, np.asarray(q, np.float64).reshape(-1, 6), np.zeros((count, 6))))
+
+
 def still(assembly: Assembly, nodes: ContactNodes) -> State:
     """The state without displacements, velocities and tangential forces."""
     shape = (len(assembly.movable), 6)
     return State(np.zeros(shape), np.zeros(shape), np.zeros((len(nodes), 2)))
 
 
-def settled(assembly: Assembly, model: Blocks, wrench: Float, state: State) -> tuple[State, Trial]:
-    """Integrate from ``state`` under ``wrench`` (6J,) until rest or motion is seen; the last state and the verdict."""
+def settled(
+    assembly: Assembly, model: Blocks, wrench: Float, state: State, far: float | None = None, most: int = MOST
+) -> tuple[State, Trial]:
+    """Integrate from ``state`` under ``wrench`` (6J,) until rest or motion is seen; the last state and the verdict.
+
+    What a node is displaced by beyond ``far`` [m] is motion (FAR unless given); ``most`` time steps are made.
+    """
     end = state.copy()
     first = UNWEIGHED * SINK * assembly.size + float(np.abs(model.apart).max(initial=0.0))
-    far = FAR * (extent(model, state) or first)
+    far = FAR * (extent(model, state) or first) if far is None else far
     outcome = np.zeros(3)
-    kind = run(model, wrench.reshape(-1, 6), end.q, end.v, end.z, BALANCED * assembly.weight, far, MOST, outcome)
+    kind = run(model, wrench.reshape(-1, 6), end.q, end.v, end.z, BALANCED * assembly.weight, far, most, outcome)
     return end, Trial({REST: True, MOVES: False}.get(kind), float(outcome[0]), float(outcome[1]), int(outcome[2]))
 
 

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from native_mujoco import Native
 
 import holdfast as hf
+from bench.baselines.native import Native
 from bench.scenes.voussoirs import arch_of
 from holdfast.answers import Assembly, BuildOrder
 from holdfast.base.arrays import Float

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from jam_scenes import FAMILIES, jam
-from native_mujoco import Native
 
 import holdfast as hf
 from bench.baselines import penalty
+from bench.baselines.native import Native
+from bench.scenes.jams import FAMILIES, jam
 from bench.scenes.random_pushes import Push, columns
 from holdfast import Status
 from holdfast.answers import Assembly

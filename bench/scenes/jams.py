@@ -19,6 +19,7 @@ SLANT = 75.0  # [deg] of a push from the normal, at most
 
 
 def at(x: float, y: float, z: float, about_y: float = 0.0, about_x: float = 0.0) -> Float:
+    """A pose at this place [m], turned about x and then about y [rad]."""
     pose = np.eye(4)
     c, s = np.cos(about_y), np.sin(about_y)
     turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
@@ -29,6 +30,7 @@ def at(x: float, y: float, z: float, about_y: float = 0.0, about_x: float = 0.0)
 
 
 def floor() -> Body:
+    """A fixed floor, the top at z = 0."""
     return Body("floor", Box((4, 4, 0.2)), pose=at(0, 0, -0.1), fixed=True)
 
 
@@ -44,6 +46,7 @@ def prism(outline: list[tuple[float, float]], half: float) -> Mesh:
 
 
 def ceiling(rng: Generator) -> Scene:
+    """A box under a fixed ceiling."""
     size, gap = rng.uniform((0.05, 0.05, 0.08), (0.15, 0.15, 0.25)), rng.choice(GAPS)
     under = Body("a", Box(size), mass=rng.uniform(0.5, 4), pose=at(0, 0, size[2] / 2))
     above = Body("ceiling", Box((0.6, 0.6, 0.1)), pose=at(0, 0, size[2] + gap + 0.05), fixed=True)
@@ -71,8 +74,8 @@ def cradle(rng: Generator) -> Scene:
     boards = []
     for name, side in (("left", -1), ("right", 1)):
         normal = np.array([-side * np.sin(angle), 0, np.cos(angle)])  # towards the pipe
-        middle = np.array([0, 0, 0.3]) - (radius + 0.01) * normal
-        boards.append(Body(name, Box((0.2, 0.5, 0.02)), pose=at(*middle, about_y=-side * angle), fixed=True))
+        x, y, z = np.array([0, 0, 0.3]) - (radius + 0.01) * normal
+        boards.append(Body(name, Box((0.2, 0.5, 0.02)), pose=at(x, y, z, about_y=-side * angle), fixed=True))
     lying = Body("pipe", Cylinder(radius, length), mass=rng.uniform(0.5, 3), pose=at(0, 0, 0.3, about_x=np.pi / 2))
     return Scene([*boards, lying], rng.uniform(0.2, 0.7))
 
@@ -85,7 +88,8 @@ def leaning(rng: Generator) -> Scene:
     along, across = np.array([np.cos(angle), 0, np.sin(angle)]), np.array([-np.sin(angle), 0, np.cos(angle)])
     middle = long / 2 * along + thick / 2 * across
     middle[2] = long / 2 * np.sin(angle) + thick / 2 * np.cos(angle)  # the lowest edge is on the floor
-    plank = Body("plank", Box((long, wide, thick)), mass=rng.uniform(0.3, 1.5), pose=at(*middle, about_y=-angle))
+    x, y, z = middle
+    plank = Body("plank", Box((long, wide, thick)), mass=rng.uniform(0.3, 1.5), pose=at(x, y, z, about_y=-angle))
     under = middle - thick / 2 * across  # a point of the face that looks down, which the edge touches
     edge = under + along * (tall - under[2]) / along[2]
     block = Body("block", Box((deep, 0.3, tall)), mass=rng.uniform(1, 5), pose=at(edge[0] + deep / 2, 0, tall / 2))
