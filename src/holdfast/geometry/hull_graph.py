@@ -101,17 +101,19 @@ class HullGraph:
             found[way] = end
         return found
 
-    def families(self, level: float) -> Int:
+    def families(self, level: float, gap: float, degrees: float = 180.0) -> Int:
         """Return the family (F,) of each facet: the number of one on which the body comes to rest.
 
-        Facets on which the centre is equally high, and also between them, up to the share ``level``, are a family: a
-        body rolls on a round side from one to another.
+        Facets on which the centre is equally high, and also between them, up to the share ``level`` and ``gap`` [m],
+        are a family: a body rolls on a round side from one to another. Neighbours that are more than ``degrees`` apart
+        are none.
         """
         family, h = self.rests.copy(), self.heights
         for k in np.argsort(self.passes, kind="stable"):
             one, other = self.rests[self.ridges[k]]
             low, high = sorted((h[one], h[other]))
-            if family[one] != family[other] and max(high, self.passes[k]) <= (1 + level) * low:
+            near = self.normals[one] @ self.normals[other] >= np.cos(np.radians(degrees))
+            if near and family[one] != family[other] and max(high, self.passes[k]) <= (1 + level) * low + gap:
                 family[family == family[other]] = family[one]
         return family
 
