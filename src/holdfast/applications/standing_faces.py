@@ -10,23 +10,21 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
-from holdfast.contacts.tolerances import Tolerances
+from holdfast.contacts.tolerances import DEFAULT_ANGLE, Tolerances
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
 from holdfast.geometry.hull_graph import HullGraph
 from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Ellipsoid
-from holdfast.scene.scene import Scene
 
 COPLANAR = 1e-5  # [rad] neighbouring hull triangles whose normals differ by less are one facet
 LEVEL = 0.02  # share of its height by which the centre of mass may rise between facets of one round side of a shape
 STEADY, SELDOM = np.radians(1.0), 0.005  # [rad], share: a face that a smaller tilt ends, and less probable, is none
 ROLLED = np.radians(10.0)  # a family of facets that spans more is a round side
 ONE_FACE = np.radians(1.0)  # [rad] contact normals that differ by less belong to one face
-UPRIGHT = np.cos(
-    np.radians(15.0)
-)  # cosine of the largest angle between the object's third axis and up if it is upright
+UPRIGHT = np.cos(np.radians(15.0))  # of the largest angle between the object's third axis and up if it is upright
+FLOOR = Body("floor", HalfSpace(), fixed=True)  # the contacts with which tell what is round
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +57,8 @@ class Standing:
 
     A side of a mesh is round if no contact could tell its facets from a curve: if the centre of mass rises between them
     by no more than the gap up to which surfaces touch, over more than ROLLED. For a prism of n sides that is its
-    sagitta, r (1 - cos π/n). Other facets are one face only within the angle up to which faces touch. The facets of a
-    shape that is known to be round belong together if the centre rises by no more than LEVEL.
+    sagitta, r (1 - cos π/n). Other facets are one face only if a tilt of STEADY leads from one to another. The facets
+    of a shape that is known to be round belong together if the centre rises by no more than LEVEL.
     """
 
     body: Body
@@ -86,9 +84,8 @@ class Standing:
         """The family (F,) of each facet, of all on which the body rests."""
         if self.smooth:
             return self.graph.families(LEVEL, 0.0)
-        floor = Body("floor" if self.body.name != "floor" else "ground", HalfSpace(), fixed=True)
-        own = Tolerances.measured(Scene([floor, self.body], 0.0)).between(floor, self.body)
-        alike, apart = (self.graph.families(0.0, own.gap, degrees) for degrees in (180.0, own.angle))
+        gap = Tolerances(0.0, DEFAULT_ANGLE, by_pair=True, angle_by_pair=True).between(FLOOR, self.body).gap
+        alike, apart = self.graph.families(0.0, gap), self.graph.families(0.0, gap, STEADY)
         round_ = [number for number in np.unique(alike) if self._spans(self.graph.members(alike, number))]
         return np.where(np.isin(alike, round_), alike, apart)
 
@@ -128,13 +125,13 @@ class Standing:
 
     def faces(self) -> tuple[Face, ...]:
         """Return all faces of the hull, the steadiest first; facets of a round side are one each."""
-        round_, firm = self.graph.margins > 0, np.arctan2(self.graph.margins, self.graph.heights)
+        firm = np.arctan2(self.graph.margins, self.graph.heights)
         found = [self.face(number) for number in self.numbers if not self.rolls(number)]
         known = set[int]()
         for number in self.numbers:
             known |= {*self.alike(number).tolist()}
             if self.rolls(number):
-                found += [self._facet(k, firm[k] * round_[k], rolls=True) for k in self.alike(number).tolist()]
+                found += [self._facet(k, firm[k], rolls=True) for k in self.alike(number).tolist()]
         found += [self._facet(k, 0.0) for k in range(len(firm)) if k not in known]
         order = np.lexsort(np.array([face.normal for face in found]).T)
         return tuple(sorted([found[k] for k in order], key=lambda face: -round(face.tilt, 9)))
