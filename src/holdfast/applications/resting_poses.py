@@ -118,7 +118,7 @@ def resting_poses(
     with located("resting_poses"):
         body = Body("body", shape, mass=mass, com=com)
     standing = _standing(body)
-    found = [_pose(standing, mu, number) for number in standing.numbers]
+    found = [_pose(standing, mu, number) for number in standing.sides]
     return RestingPoses(body, mu, tuple(sorted(found, key=lambda pose: -pose.probability)))
 
 
@@ -140,7 +140,7 @@ def _standing(body: Body) -> Standing:
 def _pose(standing: Standing, mu: float, number: int) -> RestingPose:
     body, graph, face = standing.body, standing.graph, standing.face(number)
     assert body.mass is not None
-    lowest = graph.lowest(standing.family, number)
+    lowest, _, _ = standing.sides[number]
     height = float((face.foot - body.com_body) @ face.normal)
     rise, _ = graph.way_out(standing.family, lowest, graph.passes)
     firm = 0.0 if face.rolls else max(float(standing.tilts[graph.ridges[:, 0] == lowest].min()), 0.0)

@@ -100,39 +100,31 @@ class Standing:
         return self.graph.steady(self.rolling, self.tilts, STEADY, 1.0 if self.smooth else SELDOM)
 
     @cached_property
-    def numbers(self) -> list[int]:
-        """The numbers of the families."""
-        return [int(number) for number in np.unique(self.family)]
-
-    def alike(self, number: int) -> Int:
-        """Return the facets of a family that are one face or one round side with its lowest one."""
-        return self.graph.members(self.rolling, self.rolling[self.graph.lowest(self.family, number)])
-
-    def rolls(self, number: int) -> bool:
-        """Return whether a family is a round side."""
-        return self._spans(self.alike(number))
+    def sides(self) -> dict[int, tuple[int, Int, bool]]:
+        """By family: its lowest facet, all (n,) that are one side with that, and whether it is a round one."""
+        lowest = [self.graph.lowest(self.family, number) for number in np.unique(self.family).tolist()]
+        alike = [self.graph.members(self.rolling, self.rolling[k]) for k in lowest]
+        every = zip(np.unique(self.family).tolist(), lowest, alike, strict=True)
+        return {number: (k, facets, self._spans(facets)) for number, k, facets in every}
 
     def face(self, number: int) -> Face:
         """Return the face on which the body stands, or rolls, in a family: its lowest facet."""
-        lowest = self.graph.lowest(self.family, number)
-        if self.rolls(number):
-            return self._facet(lowest, 0.0, rolls=True)
-        tilt = self.graph.way_out(self.family, lowest, self.tilts)[0]
-        if not self.smooth:
-            return self._facet(lowest, tilt)
-        mean = unit(self.graph.normals[self.alike(number)].mean(0))  # among the triangles of a round end
+        lowest, alike, rolls = self.sides[number]
+        tilt = 0.0 if rolls else self.graph.way_out(self.family, lowest, self.tilts)[0]
+        if rolls or not self.smooth:
+            return self._facet(lowest, tilt, rolls=rolls)
+        mean = unit(self.graph.normals[alike].mean(0))  # among the triangles of a round end
         return self._flat_end(mean) or self._facet(lowest, tilt, normal=mean)
 
     def faces(self) -> tuple[Face, ...]:
         """Return all faces of the hull, the steadiest first; facets of a round side are one each."""
-        firm = np.arctan2(self.graph.margins, self.graph.heights)
-        found = [self.face(number) for number in self.numbers if not self.rolls(number)]
-        known = set[int]()
-        for number in self.numbers:
-            known |= {*self.alike(number).tolist()}
-            if self.rolls(number):
-                found += [self._facet(k, firm[k], rolls=True) for k in self.alike(number).tolist()]
-        found += [self._facet(k, 0.0) for k in range(len(firm)) if k not in known]
+        firm, others = np.arctan2(self.graph.margins, self.graph.heights), {*range(len(self.graph.heights))}
+        found = []
+        for number, (_, alike, rolls) in self.sides.items():
+            facets = alike.tolist()
+            found += [self._facet(k, firm[k], rolls=True) for k in facets] if rolls else [self.face(number)]
+            others -= {*facets}
+        found += [self._facet(k, 0.0) for k in sorted(others)]
         order = np.lexsort(np.array([face.normal for face in found]).T)
         return tuple(sorted([found[k] for k in order], key=lambda face: -round(face.tilt, 9)))
 
