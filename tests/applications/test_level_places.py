@@ -15,7 +15,7 @@ from holdfast.applications.placement.level_places import (
     turns_of,
 )
 from holdfast.applications.placement.options import Options, Weights
-from holdfast.applications.placement.standing_faces import faces_of
+from holdfast.applications.standing_faces import Standing
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped.blocks import at, box
@@ -43,9 +43,8 @@ def found(thing: hf.Body, *others: hf.Body, apart: float = 0.01, inset: float = 
     axes = frame_of([ground], UP)
     outlines = [Outline(body, UP, axes) for body in (ground, *others)]
     upright = options(np.eye(3)[None])
-    return level_places_for(
-        thing, turns_of(faces_of(thing), upright, UP, axes), levels_of([ground], UP, axes), outlines, apart, inset
-    )
+    turns = turns_of(Standing(thing).faces(), upright, UP, axes)
+    return level_places_for(thing, turns, levels_of([ground], UP, axes), outlines, apart, inset)
 
 
 def corners(place: LevelPlace, thing: hf.Body) -> Float:
@@ -105,7 +104,7 @@ def test_the_rim_of_a_tray_keeps_its_distance() -> None:
     thing = box("thing", (0.1, 0.06, 0.08), 1, (0, 0, 0))
     axes = frame_of([rimmed], UP)
     levels = [level for level in levels_of([rimmed], UP, axes) if level.height < 0.02]
-    turns = turns_of(faces_of(thing), options(np.eye(3)[None]), UP, axes)
+    turns = turns_of(Standing(thing).faces(), options(np.eye(3)[None]), UP, axes)
     places = level_places_for(thing, turns, levels, [Outline(rimmed, UP, axes)], 0.005, 0.005)
     assert places
     for place in places:
@@ -117,6 +116,6 @@ def test_the_rim_of_a_tray_keeps_its_distance() -> None:
 def test_the_faces_on_which_a_cup_is_put() -> None:
     cup = hf.Body("cup", hf.Cylinder(0.03, 0.1), mass=1)
     axes = np.eye(3)[:2]
-    turns = turns_of(faces_of(cup), options(), UP, axes)
+    turns = turns_of(Standing(cup).faces(), options(), UP, axes)
     assert [turn[2, 2].round(9) for turn in turns] == [1, 1, -1, -1], "upright first, never on a round side"
-    assert len(turns_of(faces_of(cup), options(np.eye(3)[None]), UP, axes)) == 2
+    assert len(turns_of(Standing(cup).faces(), options(np.eye(3)[None]), UP, axes)) == 2

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 import holdfast as hf
+from holdfast.applications.standing_faces import Standing
 from holdfast.geometry.hull_graph import HullGraph
 
 G = 9.81
@@ -42,6 +44,81 @@ def test_a_cylinder_rolls_on_its_side() -> None:
     for end in ends:
         assert end.probability == pytest.approx((1 - 0.05 / np.hypot(0.04, 0.05)) / 2, rel=0.01)
         assert end.tipping_degrees == pytest.approx(np.degrees(np.arctan(0.04 / 0.05)), rel=5e-3)
+
+
+@pytest.mark.parametrize("sides", [3, 5, 8, 16, 24])
+@pytest.mark.parametrize("mu", [0.1, 0.6])
+def test_a_prism_rests_on_each_of_its_sides(sides: int, mu: float) -> None:
+    """A rod of n sides tips at π / n, with m g tan(π / n), over an edge that is 1 / cos(π / n) times as far."""
+    rod, half = trimesh.creation.cylinder(0.05, 0.1, sections=sides), np.pi / sides
+    found = hf.resting_poses(hf.Mesh(rod.vertices, rod.faces), mass=0.3, mu=mu)
+    on_sides = [pose for pose in found if abs(pose.pose[2, 2]) < 0.5]
+    assert (len(found), len(on_sides)) == (sides + 2, sides)
+    for pose in on_sides:
+        assert not pose.rolls
+        assert pose.tipping_degrees == pytest.approx(np.degrees(half))
+        assert pose.least_push == pytest.approx(0.3 * G * min(mu, np.tan(half)))
+        assert pose.energy == pytest.approx(0.3 * G * 0.05 * (1 - np.cos(half)))
+        assert pose.probability == pytest.approx(on_sides[0].probability)
+
+
+@pytest.mark.parametrize(("sides", "rolls"), [(16, False), (24, False), (32, False), (64, True), (128, True)])
+@pytest.mark.parametrize("size", [0.01, 1.0])
+def test_a_mesh_is_round_where_no_contact_tells_its_facets_from_a_curve(sides: int, rolls: bool, size: float) -> None:
+    """The sagitta r (1 - cos(π / n)) beside a thousandth of the diagonal: of this tin, √12 r."""
+    tin = trimesh.creation.cylinder(size, 2 * size, sections=sides)
+    assert bool(1 - np.cos(np.pi / sides) <= 1e-3 * np.sqrt(12)) == rolls
+    found = hf.resting_poses(hf.Mesh(tin.vertices, tin.faces))
+    assert len(found) == (3 if rolls else sides + 2)
+    assert sum(pose.rolls for pose in found) == rolls
+
+
+def _lump(seed: int) -> hf.Mesh:
+    hull = trimesh.convex.convex_hull(np.random.default_rng(seed).normal(size=(14, 3)) * (0.03, 0.04, 0.06))
+    return hf.Mesh(hull.vertices, hull.faces)
+
+
+def _tin(sides: int) -> tuple[np.ndarray, np.ndarray]:
+    tin = trimesh.creation.cylinder(0.04, 0.1, sections=sides)
+    return np.asarray(tin.vertices), np.asarray(tin.faces)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        *map(_lump, range(6)),
+        hf.Box((0.1, 0.2, 0.3)),
+        hf.Cylinder(0.04, 0.1),
+        hf.Ellipsoid((0.03, 0.05, 0.08)),
+        hf.Mesh(*_tin(48)),
+        hf.Mesh(*_tin(12)),
+    ],
+)
+def test_objects_are_placed_on_the_faces_on_which_they_rest(shape: hf.Box) -> None:
+    """The faces that a place may use and the poses of rest are the same, with the same tilts."""
+    faces = Standing(hf.Body("b", shape, mass=1)).faces()
+    found = hf.resting_poses(shape, mass=1)
+    stand = sorted((float(np.degrees(face.tilt)), *face.normal) for face in faces if face.tilt > 0 and not face.rolls)
+    rest = sorted((pose.tipping_degrees, *(-pose.pose[2, :3])) for pose in found if not pose.rolls)
+    np.testing.assert_allclose(stand, rest, atol=1e-6)
+    assert any(face.rolls for face in faces) == any(pose.rolls for pose in found)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_each_facet_over_which_the_centre_of_mass_lies_is_a_pose(seed: int) -> None:
+    """By the margins of the facets alone: no pose is missing that a tilt of 2 degrees does not end."""
+    shape = _lump(seed)
+    mesh = trimesh.Trimesh(shape.vertices, shape.faces)
+    centre, firm = mesh.center_mass, []
+    for corners, normal in zip(mesh.triangles, mesh.face_normals, strict=True):
+        along = np.roll(corners, -1, axis=0) - corners
+        inward = np.cross(normal, along / np.linalg.norm(along, axis=1)[:, None])
+        inside, high = ((centre - corners) * inward).sum(1).min(), (corners[0] - centre) @ normal
+        if np.degrees(np.arctan2(inside, high)) > 2:
+            firm.append(normal)
+    downs = np.array([-pose.pose[2, :3] for pose in hf.resting_poses(shape)])
+    nearest = np.array([np.linalg.norm(np.cross(downs, normal), axis=1)[downs @ normal > 0].min() for normal in firm])
+    assert (nearest < 1e-9).all()
 
 
 def test_a_ball_a_long_ellipsoid_and_a_capsule_roll_everywhere() -> None:

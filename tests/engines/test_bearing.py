@@ -164,6 +164,83 @@ def test_what_presses_a_steep_side_counts_with_its_vertical_part(engine: str) ->
     assert found.crushed == ("wedge",)
 
 
+@pytest.mark.parametrize("engine", ["compliant", "limit"])
+@pytest.mark.parametrize("degrees", [3.0, 10.0, 20.0, 30.0])
+def test_a_slope_bears_all_that_rests_on_it(engine: str, degrees: float) -> None:
+    """The slant of a wedge bears m g; its pressure is m g cos over the area. Going up, it bears m (g + a)."""
+    lean = np.radians(degrees)
+    rise = 0.6 * np.tan(lean)
+    outline = np.array([[0, 0], [0.6, 0], [0.6, 0.01 + rise], [0, 0.01]])
+    at = np.array([0.3, 0, 0.01 + rise / 2]) + 0.05 * np.array([-np.sin(lean), 0, np.cos(lean)])
+    cube = hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), 2.0, position=tuple(at), rpy_degrees=(0, -degrees, 0))
+    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    wedge = hf.Body("wedge", _prism(outline), 5.0, top_load=25.0, pressure=1e5)
+    scene = hf.Scene([floor, wedge, cube], 0.8)
+    load = {one.kind: one.load for one in hf.stability(scene, engine=engine).bearing}
+    assert load["top_load"] == pytest.approx(2 * G, rel=1e-6)
+    fixed = replace(wedge, fixed=True)
+    (on_it,) = (
+        one for one in hf.stability(hf.Scene([fixed, cube], 0.8), engine=engine).bearing if one.kind != "top_load"
+    )
+    assert on_it.load == pytest.approx(2 * G * np.cos(lean) / 0.01, rel=1e-6)
+    up = hf.transport_limits(scene, (0, 0, 1), engine=engine)
+    assert up.acceleration == pytest.approx(25 / 2 - G, rel=1e-5)
+    assert up.mode[0] == "crush"
+
+
+@pytest.mark.parametrize("engine", ["compliant", "limit"])
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+def test_two_slopes_share_what_is_wedged_between_them(engine: str, mu: float) -> None:
+    """A keel of 3 kg in a groove: the two flanks bear m g together, and friction shifts none of it to nobody."""
+    keel = hf.Body("keel", _prism(np.array([[0.0, 0.0], [0.1, 0.1], [-0.1, 0.1]])), 3.0, position=(0, 0, 0))
+    flanks = [
+        hf.Body(f"flank{k}", _prism(np.array(outline)), fixed=True, top_load=10.0)
+        for k, outline in enumerate([[[0, 0], [-0.2, 0.2], [-0.2, 0]], [[0, 0], [0.2, 0], [0.2, 0.2]]])
+    ]
+    found = hf.stability(hf.Scene([*flanks, keel], mu), engine=engine)
+    assert found.status is hf.Status.STABLE
+    assert sum(one.load for one in found.bearing) == pytest.approx(3 * G, rel=1e-6)
+    assert found.crushed
+    if not mu:
+        assert [one.load for one in found.bearing] == pytest.approx([1.5 * G] * 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [5.0, 12.0, 35.0])
+def test_a_tilted_deck_and_its_stop_bear_the_weight_between_them(degrees: float) -> None:
+    """Both look up: the deck by the cosine, the stop at its lower end by the sine of the tilt."""
+    tilt = np.array(hf.pose(0, 0, 0, pitch=degrees))
+    deck, stop, box = (
+        hf.Body(name, hf.Box(size), 2.0, pose=tilt @ np.array(hf.pose(*at)), fixed=name != "box", top_load=30.0)
+        for name, size, at in (
+            ("deck", (1, 1, 0.1), (0, 0, -0.05)),
+            ("stop", (0.1, 0.2, 0.2), (0.15, 0, 0.1)),
+            ("box", (0.2, 0.2, 0.2), (0, 0, 0.1)),
+        )
+    )
+    for engine, bodies in (("compliant", [deck, stop, box]), ("limit", [box, deck, stop])):
+        found = {one.body: one.load for one in hf.stability(hf.Scene(bodies, 0.3), engine=engine).bearing}
+        assert found["deck"] + found["stop"] == pytest.approx(2 * G, rel=1e-6)
+        assert found["box"] == 0
+    slides = hf.stability(hf.Scene([deck, stop, box], 0.0), engine="limit").bearing
+    right = {"deck": 2 * G * np.cos(np.radians(degrees)) ** 2, "stop": 2 * G * np.sin(np.radians(degrees)) ** 2}
+    assert {one.body: one.load for one in slides if one.body != "box"} == pytest.approx(right, rel=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 0.5])
+@pytest.mark.parametrize("engine", ["compliant", "limit"])
+def test_friction_on_a_side_is_no_load_on_top(engine: str, degrees: float) -> None:
+    """A box that is pressed against a wall and down along it: what friction bears is on nobody's top."""
+    wall = hf.Body("wall", hf.Box((0.1, 1, 1)), position=(-0.15, 0, 0.5), fixed=True, top_load=1.0)
+    box = hf.Body("box", hf.Box((0.2, 0.2, 0.2)), 2.0, position=(0, 0, 0.5), top_load=1.0)
+    turn = np.array(hf.pose(0, 0, 0, pitch=-degrees))  # then the wall looks up by that much
+    scene = hf.Scene([replace(each, pose=turn @ each.pose) for each in (wall, box)], 0.8)
+    press = [hf.Load("box", tuple(turn[:3, :3] @ (0.1, 0, 0.5)), tuple(turn[:3, :3] @ (-100.0, 0, 0)))]
+    found = hf.stability(scene, loads=press, engine=engine)
+    assert found.status is hf.Status.STABLE
+    downward = 100 * np.sin(np.radians(degrees))  # of the load itself
+    assert {one.body: one.load for one in found.bearing} == pytest.approx({"wall": 0, "box": downward}, abs=1e-9)
+
+
 def test_what_a_held_body_bears_is_not_known() -> None:
     floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
     carton = hf.Body("carton", hf.Box((0.4, 0.3, 0.3)), mass=10, position=(0, 0, 0.15), top_load=50.0)

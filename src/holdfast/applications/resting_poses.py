@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.applications.standing_faces import Standing
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Int, checked_number, frozen, unit
+from holdfast.base.arrays import Float, checked_number, frozen
 from holdfast.base.errors import GeometryError, located, message
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.rigid import tangents
 from holdfast.base.values import Value
-from holdfast.geometry.hull import convex_hull
-from holdfast.geometry.hull_graph import HullGraph
-from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.halfspace import HalfSpace
@@ -29,10 +27,6 @@ from holdfast.scene.scene import Scene
 if TYPE_CHECKING:
     import trimesh
 
-COPLANAR = 1e-5  # [rad] neighbouring hull triangles whose normals differ by less are one facet
-LEVEL = 0.02  # share of its height by which the centre of mass may rise between facets of one round side
-STEADY, SELDOM = np.radians(1.0), 0.005  # [rad], share: a pose that a smaller tilt ends, and less probable, is none
-ROLLED = np.radians(10.0)  # a family of facets that spans more is a round side
 G = 9.81  # [m/s²]
 
 
@@ -112,8 +106,10 @@ def resting_poses(
 
     ``shape`` has ``mass`` [kg], spread evenly or with its centre at ``com`` (3,) [m], and the coefficient of friction
     ``mu`` with the plane. The body rests on the facets of its convex hull over which its centre of mass lies: on each
-    the height of the centre is a local minimum. Facets of a round side count as one pose. A pose that ends if the plane
-    tilts by 1° is left out if its probability is below 0.5 %: it counts to the one where the body goes from it.
+    the height of the centre is a local minimum. The facets of a round side count as one pose, and those of a mesh do if
+    the centre rises between them by no more than the gap up to which surfaces count as touching, a thousandth of the
+    size of the body: a prism of 16 sides stands on each. A pose that ends if the plane tilts by 1° is left out if its
+    probability is below 0.5 %: it counts to the one where the body goes from it.
 
     Raises SceneError or GeometryError if the shape has no volume, its centre of mass is not inside its hull, or a value
     is malformed.
@@ -121,57 +117,46 @@ def resting_poses(
     mu = checked_number(mu, "resting_poses: mu", minimum=0)
     with located("resting_poses"):
         body = Body("body", shape, mass=mass, com=com)
-    graph = _hull_graph(body)
-    # a round surface has no edges between its triangles: the body turns while the plane tilts, half of it before
-    smooth = body.shape.surface.sagitta > 0
-    tilts = graph.tilts - (graph.turns / 2 * (graph.turns < SMOOTH) if smooth else 0.0)
-    rolling = graph.families(LEVEL)
-    family = graph.steady(rolling, tilts, STEADY, 1.0 if smooth else SELDOM)
-    found = [_pose(body, mu, graph, tilts, family, rolling, k) for k in np.unique(family).tolist()]
+    standing = _standing(body)
+    found = [_pose(standing, mu, number) for number in standing.sides]
     return RestingPoses(body, mu, tuple(sorted(found, key=lambda pose: -pose.probability)))
 
 
-def _hull_graph(body: Body) -> HullGraph:
-    """Return that of a body; raise GeometryError if its hull has no volume, or its centre of mass is not inside."""
+def _standing(body: Body) -> Standing:
+    """Return its faces; raise GeometryError if the hull of a body is flat, or its centre of mass is not inside."""
     from scipy.spatial import QhullError  # not for those who ask for no hull (geometry/spatial.py)
 
-    where = "resting_poses: shape"
+    where, standing = "resting_poses: shape", Standing(body)
     try:
-        graph = HullGraph.of(body.shape.surface.vertices, body.com_body, COPLANAR)
+        graph = standing.graph
     except QhullError:
         raise GeometryError(message(where, "is flat: its hull has no volume", "give a body with a thickness")) from None
     if graph.heights.min() <= 0:
         problem = f"its centre of mass {body.com_body.tolist()} is not inside its convex hull"
         raise GeometryError(message(where, problem, "give com= in the frame of the shape, in metres"))
-    return graph
+    return standing
 
 
-def _pose(body: Body, mu: float, graph: HullGraph, tilts: Float, family: Int, rolling: Int, number: int) -> RestingPose:
+def _pose(standing: Standing, mu: float, number: int) -> RestingPose:
+    body, graph, face = standing.body, standing.graph, standing.face(number)
     assert body.mass is not None
-    lowest = graph.lowest(family, number)
-    normal, alike = graph.normals[lowest], graph.members(rolling, rolling[lowest])
-    rolls = bool((graph.normals[alike] @ normal).min() < np.cos(ROLLED))
-    if not rolls and body.shape.surface.sagitta:
-        normal = unit(graph.normals[alike].mean(0))  # among the triangles of a round end
-    height = float(((graph.corners[lowest] - body.com_body) @ normal).max())
-    rise, _ = graph.way_out(family, lowest, graph.passes)
-    tilt = 0.0 if rolls else max(graph.way_out(family, lowest, tilts)[0], 0.0)
-    firm = 0.0 if rolls else max(float(tilts[graph.ridges[:, 0] == lowest].min()), 0.0)
-    x, y = tangents(-normal)
-    turn = np.array([x, y, -normal])
+    lowest, _, _ = standing.sides[number]
+    height = float((face.foot - body.com_body) @ face.normal)
+    rise, _ = graph.way_out(standing.family, lowest, graph.passes)
+    firm = 0.0 if face.rolls else max(float(standing.tilts[graph.ridges[:, 0] == lowest].min()), 0.0)
+    x, y = tangents(-face.normal)
+    turn = np.array([x, y, -face.normal])
     pose = np.eye(4)
     pose[:3, :3] = turn
     pose[:3, 3] = np.array([0, 0, height]) - turn @ body.com_body
-    corners = graph.corners[lowest] @ turn.T + pose[:3, 3]
-    ring = convex_hull(corners[:, :2], 1e-9 * body.size)
     weight = body.mass * G
     return RestingPose(
         pose=frozen(pose),
         height=height,
-        support=frozen(np.column_stack([ring, np.zeros(len(ring))])),
-        probability=float(graph.solid[family == number].sum()),
-        tipping_degrees=float(np.degrees(tilt)),
-        least_push=weight * min(mu, float(np.tan(min(tilt, firm)))),
+        support=frozen((face.corners @ turn.T + pose[:3, 3])[::-1] * [1, 1, 0]),
+        probability=float(graph.solid[standing.family == number].sum()),
+        tipping_degrees=float(np.degrees(face.tilt)),
+        least_push=weight * min(mu, float(np.tan(min(face.tilt, firm)))),
         energy=weight * (rise - height),
-        rolls=rolls,
+        rolls=face.rolls,
     )

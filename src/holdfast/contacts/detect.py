@@ -20,6 +20,7 @@ from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.flush import lie_flat
 from holdfast.contacts.interface import Interface, Patch
+from holdfast.contacts.known_planes import features_on_planes, pieces_on_planes
 from holdfast.contacts.materials import by_material
 from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import Fronts, Pair
@@ -306,7 +307,8 @@ def _on_triangles(
         np.isin(mesh.facet, sorted({two[k] for two in facets})) for k, mesh in enumerate((mesh_a, mesh_b))
     )
     if any(facing.values()) and not left:
-        faces = face_patches([piece for pieces in facing.values() for piece in pieces], gap, angles, negligible)
+        large = [piece for pieces in facing.values() for piece in pieces]
+        faces = face_patches(pieces_on_planes(a, b, large, tolerances), gap, angles, negligible)
         near_a, near_b = (one | two for one, two in zip(in_common_box(mesh_a, mesh_b, gap), of_facets, strict=True))
         if lie_flat(mesh_a, mesh_b, near_a, near_b, faces, gap=gap, size=size, by_large=True):
             return faces
@@ -318,7 +320,7 @@ def _on_triangles(
     large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]
     pairs = np.concatenate([pairs, *(near_faces(mesh_a, mesh_b, gap, two) for two in left)])
     pieces = [*large, *clip_faces(mesh_a, mesh_b, small, gap=gap, depth=depth, angles=angles)]
-    faces = face_patches(pieces, gap, angles, negligible)
+    faces = face_patches(pieces_on_planes(a, b, pieces, tolerances), gap, angles, negligible)
     near_a, near_b = of_facets
     near_a[pairs[:, 0]] = near_b[pairs[:, 1]] = True
     if lie_flat(mesh_a, mesh_b, near_a, near_b, faces, gap=gap, size=size):
@@ -326,5 +328,6 @@ def _on_triangles(
     lines, points = touching_features(
         mesh_a, mesh_b, pairs, gap=gap, depth=depth, angles=angles, size=size, strict=negligible
     )
+    lines, points = (features_on_planes(a, b, each, tolerances) for each in (lines, points))
     along = line_patches(lines, faces, gap, negligible, breadth)
     return [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]

@@ -1,5 +1,8 @@
 """What bodies bear on top and under pressure, beside the limits that they are given: who is crushed first.
 
+On top a body bears the total force along gravity on its upper faces, friction included: on a slope the whole weight of
+what rests there. Pressure is the normal force on a face over its area.
+
 Only the contact forces of a verdict tell. Where more than one set of forces balances, they are those of its engine:
 elastic contacts of equal stiffness for ``compliant``, any equilibrium for ``limit``.
 """
@@ -17,12 +20,14 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.public import number
 from holdfast.base.values import Value
+from holdfast.contacts.tolerances import DEFAULT_ANGLE
 from holdfast.engines.forces import NO_FORCE
 from holdfast.engines.verdict import ContactForces, GroupVerdict
 from holdfast.scene.body import Body
 from holdfast.scene.hold import held_names
 
 UNITS = {"top_load": "N", "pressure": "Pa"}
+SIDE = float(np.sin(np.radians(DEFAULT_ANGLE)))  # a face that looks up or down by no more is a side
 CRUSHED = 1 + NO_FORCE  # share of a limit beyond which a body is crushed: NO_FORCE is for rounding
 UNCHECKED = "who is crushed was not asked here: stability, robustness, load_factor, transport_limits and carry ask it"
 
@@ -105,9 +110,9 @@ def concerns(assembly: Assembly, group: Sequence[str], name: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Pressing:
-    """By interface: the normal force (P,) [N], and the downward forces (P,) [N] on the second and on the first body.
+    """By interface: the normal force (P,) [N], and the forces (P,) [N] down on upper faces of either body.
 
-    Downward forces are the vertical parts of normal forces that press the body down: friction on its sides is none.
+    The first of ``down`` is on the second body. Friction counts on upper faces, but not on sides and from below.
     """
 
     normal: Float
@@ -118,11 +123,10 @@ class _Pressing:
         count, up = len(assembly.interfaces), assembly.scene.up
         normal, on_second, on_first = np.zeros((3, count))
         for each in forces:
-            pressing = (each.force * each.normal).sum(axis=1)
-            rising = pressing * (each.normal @ up)
-            np.add.at(normal, each.interface, pressing)
-            np.add.at(on_second, each.interface, np.maximum(-rising, 0.0))
-            np.add.at(on_first, each.interface, np.maximum(rising, 0.0))
+            np.add.at(normal, each.interface, (each.force * each.normal).sum(axis=1))
+            rising, slope = each.force @ up, each.normal @ up
+            np.add.at(on_second, each.interface, np.where(slope < -SIDE, -rising, 0.0))
+            np.add.at(on_first, each.interface, np.where(slope > SIDE, rising, 0.0))
         return cls(normal, (on_second, on_first))
 
 

@@ -101,17 +101,19 @@ class HullGraph:
             found[way] = end
         return found
 
-    def families(self, level: float) -> Int:
+    def families(self, level: float, gap: float, tilt: float = np.inf) -> Int:
         """Return the family (F,) of each facet: the number of one on which the body comes to rest.
 
-        Facets on which the centre is equally high, and also between them, up to the share ``level``, are a family: a
-        body rolls on a round side from one to another.
+        Facets on which the centre is equally high, and also between them, up to the share ``level`` and ``gap`` [m],
+        are a family: a body rolls on a round side from one to another. Only facets that a ``tilt`` [rad] ends
+        count, if it is given.
         """
         family, h = self.rests.copy(), self.heights
+        ends = np.isinf(tilt) | ((self.tilts <= tilt) & (self.margins[self.ridges[:, 0]] >= 0))
         for k in np.argsort(self.passes, kind="stable"):
             one, other = self.rests[self.ridges[k]]
             low, high = sorted((h[one], h[other]))
-            if family[one] != family[other] and max(high, self.passes[k]) <= (1 + level) * low:
+            if ends[k] and family[one] != family[other] and max(high, self.passes[k]) <= (1 + level) * low + gap:
                 family[family == family[other]] = family[one]
         return family
 

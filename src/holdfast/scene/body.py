@@ -42,9 +42,10 @@ class Body(Value):
     mass in the body frame, and ``inertia`` (3, 3) [kg m²] is the inertia about it, along the body axes. If they are not
     given they stay None and follow from the shape: ``com_body`` and ``inertia_com`` are the values in use. ``material``
     is a name that the friction table can use for several bodies. A ``fixed`` body never moves and needs no mass.
-    ``top_load`` [N] is the most that other bodies may press down on it, such as the box compression strength of a
-    carton, or 0 for what nothing may lie on; ``pressure`` [Pa] the most that a face of it may bear, as the mean over
-    each contact. None means no limit. They change no status; ``Stability.bearing`` says who is crushed first.
+    ``top_load`` [N] is the most that its upper faces may bear as force along gravity, such as the box compression
+    strength of a carton, or 0 for what nothing may lie on; ``pressure`` [Pa] the most that a face of it may bear along
+    its normal, as the mean over each contact. None means no limit. They change no status; ``Stability.bearing`` says
+    who is crushed first.
 
     ``dataclasses.replace`` makes a body with another pose, name, material and so on. To change the mass, density or
     shape of a body that was given by density, pass both values: ``mass=None, density=500``.

@@ -14,7 +14,7 @@ from holdfast.applications.placement.place_search import Clock
 from holdfast.applications.placement.rating import MOST_RATED, Rating, least_push, weakest_of
 from holdfast.applications.placement.refine import refined
 from holdfast.applications.placement.result import Candidate
-from holdfast.applications.placement.standing_faces import UPRIGHT, Face, rolls_on
+from holdfast.applications.standing_faces import UPRIGHT, Face, rolls_on
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.progress import OutOfTimeError, reported, until
 from holdfast.queries.map import RobustnessMap

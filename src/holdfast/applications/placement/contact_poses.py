@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.applications.placement.standing_faces import Face
 from holdfast.applications.placement.support import SupportPoints
+from holdfast.applications.standing_faces import Face
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
 

@@ -16,7 +16,7 @@ import numpy as np
 import shapely
 
 from holdfast.applications.placement.options import Options
-from holdfast.applications.placement.standing_faces import Face
+from holdfast.applications.standing_faces import Face
 from holdfast.base.arrays import Float
 from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import tangents

@@ -29,8 +29,8 @@ from holdfast.applications.placement.proposals import Proposals
 from holdfast.applications.placement.rating import UNASKED, least_push, unasked_map
 from holdfast.applications.placement.refusals import FALLS, OVERLAPS
 from holdfast.applications.placement.result import Candidate, Placement
-from holdfast.applications.placement.standing_faces import Face, faces_of, rolls_on
 from holdfast.applications.placement.support import SupportPoints, scene_map, support_points, unmapped_points
+from holdfast.applications.standing_faces import Face, Standing, rolls_on
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.progress import OutOfTimeError, report, until
 from holdfast.base.text import listed
@@ -138,7 +138,7 @@ class Planner:
     @cached_property
     def faces(self) -> tuple[Face, ...]:
         """The faces of the object's convex hull."""
-        return faces_of(self.body)
+        return Standing(self.body).faces()
 
     @cached_property
     def checks(self) -> Checks:

@@ -11,8 +11,8 @@ import numpy as np
 from holdfast.applications.placement.contact_poses import choose_points, direction_in, plane_of, pose_on
 from holdfast.applications.placement.lowering import Moved, Still, lowered
 from holdfast.applications.placement.options import Options
-from holdfast.applications.placement.standing_faces import Face
 from holdfast.applications.placement.support import SupportPoints
+from holdfast.applications.standing_faces import Face
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float, Int, unit
 from holdfast.base.errors import SceneError

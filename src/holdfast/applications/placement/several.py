@@ -33,7 +33,7 @@ from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.rating import TOPPLED
 from holdfast.applications.placement.result import Candidate
 from holdfast.applications.placement.several_result import PlacedObject
-from holdfast.applications.placement.standing_faces import Face
+from holdfast.applications.standing_faces import Face
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.progress import OutOfTimeError, report, until

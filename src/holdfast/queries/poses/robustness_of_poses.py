@@ -18,13 +18,14 @@ from holdfast.base.parallel import answers_in_parallel, free_threads
 from holdfast.base.public import MOST_ROWS, PublicValue, Summary, number
 from holdfast.base.text import listed, quoted
 from holdfast.engines.answers import Answers, Bound, Claim, joined_notes, weakest_bound
+from holdfast.engines.bearing import limited
 from holdfast.engines.verdict import Status
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.queries.poses.decisions import STAGE, Locals, quiet
 from holdfast.queries.poses.given_poses import GivenPoses, given_poses
 from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece
 from holdfast.queries.poses.plain_cases import PlainCases
-from holdfast.queries.push import asked
+from holdfast.queries.push import asked, robustness
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
 from holdfast.queries.result import ROW_HEADS, amount, gives_way, places_of
 from holdfast.scene.hold import refuse_holds
@@ -45,8 +46,8 @@ class RobustnessOfPoses(PublicValue):
     the unit ``directions`` (n, 3), world frame. ``force`` (n,) [N] is the answer, and ``status`` (n,) says what it
     means, as in ``Robustness``: FINITE, INFINITE, UNSTABLE or UNDECIDED. ``lower`` and ``upper`` (n,) [N] bound the
     true answer; ``lower_bound`` and ``upper_bound`` say how all of these bounds are known at least. ``moving`` (n,)
-    holds the names of the bodies that begin to move, and ``mode`` (n,) is "slip", "topple", "mixed" or "roll", and
-    "none" where nothing gives way or the body does not stand without the push.
+    holds the names of the bodies that begin to move, and ``mode`` (n,) is "slip", "topple", "mixed", "roll" or
+    "crush", and "none" where nothing gives way or the body falls without the push.
     """
 
     engine: str
@@ -118,10 +119,11 @@ class Row:
 
     @classmethod
     def of(cls, found: Answers, row: int = 0) -> Row:
-        """Return one row of a table of answers; a body that may not stand gives way in no known way."""
+        """Return one row of a table of answers; a body that may not stand, uncrushed, gives way in no known way."""
         status = found.status[row]
         moving = () if status is Status.UNDECIDED else found.moving[row]
-        mode = "none" if status in (Status.UNDECIDED, Status.UNSTABLE) else found.mode[row]
+        falls = status in (Status.UNDECIDED, Status.UNSTABLE) and found.mode[row] != "crush"
+        mode = "none" if falls else found.mode[row]
         force, lower, upper = (float(column[row]) for column in (found.force, found.lower, found.upper))
         return cls(force, lower, upper, status, moving, mode, found.lower_bound, found.upper_bound, found.notes)
 
@@ -165,8 +167,16 @@ def robustness_of_poses(
         raise SceneError(message(NAME, f"moves {quoted(given.names, 80)}", "say which is pushed, body="))
     name = given.names[0] if body is None else assembly.scene.body(body).name
     p, e = _pushes(assembly, given, name, points, directions)
-    around = Neighbourhoods(assembly, given)
-    found = _Pushed(Locals(around, method), name, p, e, bounds).rows()
+    if limited(assembly.bodies):  # who is crushed is asked of the whole scene
+
+        def asked_alone(row: int) -> Row:
+            at = assembly.moved(given.row(row))
+            return Row.of(robustness(at, name, p[row], e[row], engine=method, bounds=bounds).answers)
+
+        with quiet():
+            found = answers_in_parallel(STAGE, asked_alone, min(free_threads(), len(given)), len(given), len(given))
+    else:
+        found = _Pushed(Locals(Neighbourhoods(assembly, given), method), name, p, e, bounds).rows()
     return RobustnessOfPoses(
         engine=method.name,
         claim=method.claim,

@@ -18,7 +18,7 @@ from holdfast.base.kinds import shaped
 from holdfast.base.public import MOST_ROWS, PublicValue, Summary, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
-from holdfast.engines.bearing import unchecked_limits
+from holdfast.engines.bearing import limited
 from holdfast.engines.verdict import Status
 from holdfast.queries.poses.decisions import Decided, Groups, Locals, Whole, quiet
 from holdfast.queries.poses.given_poses import given_poses
@@ -119,7 +119,8 @@ def stability_of_poses(
     ``bodies`` is a name, or a list of k names; ``poses`` are (n, 4, 4), body frame to world, for a list (n, k, 4, 4) or
     a mapping from each name to (n, 4, 4). Each row has the status that ``hf.stability(assembly.moved(...))`` gives, but
     takes far less time: contacts are searched only where the bodies are, and all else is decided once. Bodies that
-    overlap are not warned of; the reason names them.
+    overlap are not warned of; the reason names them. Where a body bears more than its ``top_load`` or ``pressure``, the
+    row is UNSTABLE and ``moving`` names who is crushed; such scenes take as long as single calls.
 
     ``engine`` is the name of an engine, or an engine itself. Raises SceneError for an unknown name or no poses,
     GeometryError if a pose is not rigid, and HoldfastError if the interfaces of the assembly were given.
@@ -130,13 +131,15 @@ def stability_of_poses(
     )
     method = engine_of(engine)
     given = given_poses(assembly, bodies, poses, NAME)
-    local = Locals(Neighbourhoods(assembly, given), method)
-    found = decided(local)
 
     def asked(row: int) -> Stability:
         with quiet():
             return stability(assembly.moved(given.row(row)), engine=method)
 
+    if limited(assembly.bodies):  # who is crushed is asked of the whole scene
+        found = [_with_bearing(asked(row), limited(assembly.bodies)) for row in range(len(given))]
+    else:
+        found = decided(Locals(Neighbourhoods(assembly, given), method))
     return StabilityOfPoses(
         engine=method.name,
         claim=method.claim,
@@ -145,9 +148,24 @@ def stability_of_poses(
         status=objects([one.status for one in found]),
         reason=objects([one.reason for one in found]),
         moving=objects([one.moving for one in found]),
-        notes=(*assembly.scene.notes, *unchecked_limits(assembly.bodies)),
+        notes=assembly.scene.notes,
         asked=asked,
     )
+
+
+def _with_bearing(found: Stability, limits: Sequence[str]) -> Decided:
+    """Return a single answer in short: UNSTABLE where a body is crushed, UNDECIDED where what one bears is not known.
+
+    ``limits`` are the names of the bodies with a limit.
+    """
+    unknown = sorted({*limits} - {one.body for one in found.bearing})
+    if found.status is not Status.STABLE:
+        return Decided((), found.status, found.reason, found.moving if found.status is Status.UNSTABLE else ())
+    if found.crushed:
+        return Decided((), Status.UNSTABLE, found.bearing[0].text, found.crushed)
+    if unknown:
+        return Decided((), Status.UNDECIDED, f"what {listed(unknown)} may bear was not compared: forces are not known")
+    return Decided((), Status.STABLE, found.reason)
 
 
 def decided(local: Locals) -> list[Decided]:
