@@ -84,13 +84,11 @@ def _rules() -> dict[str, list[Patch]]:
         "limit: slight": [(limit_review, "SLIGHT", -1.0)],
         "limit: huge": [(limit_review, "HUGE", np.inf)],
         "stress: ratios": [(self_stressed, "RATIOS", (1.0, 1.0))],
-        "stress: two and three nodes": [(self_stressed, "CONCENTRATED", (10**6,))],
-        "stress: two nodes": [(self_stressed, "CONCENTRATED", (3,))],
-        "stress: three nodes": [(self_stressed, "CONCENTRATED", (2,))],
-        "stress: five nodes": [(self_stressed, "COARSER", 10**6)],
-        "stress: finer": [(self_stressed, "FINER", 1)],
-        "stress: margin": [(self_stressed, "MARGIN", 0.0)],
-        "stress: beyond": [(self_stressed, "BEYOND", 0.0)],
+        "stress: coarse nodes": [(self_stressed, "COARSE", (10**6,))],
+        "stress: two nodes": [(self_stressed, "COARSE", (3, 5))],
+        "stress: three nodes": [(self_stressed, "COARSE", (2, 5))],
+        "stress: five nodes": [(self_stressed, "COARSE", (2, 3))],
+        "stress: near the limit": [(self_stressed, "LEVEL", 0.0)],
         "stress: jams": [(self_stressed, "JAMMED", np.inf)],
     }
     return whole | parts | {"negligible": []}
