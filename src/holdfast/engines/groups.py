@@ -356,7 +356,7 @@ class Groups:
         return replace(verdict, reason=reason, mechanism=mechanism, forces=forces)
 
     def _firm_fall(self, part: Part) -> Verdict | None:
-        """Return the verdict that a part falls whatever its sharp contacts with others carry; None if that is unknown."""
+        """Return the verdict that a part falls whatever its sharp contacts with others carry; None if unknown."""
         names = [body.name for body in part.assembly.movable]
         motion = firm_fall(self.assembly, names, self._wrench)
         if motion is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +14,11 @@ from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.step_control import SPRING_SHARE
 from holdfast.engines.answers import balanced_in_verdict
-from holdfast.engines.compliant.balanced import Free, free_at
+from holdfast.engines.compliant.balanced import on_a_line
 from holdfast.engines.compliant.elastic_model import world_rows
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.unstiff import unstiff_at
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
@@ -27,14 +29,19 @@ BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative t
 
 
 class AtRest(NamedTuple):
-    """The verdict on an assembly that rests, and which bodies (J,) are free: they have to be held, or are balanced."""
+    """The verdict on an assembly that rests, and what it says of bodies (J,) that may be only balanced.
+
+    ``unstiff`` are those that have to be held for load paths to begin, and ``on_a_line`` those that are carried along a
+    line or at a point.
+    """
 
     verdict: Verdict
-    free: Free
+    unstiff: Bool
+    on_a_line: Bool
 
-    def loose(self, assembly: Assembly) -> tuple[str, ...]:
-        """Name the bodies that are only balanced."""
-        return _named(assembly, self.free.balanced)
+    def with_balanced(self, names: tuple[str, ...]) -> Verdict:
+        """Return the verdict, which says that the bodies of these names are only balanced."""
+        return replace(self.verdict, reason=self.verdict.reason + balanced_in_verdict(names), balanced=names)
 
 
 def at_rest(grid: Grid) -> AtRest | None:
@@ -46,9 +53,9 @@ def at_rest(grid: Grid) -> AtRest | None:
     found = balanced_forces(grid, end.q) if end.outcome is RestOutcome.RESTS else None
     if found is None:
         return None
-    free = free_at(grid.system.model, end.q, SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
-    loose = _named(grid.assembly, free.balanced)
-    return AtRest(_stands(grid.assembly, grid.nodes, *found, loose), free)
+    unstiff = unstiff_at(grid.system.model, end.q, SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
+    verdict = _stands(grid.assembly, grid.nodes, *found)
+    return AtRest(verdict, unstiff, on_a_line(grid.assembly, grid.nodes, found[0]))
 
 
 def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Float, float] | None:
@@ -97,23 +104,14 @@ def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, flo
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
 
 
-def _named(assembly: Assembly, bodies: Bool) -> tuple[str, ...]:
-    return tuple(body.name for body, one in zip(assembly.movable, bodies, strict=True) if one)
-
-
-def _stands(
-    assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, loose: tuple[str, ...] = ()
-) -> Verdict:
-    contact = contact_forces(assembly, nodes, forces)
-    reason = RESTS + balanced_in_verdict(loose)
+def _stands(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float) -> Verdict:
     return Verdict(
         status=Status.STABLE,
-        reason=reason,
+        reason=RESTS,
         equilibrium_exists=True,
         self_stress=False,
-        forces=contact,
+        forces=contact_forces(assembly, nodes, forces),
         residual=residual,
-        balanced=loose,
     )
 
 
