@@ -17,16 +17,19 @@ from scipy.sparse.linalg import splu
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, equilibrium_operator
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float
+from holdfast.base.rigid import cross
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.engines.forces import NO_FORCE, force_program, lighter_share
 from holdfast.engines.rest import corner_nodes
+from holdfast.geometry.hull import convex_hull
 
 NEAR_SINGULAR = 1e-14  # added to the diagonal so that a singular matrix can be factored, where others are of order one
 NOT_MOVED = 1e-6  # velocity, relative to that of the fastest body, up to which a node or a body does not move
 OPENS = 1e-4  # how fast a node opens at least, in the same units, in a motion that opens it
-STRONG = 0.3  # normal force at a node, relative to the largest of that contact, above which it carries much
+MUCH = 0.3  # what a contact carries, relative to that which carries most of a body, above which it counts beside that
+BORDER = 0.05  # how near, relative to the size of a contact, a force acts to its border that may really act on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,30 +59,49 @@ class Neutral:
         return np.asarray(gained)
 
 
-def on_a_line(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Bool:
-    """Tell which bodies (J,) the contact that carries most carries along a line or at a point, but for a little.
+def on_an_edge(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: Float) -> Bool:
+    """Tell which bodies (J,) may rest on an edge of the contact that carries most of them, and on nothing else.
 
-    ``forces`` (I, 3) [N] are those at the nodes.
+    ``forces`` (I, 3) [N] at the nodes balance ``wrench`` (6J,) [N, N m]. If contacts that carry less than MUCH of that
+    did nothing, the one that carries most would have to take a force near its border. One that presses everywhere by
+    itself is far from that.
     """
-    count, body, pressed = len(assembly.movable), np.concatenate([nodes.a, nodes.b]), np.tile(forces[:, 0], 2)
-    carried = np.tile(np.bincount(nodes.interface, forces[:, 0])[nodes.interface], 2)
-    pressed[carried < _largest(body, carried, count)[body]] = 0.0
-    strong = np.flatnonzero((pressed > STRONG * _largest(body, pressed, count)[body]) & (body >= 0))
-    body, arms = body[strong], np.tile(nodes.points, (2, 1))[strong] - assembly.com[body[strong]]
-    found = np.bincount(body, minlength=count)
-    middle = np.array([np.bincount(body, one, count) for one in arms.T]).T / np.maximum(found, 1)[:, None]
-    arms -= middle[body]
-    spread = np.zeros((count, 3, 3))
-    np.add.at(spread, body, arms[:, :, None] * arms[:, None, :])
-    size = np.array([one.size for one in assembly.movable])
-    return np.asarray(np.linalg.eigvalsh(spread)[:, 1] <= (NOT_MOVED * size) ** 2)
-
-
-def _largest(body: Int, values: Float, count: int) -> Float:
-    """Return the largest of the ``values`` (n,) of each ``body`` (n,), and of fixed ones, (J + 1,)."""
-    found = np.zeros(count + 1)
-    np.maximum.at(found, body, values)
+    found, world = np.zeros(len(assembly.movable), dtype=bool), nodes.world(forces)
+    total = np.bincount(nodes.interface, forces[:, 0], len(assembly.interfaces))
+    least = np.full(len(total), np.inf)
+    np.minimum.at(least, nodes.interface, forces[:, 0])
+    thin = np.array([one.area == 0 for one in assembly.interfaces], dtype=bool)
+    for k, own in enumerate(assembly.interfaces_of):
+        most = max(own, key=lambda number: total[number], default=-1)
+        if most < 0 or not (thin[most] or least[most] <= NO_FORCE * total[most]):
+            continue
+        force, moment = np.array(wrench[6 * k : 6 * k + 3]), np.array(wrench[6 * k + 3 : 6 * k + 6])
+        for number in own:
+            if number != most and total[number] > MUCH * total[most]:
+                at = slice(*nodes.spans[number : number + 2])
+                sign = np.where(nodes.b[at] == k, 1.0, -1.0)[:, None]
+                force += (sign * world[at]).sum(axis=0)
+                moment += (sign * cross(nodes.points[at] - assembly.com[k], world[at])).sum(axis=0)
+        at = slice(*nodes.spans[most : most + 2])
+        found[k] = _near_border(nodes.points[at] - assembly.com[k], nodes.axes[at.start], force, moment)
     return found
+
+
+def _near_border(points: Float, axes: Float, force: Float, moment: Float) -> bool:
+    """Tell whether the line of action of a force meets the plane of ``points`` (n, 3) near the border of their hull."""
+    middle, along = points.mean(axis=0), float(axes[0] @ force)
+    if abs(along) <= NO_FORCE * np.linalg.norm(force):
+        return False
+    start = cross(force, moment) / (force @ force)
+    meets = start + force * float(axes[0] @ (middle - start)) / along
+    flat, place = (points - middle) @ axes[1:].T, (meets - middle) @ axes[1:].T
+    size = float(np.ptp(flat, axis=0).max())
+    corners = convex_hull(flat, NOT_MOVED * size)
+    if len(corners) < 3:
+        return bool(np.linalg.norm(place - flat, axis=1).min() <= size / 2)
+    sides = np.roll(corners, -1, axis=0) - corners
+    inside = (sides[:, 0] * (place - corners)[:, 1] - sides[:, 1] * (place - corners)[:, 0]) / np.hypot(*sides.T)
+    return bool(abs(inside.min()) <= BORDER * size)
 
 
 def neutral_at(assembly: Assembly, wrench: Float) -> Neutral | None:

@@ -114,7 +114,7 @@ def state_on(
     resting = rest or at_rest(grid.with_hold)
     if resting is None:
         return Unpushable(not_at_rest(grid).after(_contacts(grid)))
-    doubtful = resting.unstiff.any() or resting.on_a_line.any()
+    doubtful = resting.unstiff.any() or resting.on_an_edge.any()
     neutral = neutral_at(assembly, wrench) if doubtful else None
     held = resting.unstiff if neutral is None else resting.unstiff | neutral.bodies
     if rest is not None and not held.any():

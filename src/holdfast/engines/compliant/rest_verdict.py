@@ -14,7 +14,7 @@ from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.step_control import SPRING_SHARE
 from holdfast.engines.answers import balanced_in_verdict
-from holdfast.engines.compliant.balanced import on_a_line
+from holdfast.engines.compliant.balanced import on_an_edge
 from holdfast.engines.compliant.elastic_model import world_rows
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.places import Places
@@ -31,13 +31,13 @@ BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative t
 class AtRest(NamedTuple):
     """The verdict on an assembly that rests, and what it says of bodies (J,) that may be only balanced.
 
-    ``unstiff`` are those that have to be held for load paths to begin, and ``on_a_line`` those that are carried along a
-    line or at a point.
+    ``unstiff`` are those that have to be held for load paths to begin, and ``on_an_edge`` those that may rest on the
+    edge of a contact alone.
     """
 
     verdict: Verdict
     unstiff: Bool
-    on_a_line: Bool
+    on_an_edge: Bool
 
     def with_balanced(self, names: tuple[str, ...]) -> Verdict:
         """Return the verdict, which says that the bodies of these names are only balanced."""
@@ -55,7 +55,7 @@ def at_rest(grid: Grid) -> AtRest | None:
         return None
     unstiff = unstiff_at(grid.system.model, end.q, SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
     verdict = _stands(grid.assembly, grid.nodes, *found)
-    return AtRest(verdict, unstiff, on_a_line(grid.assembly, grid.nodes, found[0]))
+    return AtRest(verdict, unstiff, on_an_edge(grid.assembly, grid.nodes, found[0], grid.wrench))
 
 
 def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Float, float] | None:
