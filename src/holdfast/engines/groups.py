@@ -330,11 +330,12 @@ class Groups:
     def _checked(self, part: Part, verdict: Verdict) -> Verdict:
         """Return a group's verdict in terms of the whole assembly.
 
-        A fall that would press the group against another one, at a contact outside the model, is not certain.
+        A fall that would press the group against another body, at a contact outside the model, is not certain.
         """
         doubt = ""
         if verdict.status is Status.UNSTABLE and verdict.mechanism is not None:
-            doubt = doubt_of(self.assembly, self._whole(part, verdict.mechanism).twists)
+            twists, judged = self._whole(part, verdict.mechanism).twists, part.assembly.index
+            doubt = doubt_of(self.assembly, twists, judged)
             firm = self._firm_fall(part) if doubt else None
             if firm is not None:
                 verdict, doubt = replace(firm, steps=verdict.steps), ""

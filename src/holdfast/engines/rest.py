@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -260,22 +260,27 @@ def _hardlyfalls_by(verdict: Verdict, wrench: Float) -> bool:
     return verdict.certificate.power <= ACCEPTED_RESIDUAL * usual
 
 
-def doubt_of(assembly: Assembly, twists: Float) -> str:
+def doubt_of(assembly: Assembly, twists: Float, judged: Collection[str] = ()) -> str:
     """Name a pair of bodies that the motion would press together at a contact outside the model, or return "".
 
     Such a contact may stop the motion ``twists`` (J, 6), so the motion proves no collapse. Where two bodies overlap,
-    any motion of one relative to the other counts; at a sharp contact, one that some force of it resists.
+    any motion of one relative to the other counts; at a sharp contact, one that some force of it resists. Pairs of
+    bodies that are both ``judged`` are left out.
     """
     still, fastest = np.zeros(6), np.abs(twists).max(initial=0.0)
     for overlap in assembly.overlaps:
+        if all(name in judged for name in overlap.bodies):
+            continue
         at_origin = [
             still if k < 0 else shift_twist(twists[k], assembly.com[k], np.zeros(3))
             for k in (assembly.index[name] for name in overlap.bodies)
         ]
         if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * fastest):
             return overlap.text
-    known, sharp = len(assembly.interfaces), assembly.sharpened
-    nodes = contact_nodes(sharp, 4, "corners", among=range(known, len(sharp.interfaces)))
+    sharp = assembly.sharpened
+    added = range(len(assembly.interfaces), len(sharp.interfaces))
+    asked = [k for k in added if not all(name in judged for name in sharp.interfaces[k].bodies)]
+    nodes = contact_nodes(sharp, 4, "corners", among=asked)
     velocity = relative_velocity(nodes, assembly.com, twists)
     pressed = nodes.mu * np.linalg.norm(velocity[:, 1:], axis=1) - velocity[:, 0] > CERTIFIED * fastest
     if not pressed.any():

@@ -13,6 +13,7 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.step_control import SPRING_SHARE
+from holdfast.elastic.system import Settled
 from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import on_an_edge
 from holdfast.engines.compliant.elastic_model import world_rows
@@ -80,13 +81,17 @@ def not_at_rest(grid: Grid) -> Verdict:
 
     Where the search found neither rest nor a drift, limit analysis may prove a fall; else it is not known.
     """
-    assembly, nodes, end = grid.assembly, grid.nodes, grid.settled
+    assembly, end = grid.assembly, grid.settled
     certain = find_rest(assembly, grid.wrench).verdict
     if certain.status is Status.UNSTABLE:
         return certain
     if end.outcome is RestOutcome.DRIFTS:
-        twists = world_rows(assembly, end.drift[None]).reshape(-1, 6)
-        return _drifts(assembly, nodes, twists, certain.equilibrium_exists)
+        found, sharp = _drifts(grid, end, assembly, exists=certain.equilibrium_exists), assembly.sharpened
+        if found.status is Status.UNDECIDED and sharp is not assembly:
+            firm = Grid.of(sharp, grid.wrench, grid.springs).settled  # sharp contacts push back wherever they may
+            if firm.outcome is RestOutcome.DRIFTS:
+                return _drifts(grid, firm, sharp, exists=certain.equilibrium_exists)
+        return found
     tried = f"Newton's method with ever less drag came to no end ({end.steps} steps, drag {end.drag:.0e})"
     return undecided(f"{tried}; limit analysis: {certain.reason}")
 
@@ -122,9 +127,11 @@ def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechani
     return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
 
 
-def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool | None) -> Verdict:
-    mechanism = motion_of(assembly, nodes, twists)
-    doubt = doubt_of(assembly, twists)
+def _drifts(grid: Grid, end: Settled, known: Assembly, *, exists: bool | None) -> Verdict:
+    """Return the verdict that follows from the drift at the ``end`` of a search for rest on the contacts ``known``."""
+    assembly = grid.assembly
+    mechanism = motion_of(assembly, grid.nodes, world_rows(assembly, end.drift[None]).reshape(-1, 6))
+    doubt = doubt_of(known, mechanism.twists)
     if doubt:
         return undecided(f"the contacts found do not bring it to rest, but {doubt}", mechanism=mechanism)
     more = ", although an equilibrium exists: nothing presses the contacts that it needs" if exists else ""
