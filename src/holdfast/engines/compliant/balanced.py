@@ -96,7 +96,7 @@ def _near_border(points: Float, axes: Float, force: Float, moment: Float) -> boo
     meets = start + force * float(axes[0] @ (middle - start)) / along
     flat, place = (points - middle) @ axes[1:].T, (meets - middle) @ axes[1:].T
     size = float(np.ptp(flat, axis=0).max())
-    corners = convex_hull(flat, NOT_MOVED * size)
+    corners = convex_hull(flat, NOT_MOVED * size) if len(flat) > 2 else flat
     if len(corners) < 3:
         return bool(np.linalg.norm(place - flat, axis=1).min() <= size / 2)
     sides = np.roll(corners, -1, axis=0) - corners
