@@ -171,7 +171,7 @@ class Asked:
                 for owner, name, value in _rules()[rule]:
                     stack.enter_context(mock.patch.object(owner, name, value))
             self.memory.asked.clear()
-            found = Standing(self.state.decided, self.state.refined, self.state.loose).load_factor(self.W)
+            found = Standing(self.state.decided, self.state.refined, self.state.neutral).load_factor(self.W)
             if "negligible" not in rules:
                 found = without_negligible(found, self.W, self.state.grid.assembly)
         return found, sum(self.memory.asked.values())

@@ -9,23 +9,49 @@ a contact may take, and more, if anything: what they cannot hold falls. Nothing 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Collection
 
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross
 from holdfast.base.rounding import COORDINATES
-from holdfast.contacts.detect import NOMINAL_BREADTH
+from holdfast.contacts.detect import NOMINAL_BREADTH, neighbours
 from holdfast.contacts.features import NEAR_PARALLEL
-from holdfast.contacts.interface import Patch
+from holdfast.contacts.interface import Interface, Patch
+from holdfast.contacts.overlap import distance
 from holdfast.contacts.search_mesh import SearchMesh, near_faces
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import FLAT
 from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
 
 ANY_NORMAL = np.vstack([np.eye(3), -np.eye(3)])  # forces along these make up every force
+
+
+def meeting_sharply(
+    scene: Scene, tolerances: Tolerances, known: Collection[frozenset[str]]
+) -> tuple[tuple[Body, Body], ...]:
+    """Return the pairs of bodies within the gap, but for ``known`` pairs, with those of their parts that may touch."""
+    return tuple(
+        (a, b)
+        for a, b in neighbours(scene, tolerances.widest(scene))
+        if frozenset((a.name, b.name)) not in known
+        and distance(a, b, 1.001 * _between(scene, tolerances, a, b).gap) is not None
+    )
+
+
+def _between(scene: Scene, tolerances: Tolerances, a: Body, b: Body) -> Tolerances:
+    return tolerances.between(scene.body(a.name), scene.body(b.name))
+
+
+def sharp_interface(scene: Scene, tolerances: Tolerances, a: Body, b: Body) -> Interface:
+    """Return an interface of ``sharp_patches``, with the largest friction coefficient of any parts of two bodies."""
+    materials = itertools.product(*(({body.name: name} for name in body.materials) for body in (a, b)))
+    mu = max(scene.friction.between(a.name, b.name, {**one, **other}) for one, other in materials)
+    return Interface((a.name, b.name), patches=sharp_patches(a, b, _between(scene, tolerances, a, b)), mu=mu)
 
 
 def sharp_patches(a: Body, b: Body, tolerances: Tolerances) -> list[Patch]:
@@ -34,7 +60,7 @@ def sharp_patches(a: Body, b: Body, tolerances: Tolerances) -> list[Patch]:
     Each has a normal into ``b``. A body that is not convex there, curved, or not known to have an inside may push in
     any direction.
     """
-    gap, size = 1.001 * tolerances.gap, min(a.size, b.size)  # as ``Assembly.unmodelled``
+    gap, size = 1.001 * tolerances.gap, min(a.size, b.size)  # as in ``meeting_sharply``
     meshes = SearchMesh.of(a), SearchMesh.of(b)
     pairs = near_faces(*meshes, gap)
     near = [np.unique(column) for column in pairs.T]

@@ -52,11 +52,11 @@ class Neutral:
         """Tell which loads, columns of W (6J, n) [N, N m], gain power in such a motion: the least of them moves it."""
         along = self.motions.T @ (self.units[:, None] * W)
         along /= np.maximum(np.abs(self.units[:, None] * W).max(axis=0, initial=0.0), 1e-300)
-        gained = (np.abs(along) > NOT_MOVED).any(axis=0)
+        gained = np.asarray((np.abs(along) > NOT_MOVED).any(axis=0))
         if len(self.rates):
             for k in np.flatnonzero(gained):
                 gained[k] = _most(along[:, k], self.rates) > NOT_MOVED
-        return np.asarray(gained)
+        return gained
 
 
 def on_an_edge(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: Float) -> Bool:
@@ -174,7 +174,7 @@ def _opened(rates: Float) -> Bool | None:
     if not nodes or not count:
         return np.zeros(nodes, dtype=bool)
     opened, moved = sparse.eye(nodes, count + nodes, count), sparse.eye(count, count + nodes)
-    A = sparse.vstack([sparse.hstack([-rates, sparse.eye(nodes)]), opened, -opened, moved, -moved])
+    A = sparse.vstack([sparse.hstack([sparse.csr_matrix(-rates), sparse.eye(nodes)]), opened, -opened, moved, -moved])
     program = ConeProgram(  # every node opens by up to OPENS, and all together by as much as can be
         P=sparse.csc_matrix((A.shape[1], A.shape[1])),
         q=np.concatenate([np.zeros(count), -np.ones(nodes)]),
