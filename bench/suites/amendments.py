@@ -80,7 +80,6 @@ def _rules() -> dict[str, list[Patch]]:
         "limit: rests alone": [(limit_review, "rests_alone", _never)],
         "limit: few carry": [(LoadBearing, "balance", _never)],
         "limit: begun anew": [(limit_review, "TOO_SOON", -1.0)],
-        "limit: gives way": [(limit_review, "gives_way", _never)],
         "limit: slight": [(limit_review, "SLIGHT", -1.0)],
         "limit: huge": [(limit_review, "HUGE", np.inf)],
         "stress: ratios": [(self_stressed, "RATIOS", (1.0, 1.0))],
@@ -142,7 +141,6 @@ class Remembered:
         with ExitStack() as stack:
             for owner, name, key in (
                 (Grid, "paths", on_grid),
-                (limit_review, "gives_way", on_grid),
                 (limit_review, "path_from", on_grid),
                 (LoadBearing, "balance", on_grid),
                 (LimitState, "load_factor", of_limit),
@@ -171,7 +169,7 @@ class Asked:
                 for owner, name, value in _rules()[rule]:
                     stack.enter_context(mock.patch.object(owner, name, value))
             self.memory.asked.clear()
-            found = Standing(self.state.decided, self.state.refined, self.state.loose).load_factor(self.W)
+            found = Standing(self.state.decided, self.state.refined, self.state.neutral).load_factor(self.W)
             if "negligible" not in rules:
                 found = without_negligible(found, self.W, self.state.grid.assembly)
         return found, sum(self.memory.asked.values())

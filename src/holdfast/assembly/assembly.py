@@ -32,9 +32,10 @@ from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, shortened
 from holdfast.contacts.contact_search import Found, search
-from holdfast.contacts.detect import box_distance, neighbours
+from holdfast.contacts.detect import box_distance
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
+from holdfast.contacts.sharp_contacts import meeting_sharply, sharp_interface
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
 from holdfast.scene.hold import AnyHold, hold_ends, jointed
@@ -235,21 +236,27 @@ class Assembly(Value):
     def unmodelled(self) -> tuple[tuple[str, str], ...]:
         """Pairs of bodies that come within the gap but have no interface: a sharp corner on a corner or on an edge.
 
-        Such a contact has no defined normal and is not modelled, although in reality it carries force. An assembly that
-        seems to fall may stand on it. The tuple is empty if the interfaces were given.
+        Such a contact has no certain normal and is not modelled, although in reality it carries force. An assembly that
+        seems to fall may stand on it (``sharpened``). The tuple is empty if the interfaces were given.
         """
-        if not self.detected:
-            return ()
+        return tuple(dict.fromkeys((a.name, b.name) for a, b in self._meeting_sharply))
+
+    @cached_property
+    def _meeting_sharply(self) -> tuple[tuple[Body, Body], ...]:
+        """The bodies of ``unmodelled``, with those of their parts alone that may touch."""
         known = {frozenset(interface.bodies) for interface in self.interfaces} | {frozenset(p) for p in self.occluded}
-        near = neighbours(self.scene, self.tolerances.widest(self.scene))
-        return tuple(
-            dict.fromkeys(
-                (a.name, b.name)
-                for a, b in near
-                if frozenset((a.name, b.name)) not in known
-                and distance(a, b, 1.001 * self._between((a.name, b.name)).gap) is not None
-            )
-        )
+        return meeting_sharply(self.scene, self.tolerances, known) if self.detected else ()
+
+    @cached_property
+    def sharpened(self) -> Assembly:
+        """The assembly with more interfaces, after its own, for pairs in ``unmodelled`` that do not overlap.
+
+        What falls even with these falls for certain. It is this assembly if there are none.
+        """
+        deep = {overlap.bodies for overlap in self.overlaps}
+        pairs = (pair for pair in self._meeting_sharply if (pair[0].name, pair[1].name) not in deep)
+        found = [sharp_interface(self.scene, self.tolerances, *pair) for pair in pairs]
+        return replace(self, interfaces=(*self.interfaces, *found)) if found else self
 
     @cached_property
     def gaps(self) -> tuple[float, ...]:

@@ -42,13 +42,6 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     return np.asarray(np.abs(x).reshape(-1, 6).max(1))
 
 
-def resistance(m: Elastic, K: Float) -> tuple[sparse.csc_matrix, Float]:
-    """The stiffness ``K`` (P, 6, 6) as a matrix (n, n), in units (n,) in which that of bonded contacts is about one."""
-    rows, columns, values, unit = _entries(m, K)
-    n = len(m.wrench)
-    return sparse.csc_matrix((values, (rows, columns)), shape=(n, n)), unit
-
-
 def _entries(m: Elastic, K: Float) -> tuple[Int, Int, Float, Float]:
     size = m.scale[::6] / m.scale[3::6]
     softest = m.unit.reshape(-1, 6)[:, :3].min(1)  # that of the direction in which contacts are firmest

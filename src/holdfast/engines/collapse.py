@@ -12,7 +12,7 @@ from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
 from holdfast.engines.forces import scaled_operator, scaled_wrench
 
-NEGLIGIBLE = 1e-6  # speed of a body, relative to the fastest one, below which it counts as standing still
+NEGLIGIBLE = 1e-6  # error of a motion; a body that is slower than that, relative to the fastest one, stands still
 
 
 def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Float | None:
@@ -23,7 +23,8 @@ def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Floa
         min Σ_j m_j |q_j|  s.t.  u = Gᵀq in the dual cones (u_n >= μ |u_t|),  wrench · q = 1.
 
     Any feasible q proves that no equilibrium exists (Farkas' lemma). The certificate of the force program is feasible
-    too, but it may move bodies that need not move. Returns None if the solver gave no answer.
+    too, but it may move bodies that need not move. Whoever asks checks the motion, so one at which the solver got stuck
+    will do. Returns None if there is none.
     """
     J, count = len(assembly.movable), len(wrench)
     gather = sparse.csr_matrix(scaled_operator(assembly, nodes).T)
@@ -47,7 +48,8 @@ def least_motion(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Floa
     q = np.concatenate([np.zeros(count), np.ones(J)])
     cones = (("zero", 1), *((("second_order", 3),) * len(nodes)), *((("second_order", 7),) * J))
     solution = solve(ConeProgram(sparse.csc_matrix((len(q), len(q))), q, A, b, cones), tolerance=1e-9)  # type: ignore[arg-type]
-    if solution.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
+    none = solution.outcome in (Outcome.INFEASIBLE, Outcome.UNBOUNDED)
+    if none or not solution.residual <= NEGLIGIBLE * np.abs(solution.x).max():
         return None
     scaled = solution.x[:count].reshape(-1, 6)
     size = np.linalg.norm(scaled[:J], axis=1)

@@ -17,7 +17,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.one_group import Part, part_of
-from holdfast.assembly.strengths import refuse_joined
+from holdfast.assembly.strengths import refuse_joined, with_pull
 from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
@@ -35,7 +35,7 @@ from holdfast.engines.joint_verdict import joint
 from holdfast.engines.lone_bodies import lone
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.near_falls import Reach
-from holdfast.engines.rest import doubt_of, hanging, undecided
+from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
 from holdfast.engines.verdict import GroupVerdict, Status, Verdict
 from holdfast.scene.hold import refuse_holds
 
@@ -307,7 +307,7 @@ class Groups:
 
     def _in_whole(self, part: Part, found: Answers) -> Answers:
         each = {id(m): m for m in found.mechanism}  # rows share mechanisms
-        whole = {key: self._whole(part, m) for key, m in each.items()}
+        whole = {key: None if m is None else self._whole(part, m) for key, m in each.items()}
         return found.with_mechanisms([whole[id(m)] for m in found.mechanism])
 
     def _prepare(self, names: tuple[str, ...]) -> Group:
@@ -332,15 +332,22 @@ class Groups:
     def _checked(self, part: Part, verdict: Verdict) -> Verdict:
         """Return a group's verdict in terms of the whole assembly.
 
-        A fall that would press the group against another one, at a contact outside the model, is not certain.
+        A fall that would press the group against another body, at a contact outside the model, is not certain.
         """
-        mechanism, forces, reason = self._whole(part, verdict.mechanism), verdict.forces, verdict.reason
-        if mechanism is not None and verdict.mechanism is not None:
+        doubt = ""
+        if verdict.status is Status.UNSTABLE and verdict.mechanism is not None:
+            twists, judged = self._whole(part, verdict.mechanism).twists, part.assembly.index
+            doubt = doubt_of(self.assembly, twists, judged)
+            firm = self._firm_fall(part) if doubt else None
+            if firm is not None:
+                verdict, doubt = replace(firm, steps=verdict.steps), ""
+        mechanism, forces, reason = None, verdict.forces, verdict.reason
+        if verdict.mechanism is not None:
+            mechanism = self._whole(part, verdict.mechanism)
             reason = reason.replace(verdict.mechanism.text, mechanism.text)  # bodies and pairs in the scene's order
-            doubt = doubt_of(self.assembly, mechanism.twists) if verdict.status is Status.UNSTABLE else ""
-            if doubt:
-                doubted = undecided(f"{reason}; but {doubt}", mechanism=mechanism)
-                return doubted.after("bodies outside of the group", before=verdict)
+        if doubt:
+            doubted = undecided(f"{reason}; but {doubt}", mechanism=mechanism)
+            return doubted.after("bodies outside of the group", before=verdict)
         if forces is not None:
             sign = np.where(part.flipped, -1.0, 1.0)[forces.interface][:, None]
             forces = replace(
@@ -351,10 +358,18 @@ class Groups:
             )
         return replace(verdict, reason=reason, mechanism=mechanism, forces=forces)
 
-    def _whole(self, part: Part, mechanism: Mechanism | None) -> Mechanism | None:
-        """Return a mechanism of one part as one of the whole assembly."""
-        if mechanism is None:
+    def _firm_fall(self, part: Part) -> Verdict | None:
+        """Return the verdict that a part falls whatever its sharp contacts with others carry; None if unknown."""
+        names = [body.name for body in part.assembly.movable]
+        motion = firm_fall(self.assembly, names, self._wrench)
+        if motion is None:
             return None
+        nodes, wrench = corner_nodes(part.assembly), with_pull(part.assembly, self._wrench[part.rows])
+        verdict, _ = falls_by(part.assembly, nodes, nodes.under(wrench), motion[part.members])
+        return verdict if verdict.status is Status.UNSTABLE else None
+
+    def _whole(self, part: Part, mechanism: Mechanism) -> Mechanism:
+        """Return a mechanism of one part as one of the whole assembly."""
         known = self._moved.get(id(mechanism.kinematics))
         if known is None or known[0] is not mechanism.kinematics:
             pairs = tuple(self.assembly.interfaces[k].bodies for k in part.interfaces.tolist())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, contact_nodes, held_velocity
 from holdfast.assembly.hold_nodes import with_holds
+from holdfast.assembly.one_group import part_of
 from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
@@ -63,7 +64,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
         fall = None if given or solution.forces is not None else _fall(assembly, points, wrench, solution.twists)
         if fall is not None:
             slow = Rest(points, np.zeros((len(points), 3)), *fall)
-            if not _hardly_falls(slow.verdict, wrench[: 6 * len(assembly.movable)]):
+            if not _hardlyfalls_by(slow.verdict, wrench[: 6 * len(assembly.movable)]):
                 return slow
             continue  # forces may balance all but what an accepted residual may be, as on a ball a nanometre off
         tried.append(_trouble(solution))
@@ -165,9 +166,10 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
         pairs=(),
         nodes=NO_NODES,
     )
-    mechanism = describe(kinematics, twists[numbers], "none", dual=True)
     doubt = doubt_of(assembly, twists)
-    if doubt:
+    firm = firm_fall(assembly, names, wrench) if doubt else None
+    mechanism = describe(kinematics, (twists if firm is None else firm)[numbers], "none", dual=True)
+    if doubt and firm is None:
         doubts = [doubt] if all(doubt not in text for text in texts) else []
         return undecided("; ".join([*texts, *doubts]), mechanism=mechanism)
     power = float(wrench @ mechanism.twists.ravel())
@@ -200,16 +202,26 @@ def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float 
     """Return the verdict that a motion proves, and that motion: the least one, or ``twists`` (J + F, 6) of the program.
 
     The program for the forces may end in numerical trouble where bodies fall, as a rod on a slope that touches along a
-    line. The least motion then proves it, or nothing does, and the result is None.
+    line. The least motion then proves it, or nothing does, and the result is None. If either presses bodies together at
+    a sharp contact, the least motion that such contacts cannot resist either is tried.
     """
-    least = least_motion(assembly, nodes, wrench)
-    found = None if least is None else _falls(assembly, nodes, wrench, least)
-    if found is not None and found[0].status is Status.UNSTABLE:
-        return found
-    return None if twists is None else _falls(assembly, nodes, wrench, twists)
+    found = None
+    for motion in _motions(assembly, nodes, wrench, twists):
+        found = falls_by(assembly, nodes, wrench, motion)
+        if found[0].status is Status.UNSTABLE:
+            break
+    return found
 
 
-def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, whole: Float) -> tuple[Verdict, Float]:
+def _motions(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> Iterator[Float]:
+    least, sharp = least_motion(assembly, nodes, wrench), assembly.sharpened
+    if least is not None:
+        yield least
+    firm = None if least is None or sharp is assembly else least_motion(sharp, corner_nodes(sharp), wrench)
+    yield from (motion for motion in (firm, twists) if motion is not None)
+
+
+def falls_by(assembly: Assembly, nodes: ContactNodes, wrench: Float, whole: Float) -> tuple[Verdict, Float]:
     """Return UNSTABLE if nothing can resist the motion ``whole`` (J + F, 6), checked anew; else UNDECIDED.
 
     Also returns the motion at the scale of the mechanism.
@@ -228,7 +240,7 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, whole: Float)
     if not power > 0 or certificate.violation > CERTIFIED:
         reason = f"the solver's proof of collapse does not hold up (violation {certificate.violation:.1e})"
         return undecided(reason, mechanism=mechanism), motion.ravel()
-    doubt = doubt_of(assembly, twists)
+    doubt = doubt_of(assembly, mechanism.twists)
     if doubt:
         reason = f"no equilibrium on the contacts found, but {doubt}"
         return undecided(reason, mechanism=mechanism), motion.ravel()
@@ -236,7 +248,7 @@ def _falls(assembly: Assembly, nodes: ContactNodes, wrench: Float, whole: Float)
     return unstable(f"no {forces} balance every body: {mechanism.text}", mechanism, certificate), motion.ravel()
 
 
-def _hardly_falls(verdict: Verdict, wrench: Float) -> bool:
+def _hardlyfalls_by(verdict: Verdict, wrench: Float) -> bool:
     """Say whether the weights gain less power in a fall than forces with an accepted residual may leave them."""
     if verdict.status is not Status.UNSTABLE or verdict.mechanism is None or verdict.certificate is None:
         return False
@@ -248,20 +260,49 @@ def _hardly_falls(verdict: Verdict, wrench: Float) -> bool:
     return verdict.certificate.power <= ACCEPTED_RESIDUAL * usual
 
 
-def doubt_of(assembly: Assembly, twists: Float) -> str:
+def doubt_of(assembly: Assembly, twists: Float, judged: Collection[str] = ()) -> str:
     """Name a pair of bodies that the motion would press together at a contact outside the model, or return "".
 
-    Such a contact may stop the motion ``twists`` (J, 6), so the motion proves no collapse.
+    Such a contact may stop the motion ``twists`` (J, 6), so the motion proves no collapse. Where two bodies overlap,
+    any motion of one relative to the other counts; at a sharp contact, one that some force of it resists. Pairs of
+    bodies that are both ``judged`` are left out.
     """
-    overlapping = {overlap.bodies: overlap for overlap in assembly.overlaps}
-    still = np.zeros(6)
-    for a, b in (*overlapping, *assembly.unmodelled):
+    still, fastest = np.zeros(6), np.abs(twists).max(initial=0.0)
+    for overlap in assembly.overlaps:
+        if all(name in judged for name in overlap.bodies):
+            continue
         at_origin = [
             still if k < 0 else shift_twist(twists[k], assembly.com[k], np.zeros(3))
-            for k in (assembly.index[a], assembly.index[b])
+            for k in (assembly.index[name] for name in overlap.bodies)
         ]
-        if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * np.abs(twists).max()):
-            if (a, b) in overlapping:
-                return overlapping[a, b].text
-            return f"{a} and {b} touch with a sharp corner or edge on another, where no direction of contact is defined"
-    return ""
+        if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * fastest):
+            return overlap.text
+    sharp = assembly.sharpened
+    added = range(len(assembly.interfaces), len(sharp.interfaces))
+    asked = [k for k in added if not all(name in judged for name in sharp.interfaces[k].bodies)]
+    nodes = contact_nodes(sharp, 4, "corners", among=asked)
+    velocity = relative_velocity(nodes, assembly.com, twists)
+    pressed = nodes.mu * np.linalg.norm(velocity[:, 1:], axis=1) - velocity[:, 0] > CERTIFIED * fastest
+    if not pressed.any():
+        return ""
+    a, b = sharp.interfaces[int(nodes.interface[pressed][0])].bodies
+    return f"{a} and {b} touch with a sharp corner or edge on another, where no direction of contact is defined"
+
+
+def firm_fall(assembly: Assembly, names: Sequence[str], wrench: Float) -> Float | None:
+    """Return a motion (J, 6) of these bodies, and of others, that falls whatever sharp contacts carry; None if unknown.
+
+    The groups of the bodies are followed with all others that sharp contacts join to them, under ``wrench`` (6J,).
+    """
+    whole = assembly.sharpened
+    if whole is assembly or assembly.scene.holds:
+        return None
+    groups = {int(whole.group_of[assembly.index[name]]) for name in names}
+    part = part_of(whole, tuple(name for group in sorted(groups) for name in whole.groups[group]))
+    verdict = find_rest(part.assembly, wrench[part.rows]).verdict
+    if verdict.status is not Status.UNSTABLE or verdict.mechanism is None:
+        return None
+    twists = np.zeros((len(assembly.movable), 6))
+    twists[part.members] = verdict.mechanism.twists
+    moves = twists[[assembly.index[name] for name in names]].any()
+    return twists if moves and not doubt_of(assembly, twists) else None

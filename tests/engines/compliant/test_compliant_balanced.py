@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from compliant_scenes import columns
+from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.rigid import pose_from
@@ -205,3 +206,84 @@ def test_a_cylinder_between_two_walls_that_just_touch_it_is_held() -> None:
     points, along = [(-0.05, 0, 0.05), (0.05, 0, 0.05), (0, -0.1, 0.05)], [(1, 0, 0), (-1, 0, 0), (0, 1, 0)]
     found = hf.robustness(assembly, "rod", points, along)
     np.testing.assert_allclose(found.force, [np.inf, np.inf, 0.5 * 9.81], rtol=2e-3)
+
+
+def leaning_neighbours(seed: int, *, beside: bool, behind: bool) -> hf.answers.Assembly:
+    """A box half over the edge of a slab, which its weight tilts: towards a flush neighbour, or before one."""
+    rng, deep = np.random.default_rng(seed), (0.2, 0.1, 0.1)
+    bodies = [
+        hf.Body("floor", hf.HalfSpace(), fixed=True),
+        hf.Body("low", hf.Box((0.4, 0.4, 0.1)), mass=rng.uniform(0.5, 3), position=(-0.2, 0, 0.05)),
+        hf.Body("top", hf.Box(deep), mass=rng.uniform(0.5, 4), position=(0, 0.15, 0.15)),
+    ]
+    if beside:
+        loose = {"fixed": seed % 2 == 0, "mass": 5.0}
+        bodies.append(hf.Body("block", hf.Box((0.4, 0.2, 0.1)), position=(-0.2, 0.3, 0.05), **loose))
+        bodies.append(hf.Body("beside", hf.Box(deep), mass=rng.uniform(0.3, 3), position=(-0.15, 0.25, 0.15)))
+    if behind:
+        high = hf.Box((0.1, 0.1, 0.2))
+        bodies.append(hf.Body("behind", high, mass=rng.uniform(0.3, 3), position=(-0.15, 0.15, 0.2)))
+    pose = np.eye(4)
+    pose[:3, :3] = turn = Rotation.random(random_state=seed).as_matrix() if seed else np.eye(3)
+    scene = hf.Scene([body.moved(pose @ body.pose) for body in bodies], 0.5, gravity=turn @ (0, 0, -9.81))
+    return hf.assemble(scene)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("beside", "behind"), [(True, False), (False, True), (True, True)])
+def test_a_box_half_over_an_edge_is_balanced_whatever_leans_against_it(seed: int, beside: bool, behind: bool) -> None:
+    """By hand: flush sides carry nothing, so any moment about the edge tips it, and none on the inside of the edge."""
+    assembly = leaning_neighbours(seed, beside=beside, behind=behind)
+    assert named(assembly) == {"top"}
+    points, along = np.array([(0.09, 0.15, 0.2), (0.1, 0.15, 0.15), (-0.09, 0.15, 0.2)]), [[0, 0, -1], [0.3, 0, -1]]
+    along = np.array([*along, along[0]], dtype=float)
+    pose = assembly.scene.body("low").pose
+    place = points - (-0.2, 0, 0.05)  # in the frame of the slab
+    found = hf.robustness(assembly, "top", place @ pose[:3, :3].T + pose[:3, 3], along @ pose[:3, :3].T)
+    np.testing.assert_array_equal(found.force[:2], 0)
+    np.testing.assert_array_equal(found.lower[:2], 0)
+    assert found.force[2] > assembly.weight
+
+
+def wedged(seed: int, *, gap: float = 0.0) -> hf.answers.Assembly:
+    """Two equal cylinders between two walls that they touch, and a third in their groove; one wall is ``gap`` away."""
+    rng = np.random.default_rng(seed)
+    radius, apart, length = rng.uniform(0.015, 0.04), rng.uniform(1.02, 1.3), rng.uniform(0.08, 0.2)
+    lying = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
+    shape, half = hf.Cylinder(radius, length), apart * radius
+
+    def rod(name: str, x: float, z: float) -> hf.Body:
+        return hf.Body(name, shape, mass=0.1, pose=np.array(at(x, 0, z)) @ lying)
+
+    wall = hf.Box((0.01, 2 * length, 0.1))
+    walls = [
+        hf.Body(f"wall{side}", wall, pose=at(side * (half + radius + 0.005) + max(side, 0) * gap, 0, 0.05), fixed=True)
+        for side in (-1, 1)
+    ]
+    rods = [rod("c0", -half, radius), rod("c1", half, radius)]
+    rods.append(rod("d0", 0, radius + np.sqrt(4 * radius**2 - half**2)))
+    return hf.assemble(hf.Scene([FLOOR, *walls, *rods], 0.5))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_cylinders_wedged_between_walls_are_held_by_them(seed: int) -> None:
+    """All of them roll together, one way or the other, and close the gap to a wall; `limit` proves what they hold."""
+    assembly = wedged(seed)
+    assert not named(assembly)
+    rng = np.random.default_rng(seed)
+    for name in ("c0", "c1", "d0"):
+        surface = assembly.scene.body(name).surface_world
+        chosen = rng.integers(len(surface.faces), size=12)
+        points, inward = surface.vertices[surface.faces[chosen]].mean(1), -surface.normals[chosen]
+        along = inward + 0.4 * rng.normal(size=(12, 3))
+        found, limit = (hf.robustness(assembly, name, points, along, engine=e) for e in ("compliant", "limit"))
+        known = found.status != hf.Status.UNDECIDED
+        assert (limit.lower > 0).all()
+        assert (found.force > 0)[known].all()
+        assert (found.force <= 1.002 * limit.upper)[known].all()
+        assert known.mean() > 0.9
+
+
+def test_cylinders_with_room_to_roll_are_balanced() -> None:
+    """A wall that is far away stops nobody: all three roll off towards it."""
+    assert named(wedged(0, gap=0.02)) == {"c0", "c1", "d0"}

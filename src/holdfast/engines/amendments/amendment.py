@@ -8,6 +8,7 @@ from typing import ClassVar, Protocol
 
 from holdfast.base.arrays import Float, Int
 from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.balanced import Neutral
 from holdfast.engines.compliant.columns import Columns
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.contract import Accuracy, ForcesOnly, State
@@ -42,8 +43,8 @@ class AtRest(Protocol):
         ...
 
     @property
-    def loose(self) -> tuple[str, ...]:
-        """The names of the bodies that are only balanced."""
+    def neutral(self) -> Neutral | None:
+        """The motions that no contact resists, of bodies that are only balanced; None if nothing may have any."""
         ...
 
     @property

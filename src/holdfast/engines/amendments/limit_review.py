@@ -11,13 +11,13 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.amendments.amendment import Amendment, Asked
 from holdfast.engines.answers import Answers, only_balanced
-from holdfast.engines.compliant.beginnings import PATIENCE, SMALL, gives_way, path_from
+from holdfast.engines.compliant.beginnings import PATIENCE, SMALL, path_from
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE, rests_alone
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
 
-SLIGHT = 1e-4  # a body that is only balanced gives way to any push if it gives way to this share of its weight
+SLIGHT = 1e-4  # a push of this share of a body's weight cannot be told from none
 CONTRADICTION = 0.05  # share by which a peak may lie above the proved bound before it counts as wrong
 ENDLESS = 1e3  # a lower bound above this many weights of the group leaves it to limit analysis whether there is an end
 # A path that ends below this share of the pushed body's weight may have ended only because it began at a kink
@@ -40,13 +40,15 @@ UNDECIDED_ROW = _Row(Status.UNDECIDED, 0.0, 0.0, None)
 class _Asked(NamedTuple):
     """One ``load`` (6J,): its ``size`` relative to all weights, and to its ``own`` body's; whether that is ``held``.
 
-    ``bounded`` tells whether a lower bound is wanted.
+    ``gained`` tells whether a motion that no contact resists gains power from it, ``bounded`` whether a lower bound is
+    wanted.
     """
 
     load: Float
     size: float
     own: float
     held: bool
+    gained: bool
     bounded: bool
 
 
@@ -77,10 +79,10 @@ class LimitReview(Amendment):
     def amend(self, found: Answers, asked: Asked) -> Answers:
         """Return the answers ``found``, mended where limit analysis proves more.
 
-        - A push that moves a body which is only balanced, and that is too small to be told from none, becomes 0: of a
-          body that is held that of either method, of others that of limit analysis. So does one that only the faint
-          hold resists, from the beginning. One whose path ended at its beginning, below TOO_SOON of the body's weight,
-          is followed anew from where the kink at rest is left (beginnings.py).
+        - A push becomes 0 if it gains power in a motion that no contact resists (balanced.py), or if limit analysis
+          proves that one too small to be told from none moves something. One of a body that is held whose path ended at
+          its beginning, below TOO_SOON of the body's weight, is followed anew from where the kink at rest is left
+          (beginnings.py); it is undecided if that ends at the beginning, too.
         - An undecided answer becomes 0 where limit analysis proves that the least push moves something.
         - An answer above the proved bound by more than CONTRADICTION is undecided; one that is less far above it is
           lowered to it.
@@ -94,7 +96,9 @@ class LimitReview(Amendment):
         """
         W = asked.W
         size, own, held = self._sizes(W), self._own(W), self.grid.loads_held(W)
-        doubtful = np.flatnonzero(self._doubtful(found, size, own, held, bounded=asked.bounded))
+        neutral = self.state.neutral
+        gained = np.zeros(len(size), dtype=bool) if neutral is None else neutral.gained(W)
+        doubtful = np.flatnonzero(gained | self._doubtful(found, size, own, held, bounded=asked.bounded))
         if not len(doubtful) or not self.grid.certain.verdict().equilibrium_exists:
             return found
         certain = self.grid.certain.load_factor(W[:, doubtful])
@@ -104,7 +108,8 @@ class LimitReview(Amendment):
         for k, row in enumerate(doubtful.tolist()):
             endless = certain.status[k] is Status.INFINITE
             proved = _Proved(float(top[k]), endless, certain.mechanism[k])
-            one = _Asked(W[:, row], float(size[row]), float(own[row]), bool(held[row]), asked.bounded)
+            numbers, flags = (float(size[row]), float(own[row])), (bool(held[row]), bool(gained[row]))
+            one = _Asked(W[:, row], *numbers, *flags, asked.bounded)
             mended = self._mended(_Row._make(column[row] for column in known.values()), one, proved)
             for column, value in zip(known.values(), mended, strict=True):
                 column[row] = value
@@ -112,10 +117,11 @@ class LimitReview(Amendment):
 
     def _mended(self, row: _Row, asked: _Asked, proved: _Proved) -> _Row:
         """Return one answer, mended as ``amend`` says."""
-        if self._gives_way(row, asked, proved):
+        if asked.gained or proved.top * asked.own <= SLIGHT:
             return _Row(Status.FINITE, 0.0, 0.0, proved.mechanism if row.mechanism is None else row.mechanism)
         if asked.held and row.force * asked.own <= TOO_SOON:
             row = self._begun_anew(row, asked, proved)
+            row = UNDECIDED_ROW if row.force * asked.own <= SLIGHT else row
         if row.status is Status.UNDECIDED:
             return ENDLESS_ROW if proved.endless and self._endless_behind(asked.load, asked.size) else row
         if row.force > (1 + CONTRADICTION) * proved.top:
@@ -127,16 +133,6 @@ class LimitReview(Amendment):
             return UNDECIDED_ROW
         force = min(row.force, proved.top)
         return row._replace(force=force, lower=min(row.lower, force))
-
-    def _gives_way(self, row: _Row, asked: _Asked, proved: _Proved) -> bool:
-        """Tell whether the least load moves something: by limit analysis, or a held body that nothing else resists."""
-        known = asked.held and row.status is not Status.UNDECIDED
-        if min(proved.top, row.force if known else np.inf) * asked.own <= SLIGHT:
-            return True
-        if not asked.held or row.force * asked.own > 1:
-            return False
-        load = self.grid.loads(asked.load[:, None])[0]
-        return gives_way(self.grid, load, row.force if row.force > 0 else SMALL / asked.own)
 
     def _begun_anew(self, row: _Row, asked: _Asked, proved: _Proved) -> _Row:
         """Return the answer of a path that begins where the body that is held has left the kink at rest, if it is more.
@@ -197,4 +193,6 @@ class LimitReview(Amendment):
 
     @property
     def _notes(self) -> tuple[str, ...]:
-        return (only_balanced(self.state.loose),) if self.state.loose else ()
+        neutral = self.state.neutral
+        names = () if neutral is None else neutral.named(self.grid.assembly)
+        return (only_balanced(names),) if names else ()

@@ -1,163 +1,180 @@
-"""Which bodies at rest are only balanced: some motion of theirs is resisted by no contact.
+"""Which bodies at rest are only balanced: some motion of theirs is resisted by no contact, to first order.
 
-A ball, a cube on its edge and a body on ice have such motions, whatever happens at the rim of their contacts. A box
-whose centre of mass lies exactly over the edge of its support has one, too, but for a kink of the law: all of its
-weight is concentrated at the edge, and the next nodes just touch without any force. Taken for pressed, these resist
-every turn, although one to the outside only opens them. So nodes whose force is nothing but rounding count as open, and
-a motion that nothing else resists counts if it presses none of them. Where it would press one, as a cylinder that lies
-between two walls without any clearance does when it rolls either way, the least push meets resistance; but at the state
-of rest itself it may still have no stiffness.
+A ball, a cube on its edge, a body on ice and a box whose centre of mass lies exactly over the edge of its support have
+such motions. They slide or turn nowhere at contacts that have to press, and close none of the others, pressed or not: a
+cylinder that lies between two walls without any clearance rolls neither way. Which contacts have to press is decided by
+the forces of least sum that balance the weights, and not by elastic ones: those also press a box against a flush
+neighbour, because what it stands on yields by a hair, and the friction there seems to hold it.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
 
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.contact_nodes import ContactNodes, equilibrium_operator
+from holdfast.base.arrays import Bool, Float
+from holdfast.base.rigid import cross
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
-from holdfast.elastic.law import evaluate
-from holdfast.elastic.model import Elastic
-from holdfast.elastic.sparse import NO_RESISTANCE, resistance, unresisted_motion
+from holdfast.engines.forces import NO_FORCE, force_program, lighter_share
+from holdfast.engines.rest import corner_nodes
+from holdfast.geometry.hull import convex_hull
 
-TAKEN_ALONG = 1e-3  # displacement, relative to the largest in a motion, above which a body takes part in the motion
-OPENS = 1e-4  # how far a node opens at least, relative to the largest displacement, in a motion that opens it
-NOT_PRESSED = 1e-6  # how far a node may be pressed in a motion that neither presses nor opens it, in the same units
+NEAR_SINGULAR = 1e-14  # added to the diagonal so that a singular matrix can be factored, where others are of order one
+NOT_MOVED = 1e-6  # velocity, relative to that of the fastest body, up to which a node or a body does not move
+OPENS = 1e-4  # how fast a node opens at least, in the same units, in a motion that opens it
+MUCH = 0.3  # what a contact carries, relative to that which carries most of a body, above which it counts beside that
+BORDER = 0.05  # how near, relative to the size of a contact, a force acts to its border that may really act on it
 
 
-class Free(NamedTuple):
-    """Bodies at rest that some motions of theirs meet no stiffness in.
+@dataclass(frozen=True, eq=False)
+class Neutral:
+    """The motions (6J,) that no contact resists: F c for ``motions`` F (6J, d) and all c with ``rates`` (n, d) c >= 0.
 
-    ``unstiff`` (J,) tells which have such a motion as long as no node begins to press; ``balanced`` (J,), which of
-    them have one in which none begins to.
+    They are in ``units`` (6J,) of each body's size, and ``bodies`` (J,) tells which bodies take part in any.
     """
 
-    unstiff: Bool
-    balanced: Bool
+    bodies: Bool
+    motions: Float
+    rates: Float
+    units: Float
+
+    def named(self, assembly: Assembly) -> tuple[str, ...]:
+        """Return the names of ``bodies``."""
+        return tuple(body.name for body, one in zip(assembly.movable, self.bodies, strict=True) if one)
+
+    def gained(self, W: Float) -> Bool:
+        """Tell which loads, columns of W (6J, n) [N, N m], gain power in such a motion: the least of them moves it."""
+        along = self.motions.T @ (self.units[:, None] * W)
+        along /= np.maximum(np.abs(self.units[:, None] * W).max(axis=0, initial=0.0), 1e-300)
+        gained = np.asarray((np.abs(along) > NOT_MOVED).any(axis=0))
+        if len(self.rates):
+            for k in np.flatnonzero(gained):
+                gained[k] = _most(along[:, k], self.rates) > NOT_MOVED
+        return gained
 
 
-def free_at(m: Elastic, q: Float, rounding: float) -> Free:
-    """Return the bodies that are free at the state of rest ``q`` (6J,).
+def on_an_edge(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: Float) -> Bool:
+    """Tell which bodies (J,) may rest on an edge of the contact that carries most of them, and on nothing else.
 
-    Forces of nodes up to ``rounding``, as a share of the largest on each of the bodies that touch there, count as none.
+    ``forces`` (I, 3) [N] at the nodes balance ``wrench`` (6J,) [N, N m]. If contacts that carry less than MUCH of that
+    did nothing, the one that carries most would have to take a force near its border. One that presses everywhere by
+    itself is far from that.
     """
-    pressed = _pressed(m, q)
-    touching = _touching(m, pressed, rounding)
-    K = np.empty_like(m.bonded)
-    firm = m._replace(apart=np.where(touching, m.apart + 2 * np.abs(pressed) + 1, m.apart))
-    evaluate(firm, 1.0, q, np.zeros(len(q)), K, np.zeros(6), np.zeros(6))
-    moved = unresisted_motion(m, K) > TAKEN_ALONG
-    sheet = _sheets(m)
-    nodes = np.flatnonzero(touching & (_with_fixed(moved)[m.a] | _with_fixed(moved)[m.b])[sheet])
-    if not len(nodes):
-        return Free(moved, moved)
-    balanced = moved.copy()
-    joined = np.zeros(len(m.a), dtype=bool)
-    joined[sheet[touching | (pressed > 0)]] = True
-    for bodies in _parts(m, moved, joined):
-        inside = np.isin(m.a, bodies) | np.isin(m.b, bodies)
-        own = nodes[inside[sheet[nodes]]]
-        if len(own):
-            balanced[bodies] = _not_pressing(m, K, bodies, own)
-    return Free(moved, balanced)
+    found, world = np.zeros(len(assembly.movable), dtype=bool), nodes.world(forces)
+    total = np.bincount(nodes.interface, forces[:, 0], len(assembly.interfaces))
+    least = np.full(len(total), np.inf)
+    np.minimum.at(least, nodes.interface, forces[:, 0])
+    thin = np.array([one.area == 0 for one in assembly.interfaces], dtype=bool)
+    for k, own in enumerate(assembly.interfaces_of):
+        most = max(own, key=lambda number: total[number], default=-1)
+        if most < 0 or not (thin[most] or least[most] <= NO_FORCE * total[most]):
+            continue
+        force, moment = np.array(wrench[6 * k : 6 * k + 3]), np.array(wrench[6 * k + 3 : 6 * k + 6])
+        for number in own:
+            if number != most and total[number] > MUCH * total[most]:
+                at = slice(*nodes.spans[number : number + 2])
+                sign = np.where(nodes.b[at] == k, 1.0, -1.0)[:, None]
+                force += (sign * world[at]).sum(axis=0)
+                moment += (sign * cross(nodes.points[at] - assembly.com[k], world[at])).sum(axis=0)
+        at = slice(*nodes.spans[most : most + 2])
+        found[k] = _near_border(nodes.points[at] - assembly.com[k], nodes.axes[at.start], force, moment)
+    return found
 
 
-def _pressed(m: Elastic, q: Float) -> Float:
-    """How far each node (I,) is pressed under ``q`` (6J,), negative where it is open."""
-    ends = np.vstack([q.reshape(-1, 6), np.zeros(6)])  # index -1: fixed
-    shift, turn = np.zeros((2, len(m.a), 3))
-    for bodies, arm, sign in ((m.b, m.arm_b, 1.0), (m.a, m.arm_a, -1.0)):
-        shift += sign * (ends[bodies, :3] + np.cross(ends[bodies, 3:], arm))
-        turn += sign * ends[bodies, 3:]
-    shift, turn = (np.einsum("pij,pj->pi", m.axes, one)[_sheets(m)] for one in (shift, turn))
-    return np.asarray(m.x * turn[:, 2] - m.y * turn[:, 1] - shift[:, 0] - m.apart)
+def _near_border(points: Float, axes: Float, force: Float, moment: Float) -> bool:
+    """Tell whether the line of action of a force meets the plane of ``points`` (n, 3) near the border of their hull."""
+    middle, along = points.mean(axis=0), float(axes[0] @ force)
+    if abs(along) <= NO_FORCE * np.linalg.norm(force):
+        return False
+    start = cross(force, moment) / (force @ force)
+    meets = start + force * float(axes[0] @ (middle - start)) / along
+    flat, place = (points - middle) @ axes[1:].T, (meets - middle) @ axes[1:].T
+    size = float(np.ptp(flat, axis=0).max())
+    corners = convex_hull(flat, NOT_MOVED * size) if len(flat) > 2 else flat
+    if len(corners) < 3:
+        return bool(np.linalg.norm(place - flat, axis=1).min() <= size / 2)
+    sides = np.roll(corners, -1, axis=0) - corners
+    inside = (sides[:, 0] * (place - corners)[:, 1] - sides[:, 1] * (place - corners)[:, 0]) / np.hypot(*sides.T)
+    return bool(abs(inside.min()) <= BORDER * size)
 
 
-def _sheets(m: Elastic) -> Int:
-    """Return the sheet (I,) of each node."""
-    return np.repeat(np.arange(len(m.a)), np.diff(m.first))
+def neutral_at(assembly: Assembly, wrench: Float) -> Neutral | None:
+    """Return the motions that no contact resists under ``wrench`` (6J,) [N, N m]; None if that was not found out."""
+    nodes, count = corner_nodes(assembly), len(assembly.movable)
+    pressed = _pressed(assembly, nodes, wrench)
+    if pressed is None:
+        return None
+    units = np.repeat(np.array([(1.0, 1 / body.size) for body in assembly.movable]), 3, axis=1).ravel()
+    gather = sparse.csr_matrix(equilibrium_operator(assembly, nodes).T @ sparse.diags(units))
+    held = np.repeat(pressed, 3)
+    held[1::3] &= nodes.mu > 0
+    held[2::3] &= nodes.mu > 0
+    resisted, opening = gather[held], gather[::3][~pressed]
+    columns = np.repeat(_free(resisted), 6)
+    motions, rates = np.zeros((6 * count, 0)), np.zeros((0, 0))
+    if columns.any():
+        free = _null(resisted[:, columns])
+        rates = opening[np.flatnonzero(opening[:, columns].getnnz(axis=1))][:, columns] @ free
+        rates = rates[(np.abs(rates) > NOT_MOVED).any(axis=1)]
+        open_ = _opened(rates)
+        if open_ is None:
+            return None
+        motions = np.zeros((6 * count, free.shape[1]))
+        motions[columns] = free
+        moved = motions @ _null(sparse.csr_matrix(rates[~open_]))
+    else:
+        moved = motions
+    bodies = np.abs(moved).max(axis=1, initial=0.0).reshape(-1, 6).max(axis=1) > NOT_MOVED
+    return Neutral(bodies, motions, rates, units)
 
 
-def _with_fixed(moved: Bool) -> Bool:
-    return np.append(moved, False)  # index -1: fixed
+def _pressed(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Bool | None:
+    """Tell at which ``nodes`` (I,) contacts press where the sum of all normal forces is the least; None if unknown."""
+    program = force_program(assembly, nodes, wrench)
+    least = np.zeros(3 * len(nodes))
+    least[::3] = 1.0
+    found = solve(replace(program, P=sparse.csc_matrix(program.P.shape), q=least))
+    if found.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
+        return None
+    return np.asarray(found.x[::3] > NO_FORCE * lighter_share(assembly, nodes))
 
 
-def _touching(m: Elastic, pressed: Float, rounding: float) -> Bool:
-    """Tell at which nodes (I,) two bodies just touch: more or less pressed, by rounding alone."""
-    sheet, largest = _sheets(m), np.zeros(len(m.wrench) // 6 + 1)
-    for bodies in (m.a, m.b):
-        np.maximum.at(largest, bodies[sheet], m.k * pressed)
-    largest[-1] = np.inf
-    return np.asarray(m.k * np.abs(pressed) <= rounding * np.minimum(largest[m.a], largest[m.b])[sheet])
+def _free(resisted: sparse.csr_matrix) -> Bool:
+    """Tell which bodies (J,) take part in motions that no row of ``resisted`` (m, 6J) resists, by inverse iteration."""
+    square = (resisted.T @ resisted).tocsc()
+    solved = splu(square + NEAR_SINGULAR * sparse.eye(square.shape[0], format="csc"))
+    x = np.random.default_rng(0).normal(size=square.shape[0])  # the same each time, and along no axis
+    for _ in range(3):
+        x = solved.solve(x)
+        x /= np.abs(x).max()
+    if np.abs(resisted @ x).max(initial=0.0) > NOT_MOVED:
+        return np.zeros(len(x) // 6, dtype=bool)
+    return np.asarray(np.abs(x).reshape(-1, 6).max(axis=1) > NOT_MOVED)
 
 
-def _parts(m: Elastic, moved: Bool, joined: Bool) -> list[Int]:
-    """Return the bodies that are ``moved`` (J,), part by part: those that ``joined`` (P,) sheets lie between."""
-    numbers = np.flatnonzero(moved)
-    between = joined & _with_fixed(moved)[m.a] & _with_fixed(moved)[m.b]
-    ends = np.searchsorted(numbers, m.a[between]), np.searchsorted(numbers, m.b[between])
-    graph = sparse.csr_matrix((np.ones(len(ends[0])), ends), shape=(len(numbers), len(numbers)))
-    count, part = connected_components(graph, directed=False)
-    return [numbers[part == k] for k in range(count)]
-
-
-def _not_pressing(m: Elastic, K: Float, bodies: Int, nodes: Int) -> Bool:
-    """Tell which of some ``bodies`` (k,) move without any resistance of ``K`` and without pressing these ``nodes``.
-
-    The motions that press none make up a cone. A single one of them opens every node that any of them opens; all
-    bodies that take part in any move in some motion that neither opens nor presses the others.
-    """
-    A, unit = resistance(m, K)
-    columns = (6 * bodies[:, None] + np.arange(6)).ravel()
-    own = A[:, columns]
-    block = own[np.flatnonzero(own.getnnz(axis=1))].toarray()
-    free = _null(np.vstack([block, np.zeros((1, len(columns)))]), NO_RESISTANCE * np.sqrt(len(block) + 1))
-    opening = (_opening(m, nodes) @ sparse.diags(unit)).tocsc()[:, columns].toarray()
-    opening /= np.abs(opening).max(axis=1, keepdims=True)
-    rates = opening @ free
-    open_ = _opened(rates)
-    if open_ is None:
-        return np.ones(len(bodies), dtype=bool)
-    motions = free @ _null(np.vstack([rates[~open_], np.zeros((1, rates.shape[1]))]), NOT_PRESSED)
-    return np.asarray(np.abs(motions).max(axis=1, initial=0.0).reshape(-1, 6).max(axis=1) > TAKEN_ALONG)
-
-
-def _null(A: Float, least: float) -> Float:
-    """Return a basis (n, d) of what ``A`` (m, n) makes shorter than ``least`` times its length."""
-    _, values, rows = np.linalg.svd(A, full_matrices=True)
-    return np.asarray(rows[int((values > least).sum()) :].T)
-
-
-def _opening(m: Elastic, nodes: Int) -> sparse.csr_matrix:
-    """Return the matrix (k, 6J) that says how fast each of these ``nodes`` (k,) opens in a motion of the bodies."""
-    sheet = _sheets(m)[nodes]
-    normal, x, y = m.axes[sheet, 0], m.x[nodes][:, None], m.y[nodes][:, None]
-    turned = y * m.axes[sheet, 1] - x * m.axes[sheet, 2]
-    rows, columns, values = [], [], []
-    for bodies, arm, sign in ((m.b, m.arm_b, 1.0), (m.a, m.arm_a, -1.0)):
-        at = np.flatnonzero(bodies[sheet] >= 0)
-        own = sign * np.hstack([normal, np.cross(arm[sheet], normal) + turned])[at]
-        rows.append(np.repeat(at, 6))
-        columns.append((6 * bodies[sheet[at], None] + np.arange(6)).ravel())
-        values.append(own.ravel())
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return sparse.csr_matrix(entries, shape=(len(nodes), len(m.wrench)))
+def _null(A: sparse.csr_matrix) -> Float:
+    """Return a basis (n, d) of what ``A`` (m, n) makes shorter than NOT_MOVED times its length."""
+    dense = A[np.flatnonzero(A.getnnz(axis=1))].toarray()
+    _, values, rows = np.linalg.svd(np.vstack([dense, np.zeros((1, A.shape[1]))]), full_matrices=True)
+    return np.asarray(rows[int((values > NOT_MOVED).sum()) :].T)
 
 
 def _opened(rates: Float) -> Bool | None:
-    """Tell which nodes (k,) can be opened while none is pressed, by combining motions with ``rates`` (k, d).
+    """Tell which nodes (n,) are opened by some motion that presses none of them, all by a single one.
 
-    None where that was not found out. The rates are those at which each of the motions opens the nodes.
+    None where that was not found out. ``rates`` (n, d) are those at which each of d motions opens the nodes.
     """
     nodes, count = rates.shape
-    if not count:
+    if not nodes or not count:
         return np.zeros(nodes, dtype=bool)
-    opened, moved = np.eye(nodes, count + nodes, count), np.eye(count, count + nodes)
-    A = np.vstack([np.hstack([-rates, np.eye(nodes)]), opened, -opened, moved, -moved])
+    opened, moved = sparse.eye(nodes, count + nodes, count), sparse.eye(count, count + nodes)
+    A = sparse.vstack([sparse.hstack([sparse.csr_matrix(-rates), sparse.eye(nodes)]), opened, -opened, moved, -moved])
     program = ConeProgram(  # every node opens by up to OPENS, and all together by as much as can be
         P=sparse.csc_matrix((A.shape[1], A.shape[1])),
         q=np.concatenate([np.zeros(count), -np.ones(nodes)]),
@@ -167,3 +184,13 @@ def _opened(rates: Float) -> Bool | None:
     )
     found = solve(program)
     return np.asarray(found.x[count:] > OPENS / 2) if found.outcome is Outcome.SOLVED else None
+
+
+def _most(along: Float, rates: Float) -> float:
+    """Return the largest ``along`` (d,) @ c over all c in a box of side 2 with ``rates`` (n, d) c >= 0."""
+    unit = np.eye(len(along))
+    A = sparse.csc_matrix(np.vstack([-rates, unit, -unit]))
+    b = np.concatenate([np.zeros(len(rates)), np.ones(2 * len(along))])
+    P = sparse.csc_matrix((len(along), len(along)))
+    found = solve(ConeProgram(P, -along, A, b, (("nonnegative", len(b)),)))
+    return float(along @ found.x) if found.outcome is Outcome.SOLVED else np.inf

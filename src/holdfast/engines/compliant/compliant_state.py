@@ -16,6 +16,7 @@ from holdfast.engines.amendments.amendment import Amendment, Asked
 from holdfast.engines.amendments.amendment_list import amended, amendments_of
 from holdfast.engines.amendments.self_stressed import SelfStressed
 from holdfast.engines.answers import Answers, Bound, Claim, Step
+from holdfast.engines.compliant.balanced import Neutral
 from holdfast.engines.compliant.columns import Columns, followed
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
@@ -65,12 +66,12 @@ class Unpushable:
 class Standing:
     """An assembly at rest on elastic contacts. All load paths start at this state of rest.
 
-    ``loose`` names the bodies that are only balanced: some motion of theirs is resisted by no contact.
+    ``neutral`` are the motions that no contact resists, of bodies that are only balanced; None if nothing may have any.
     """
 
     decided: Verdict
     refined: Refined
-    loose: tuple[str, ...] = ()
+    neutral: Neutral | None = None
     _asking: RLock = field(default_factory=RLock, init=False, repr=False)  # searches for rest work in the grids' memory
     _begun: Event = field(default_factory=Event, init=False, repr=False)  # what lower bounds need
 
@@ -116,7 +117,7 @@ class Standing:
         if not grid.idle or grid.springs.faces is not None:
             return None
         bare = Grid.of(grid.assembly.without_interfaces(grid.idle), grid.wrench, grid.springs, hold=grid.hold)
-        return Standing(self.decided, replace(self.refined, grid=bare), self.loose)
+        return Standing(self.decided, replace(self.refined, grid=bare), self.neutral)
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where more has to be asked.

@@ -11,6 +11,7 @@ from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_whole
 from holdfast.base.ranges import STIFFNESS
 from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
+from holdfast.engines.compliant.balanced import Neutral, neutral_at
 from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, Standing, Unpushable
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
@@ -108,24 +109,28 @@ def state_on(
         return Unpushable(find_rest(assembly, wrench).verdict.after("chains of contacts to fixed bodies"))
     grid = Grid.of(assembly, wrench, springs, nodes)
     rest = at_rest(grid)
-    if rest is not None and not rest.free.unstiff.any():
-        return _standing(rest.verdict.after(_contacts(grid)), grid, refinements)
     if rest is None and grid.settled.outcome is not RestOutcome.LOST:
         return Unpushable(not_at_rest(grid).after(_contacts(grid)))
     resting = rest or at_rest(grid.with_hold)
     if resting is None:
         return Unpushable(not_at_rest(grid).after(_contacts(grid)))
+    doubtful = resting.unstiff.any() or resting.on_an_edge.any()
+    neutral = neutral_at(assembly, wrench) if doubtful else None
+    held = resting.unstiff if neutral is None else resting.unstiff | neutral.bodies
+    if rest is not None and not held.any():
+        return _standing(rest.verdict.after(_contacts(grid)), grid, refinements)
+    names = () if neutral is None else neutral.named(assembly)
     found = "they come to rest" if rest is not None else _HELD
-    verdict = resting.verdict.after(_contacts(grid), found)
+    verdict = resting.with_balanced(names).after(_contacts(grid), found)
     certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
         return Unpushable(certain.after(_LIMIT, before=verdict))
     verdict = verdict.after(_LIMIT, certain.reason)
     # without a hold some motions have no stiffness, and no path begins; what is said of others must not hang on it
-    for holding in (grid.holding(resting.free.unstiff), grid.with_hold):
+    for holding in (grid.holding(held), grid.with_hold):
         rests = holding.settled.outcome is RestOutcome.RESTS if rest is not None else at_rest(holding) is not None
         if rests:
-            return _standing(verdict, holding, refinements, resting.loose(assembly))
+            return _standing(verdict, holding, refinements, neutral)
     return Unpushable(verdict)
 
 
@@ -139,7 +144,7 @@ def _contacts(grid: Grid) -> str:
     return "elastic contacts on " + ("the nodes given" if given else f"{grid.springs.nodes} nodes a side")
 
 
-def _standing(verdict: Verdict, grid: Grid, refinements: int, loose: tuple[str, ...] = ()) -> CompliantState:
+def _standing(verdict: Verdict, grid: Grid, refinements: int, neutral: Neutral | None = None) -> CompliantState:
     """Return the state of an assembly that rests on ``grid``, unless that leans on the number of nodes."""
     looks = "less friction, and more nodes where it is near its limit"
     other = overruled(grid, refinements)
@@ -147,4 +152,4 @@ def _standing(verdict: Verdict, grid: Grid, refinements: int, loose: tuple[str, 
         return Unpushable(other.after(looks, before=verdict))
     if refinements and grid.springs.faces is None:
         verdict = verdict.after(looks, "rest does not lean on how many nodes there are")
-    return Standing(verdict, Refined(grid, refinements), loose)
+    return Standing(verdict, Refined(grid, refinements), neutral)

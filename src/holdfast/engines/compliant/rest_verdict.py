@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,11 +13,13 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.step_control import SPRING_SHARE
+from holdfast.elastic.system import Settled
 from holdfast.engines.answers import balanced_in_verdict
-from holdfast.engines.compliant.balanced import Free, free_at
+from holdfast.engines.compliant.balanced import on_an_edge
 from holdfast.engines.compliant.elastic_model import world_rows
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.unstiff import unstiff_at
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
@@ -27,14 +30,19 @@ BALANCED_EACH = 1e-7  # largest equilibrium error of a state of rest, relative t
 
 
 class AtRest(NamedTuple):
-    """The verdict on an assembly that rests, and which bodies (J,) are free: they have to be held, or are balanced."""
+    """The verdict on an assembly that rests, and what it says of bodies (J,) that may be only balanced.
+
+    ``unstiff`` are those that have to be held for load paths to begin, and ``on_an_edge`` those that may rest on the
+    edge of a contact alone.
+    """
 
     verdict: Verdict
-    free: Free
+    unstiff: Bool
+    on_an_edge: Bool
 
-    def loose(self, assembly: Assembly) -> tuple[str, ...]:
-        """Name the bodies that are only balanced."""
-        return _named(assembly, self.free.balanced)
+    def with_balanced(self, names: tuple[str, ...]) -> Verdict:
+        """Return the verdict, which says that the bodies of these names are only balanced."""
+        return replace(self.verdict, reason=self.verdict.reason + balanced_in_verdict(names), balanced=names)
 
 
 def at_rest(grid: Grid) -> AtRest | None:
@@ -46,9 +54,9 @@ def at_rest(grid: Grid) -> AtRest | None:
     found = balanced_forces(grid, end.q) if end.outcome is RestOutcome.RESTS else None
     if found is None:
         return None
-    free = free_at(grid.system.model, end.q, SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
-    loose = _named(grid.assembly, free.balanced)
-    return AtRest(_stands(grid.assembly, grid.nodes, *found, loose), free)
+    unstiff = unstiff_at(grid.system.model, end.q, SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
+    verdict = _stands(grid.assembly, grid.nodes, *found)
+    return AtRest(verdict, unstiff, on_an_edge(grid.assembly, grid.nodes, found[0], grid.wrench))
 
 
 def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Float, float] | None:
@@ -73,13 +81,17 @@ def not_at_rest(grid: Grid) -> Verdict:
 
     Where the search found neither rest nor a drift, limit analysis may prove a fall; else it is not known.
     """
-    assembly, nodes, end = grid.assembly, grid.nodes, grid.settled
+    assembly, end = grid.assembly, grid.settled
     certain = find_rest(assembly, grid.wrench).verdict
     if certain.status is Status.UNSTABLE:
         return certain
     if end.outcome is RestOutcome.DRIFTS:
-        twists = world_rows(assembly, end.drift[None]).reshape(-1, 6)
-        return _drifts(assembly, nodes, twists, certain.equilibrium_exists)
+        found, sharp = _drifts(grid, end, assembly, exists=certain.equilibrium_exists), assembly.sharpened
+        if found.status is Status.UNDECIDED and sharp is not assembly:
+            firm = Grid.of(sharp, grid.wrench, grid.springs).settled  # sharp contacts push back wherever they may
+            if firm.outcome is RestOutcome.DRIFTS:
+                return _drifts(grid, firm, sharp, exists=certain.equilibrium_exists)
+        return found
     tried = f"Newton's method with ever less drag came to no end ({end.steps} steps, drag {end.drag:.0e})"
     return undecided(f"{tried}; limit analysis: {certain.reason}")
 
@@ -97,23 +109,14 @@ def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, flo
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
 
 
-def _named(assembly: Assembly, bodies: Bool) -> tuple[str, ...]:
-    return tuple(body.name for body, one in zip(assembly.movable, bodies, strict=True) if one)
-
-
-def _stands(
-    assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, loose: tuple[str, ...] = ()
-) -> Verdict:
-    contact = contact_forces(assembly, nodes, forces)
-    reason = RESTS + balanced_in_verdict(loose)
+def _stands(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float) -> Verdict:
     return Verdict(
         status=Status.STABLE,
-        reason=reason,
+        reason=RESTS,
         equilibrium_exists=True,
         self_stress=False,
-        forces=contact,
+        forces=contact_forces(assembly, nodes, forces),
         residual=residual,
-        balanced=loose,
     )
 
 
@@ -124,9 +127,11 @@ def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechani
     return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
 
 
-def _drifts(assembly: Assembly, nodes: ContactNodes, twists: Float, exists: bool | None) -> Verdict:
-    mechanism = motion_of(assembly, nodes, twists)
-    doubt = doubt_of(assembly, twists)
+def _drifts(grid: Grid, end: Settled, known: Assembly, *, exists: bool | None) -> Verdict:
+    """Return the verdict that follows from the drift at the ``end`` of a search for rest on the contacts ``known``."""
+    assembly = grid.assembly
+    mechanism = motion_of(assembly, grid.nodes, world_rows(assembly, end.drift[None]).reshape(-1, 6))
+    doubt = doubt_of(known, mechanism.twists)
     if doubt:
         return undecided(f"the contacts found do not bring it to rest, but {doubt}", mechanism=mechanism)
     more = ", although an equilibrium exists: nothing presses the contacts that it needs" if exists else ""
