@@ -22,7 +22,7 @@ from holdfast.applications.inertia import motion_columns, motion_coordinates
 from holdfast.applications.transport import counted_bodies
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, checked, checked_number, checked_whole
+from holdfast.base.arrays import Float, checked, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, SceneError, message, no_truth
 from holdfast.base.memory import Same
 from holdfast.base.progress import reported
@@ -30,9 +30,7 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import ACCELERATION, MANY, PLACE, SCALE, TURNING
 from holdfast.base.text import listed
 from holdfast.engines.answers import only_balanced
-from holdfast.engines.capabilities import Judging
 from holdfast.engines.groups import Group, Groups, prepared
-from holdfast.engines.lone_bodies import lone
 from holdfast.engines.mechanism import NAMED
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import (
@@ -49,7 +47,7 @@ from holdfast.scene.scene import Scene
 
 STILL = 0.1  # share of the gap within which surfaces touch: a body that is displaced by less has not moved
 LIKELY = (2.0, 2.0, 1.0)  # standard deviations of a [m/s²], α [rad/s²] and ω [rad/s], of motions asked in advance
-ALIKE = 9  # digits to which directions agree that count as one: loads then differ by less than ``lower`` is known to
+ALIKE = 12  # digits to which directions agree that count as one: what scaling a motion leaves of them
 REMEMBERED = 1000  # directions of which each group keeps the answers
 RECENT = 9  # questions whose median time is what the next one is expected to take
 
@@ -86,7 +84,7 @@ class Monitored(PublicValue):
 
     @property
     def holds(self) -> bool:
-        """Whether everything stays at rest, as far as the default engine can tell: False also where that is undecided."""
+        """Whether everything stays at rest, as far as the default engine knows: False also where that is undecided."""
         return self.status is Status.STABLE
 
     def summary(self) -> Summary:
@@ -129,7 +127,7 @@ class _Asked:
         found = self.groups.load_factor((self.columns @ way)[:, None])
         along = _Along(float(found.lower[0]), float(found.upper[0]), found.moving[0])
         self.times.append(time.perf_counter() - start)
-        self.known[way.tobytes()] = along
+        self.known[_key(way)] = along
         while len(self.known) > REMEMBERED:
             self.known.popitem(last=False)
         return along
@@ -137,14 +135,13 @@ class _Asked:
 
 @dataclass(eq=False)
 class _Watched:
-    """A group that stands: ``members`` are the numbers of its bodies, and ``names`` their names.
+    """A group that stands, with the ``names`` of its bodies, of which some may be only ``balanced``.
 
     ``holds`` asks the default engine, and ``moves`` the one that proves motions. ``last`` is the share that a unit of
     motion used when ``holds`` was asked last.
     """
 
     names: tuple[str, ...]
-    members: Int
     balanced: tuple[str, ...]
     holds: _Asked
     moves: _Asked
@@ -212,7 +209,7 @@ class Monitor:
         return f"Monitor({len(self._names)} bodies in {groups} groups, {1e3 * self._seconds:g} ms)"
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_watched": {}}
+        return self.__dict__ | {"_watched": {}, "_unsure": []}
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         self.__dict__.update(state)
@@ -263,7 +260,7 @@ class Monitor:
             falls = verdict.status is Status.UNSTABLE and size == 0
             moving = names if verdict.mechanism is None else verdict.mechanism.moving
             return _answer(np.inf, np.inf if falls else 0.0, moving, f"at rest: {verdict.reason}")
-        way = np.round(x / size, ALIKE) + 0.0 if size else x
+        way = x / size if size else x
         used, first, left = self._used(way, size, until) if size else (0.0, None, [])
         if left:
             names = tuple(name for each in left for name in each.names)
@@ -272,8 +269,7 @@ class Monitor:
             return _answer(np.inf, 0.0, (), reason, late=True)
         if first is None:
             return _answer(0.0, 0.0, (), "")
-        known, key = first.holds.known[way.tobytes()], way.tobytes()
-        proof = first.moves.known.get(key)
+        known, proof = first.holds.known[_key(way)], first.moves.known.get(_key(way))
         if used >= 1 and proof is None and time.perf_counter() + first.moves.cost <= until:
             proof = first.moves.ask(way)
         least = max(_share(size, one.upper) for one in (known, proof) if one is not None)
@@ -282,43 +278,25 @@ class Monitor:
     def _used(self, way: Float, size: float, until: float) -> tuple[float, _Watched | None, list[_Watched]]:
         """Return the largest share that a group uses of what it withstands at ``size`` times the direction ``way``.
 
-        Also returns that group, and those for which there was no time. Those that used most the last time are asked
-        first, until one is found not to hold. Lone bodies that rest firmly under the motion of which all is used so far
-        withstand more: their stresses are linear in the load, and what is within friction cones is convex.
+        Also returns that group, and those that are left as the time is over. Those that used most the last time are
+        asked first, until one is found not to hold.
         """
-        used, first, left, tried = 0.0, None, [], 0.0
+        used, first, left = 0.0, None, []
         for each in self._watched.values():
-            known = each.holds.known.get(way.tobytes())
+            known = each.holds.known.get(_key(way))
             if known is None:
                 left.append(each)
             elif _share(size, known.lower) > used:
                 used, first = _share(size, known.lower), each
         left.sort(key=lambda each: -each.last)
         while left and used < 1:
-            if used > tried:
-                left, tried = self._without_firm(left, way * (size / used)), used
-            elif time.perf_counter() + max(each.holds.cost for each in left) > until:
+            if time.perf_counter() + sum(each.holds.cost for each in left) > until:
                 return used, first, left
-            else:
-                each = left.pop(0)
-                each.last = _share(1.0, each.holds.ask(way).lower)
-                if size * each.last > used:
-                    used, first = size * each.last, each
+            each = left.pop(0)
+            each.last = _share(1.0, each.holds.ask(way).lower)
+            if size * each.last > used:
+                used, first = size * each.last, each
         return used, first, []
-
-    def _without_firm(self, watched: list[_Watched], x: Float) -> list[_Watched]:
-        """Return these groups without lone bodies that rest firmly under the motion x (12,), as they do without it."""
-        alone = [each for each in watched if len(each.members) == 1 and each.members[0] in self._firm]
-        rests = self._rest_firmly(self._rest + self._columns @ x, np.array([each.members[0] for each in alone], int))
-        firm = {id(each) for each, rested in zip(alone, rests, strict=True) if rested}
-        return [each for each in watched if id(each) not in firm]
-
-    def _rest_firmly(self, wrench: Float, bodies: Int) -> Bool:
-        """Tell of which of these lone ``bodies`` (n,) a formula says that they rest under ``wrench`` (6J,)."""
-        engine = engine_of(DEFAULT_ENGINE)
-        if not isinstance(engine, Judging):
-            return np.zeros(len(bodies), dtype=bool)
-        return engine.firm(self._assembly, wrench, bodies)[0]
 
     def _follow(self, poses: Mapping[str, ArrayLike]) -> None:
         """Prepare anew the groups of bodies that are displaced."""
@@ -338,9 +316,6 @@ class Monitor:
         assembly = self._assembly
         standing = total_wrench(assembly, self._standing)
         columns, times = motion_columns(assembly, self._pivot), {w.names: w.holds.times for w in self._watched.values()}
-        self._columns, self._rest = columns, assembly.weight_wrench() + standing
-        alone = lone(assembly)
-        self._firm = set(alone[self._rest_firmly(self._rest, alone)].tolist())
         holding, moving = (prepared(engine_of(name), assembly, standing) for name in (DEFAULT_ENGINE, CERTAIN_ENGINE))
         numbers = [k for k, names in enumerate(assembly.groups) if not self._names.isdisjoint(names)]
         watched: dict[tuple[Same, bytes], _Watched] = {}
@@ -357,13 +332,18 @@ class Monitor:
                 own = np.zeros_like(columns)
                 own[rows] = columns[rows]
                 holds, moves = _Asked(holding, own, times.get(group.names, deque(maxlen=RECENT))), _Asked(moving, own)
-                known = _Watched(group.names, group.part.members, group.verdict.balanced, holds, moves)
+                known = _Watched(group.names, group.verdict.balanced, holds, moves)
                 for way in _likely(solves):
                     holds.ask(way)
                     moves.ask(way)
             watched[key] = known
         self._watched = watched
         self._unsure.sort(key=lambda group: group.verdict.status is not Status.UNSTABLE)
+
+
+def _key(way: Float) -> bytes:
+    """Return what directions (12,) that count as one have in common."""
+    return np.asarray(np.round(way, ALIKE) + 0.0).tobytes()  # 0.0: -0 is 0
 
 
 def _share(size: float, factor: float) -> float:

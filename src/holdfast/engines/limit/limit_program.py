@@ -42,9 +42,9 @@ class Solved:
 class LoadProgram:
     """The program max s  s.t.  G f + ``wrench`` + s w = 0, f in the friction cones of ``nodes``, for any load w.
 
-    ``wrench`` (6J,) is in [N, N m], and ``tolerance`` that of the solver. The object is safe for several threads: each
-    call uses a solver of its own, an idle one or a new one. A solution depends on its load alone, to the last digit,
-    and not on the loads that the solver had before.
+    ``wrench`` (6J,) is in [N, N m]. The object is safe for several threads: each call uses a solver of its own, an idle
+    one or a new one. A solution depends on its load alone, to the last digit, and not on the loads that the solver had
+    before.
     """
 
     equilibrium: Equilibrium
@@ -52,7 +52,6 @@ class LoadProgram:
     wrench: Float
     cone: FrictionCone
     tau: Float
-    tolerance: float = TOLERANCE
     _idle: deque[Prepared] = field(default_factory=deque, init=False, repr=False)
 
     @cached_property
@@ -89,19 +88,18 @@ class LoadProgram:
         """Return the factor at which a load (6J,) is as large as usual forces."""
         return 1 / float(np.abs(self.scales.motion * load).max())
 
-    def maximise(self, load: Float, around: float | None = None, until: float | None = None) -> Solved:
+    def maximise(self, load: Float, around: float | None = None) -> Solved:
         """Solve the program for one ``load`` (6J,) [N, N m], which must not be zero.
 
-        The factor is found to a share of that at which the load is as large as usual forces, or of ``around``. The
-        solver stops at ``until``, a time of ``time.perf_counter``, with what it has then.
+        The factor is found to a share of that at which the load is as large as usual forces, or of ``around``.
         """
         size = 1 / (self.usual_factor(load) if around is None else around)
         try:
             prepared = self._idle.pop()
         except IndexError:
-            prepared = Prepared(self.cone_program, tolerance=self.tolerance)
+            prepared = Prepared(self.cone_program, tolerance=TOLERANCE)
         prepared.change(self._load_entries, self.scales.motion * load / size)
-        solution = prepared.solve(until)
+        solution = prepared.solve()
         self._idle.append(prepared)
         forces, motion = self.scales.force * solution.x[:-1], self.scales.motion * solution.z[: len(load)]
         return Solved(solution.outcome, forces, float(solution.x[-1]) / size, motion, solution.residual)
