@@ -24,6 +24,7 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 ENGINES: Registry[Callable[[], Engine]] = Registry("engine", {"graph": Graph, "limit": Limit, "compliant": Compliant})
@@ -101,6 +102,16 @@ def engine_of(choice: EngineChoice) -> Engine:
             message("engine", f"got {quoted(choice)}", f"needs a name ({', '.join(ENGINES)}) or an engine")
         )
     return choice
+
+
+def engine_for(assembly: Assembly, where: str, *, exists: bool) -> Engine:
+    """Return the engine that proves where an equilibrium ``exists``, or else that which says what holds.
+
+    Raises SceneError, with ``where`` in its message, for holds that the latter does not take.
+    """
+    if not exists:
+        refuse_holds(assembly.scene.holds, where, "ask where an equilibrium exists, with exists=True")
+    return engine_of(CERTAIN_ENGINE if exists else DEFAULT_ENGINE)
 
 
 def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:

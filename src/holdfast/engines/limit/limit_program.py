@@ -42,9 +42,9 @@ class Solved:
 class LoadProgram:
     """The program max s  s.t.  G f + ``wrench`` + s w = 0, f in the friction cones of ``nodes``, for any load w.
 
-    ``wrench`` (6J,) is in [N, N m]. The object is safe for several threads: each call uses a solver of its own, an idle
-    one or a new one. A solution depends on its load alone, to the last digit, and not on the loads that the solver had
-    before.
+    ``wrench`` (6J,) is in [N, N m], and ``tolerance`` that of the solver. The object is safe for several threads: each
+    call uses a solver of its own, an idle one or a new one. A solution depends on its load alone, to the last digit,
+    and not on the loads that the solver had before.
     """
 
     equilibrium: Equilibrium
@@ -52,6 +52,7 @@ class LoadProgram:
     wrench: Float
     cone: FrictionCone
     tau: Float
+    tolerance: float = TOLERANCE
     _idle: deque[Prepared] = field(default_factory=deque, init=False, repr=False)
 
     @cached_property
@@ -97,7 +98,7 @@ class LoadProgram:
         try:
             prepared = self._idle.pop()
         except IndexError:
-            prepared = Prepared(self.cone_program, tolerance=TOLERANCE)
+            prepared = Prepared(self.cone_program, tolerance=self.tolerance)
         prepared.change(self._load_entries, self.scales.motion * load / size)
         solution = prepared.solve()
         self._idle.append(prepared)
