@@ -13,7 +13,7 @@ from holdfast.assembly.assembly import FIXED, Assembly, assemble
 from holdfast.assembly.on_surface import check_on_surface, pointing_out
 from holdfast.assembly.strengths import check_strengths
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes
+from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes, checked_truth
 from holdfast.base.by_name import Registry
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.ranges import FORCE, PLACE
@@ -109,7 +109,7 @@ def engine_for(assembly: Assembly, where: str, *, exists: bool) -> Engine:
 
     Raises SceneError, with ``where`` in its message, for holds that the latter does not take.
     """
-    if not exists:
+    if not checked_truth(exists, f"{where}: exists"):
         refuse_holds(assembly.scene.holds, where, "ask where an equilibrium exists, with exists=True")
     return engine_of(CERTAIN_ENGINE if exists else DEFAULT_ENGINE)
 

@@ -1,9 +1,14 @@
-"""Compute the smallest robustness over intervals of friction and mass and boxes of centres of mass, exactly."""
+"""Compute the smallest robustness over intervals of friction and mass and boxes of centres of mass.
+
+What holds is asked at the ends of all ranges: stiff contacts hold neither the more with more friction nor the less with
+more weight, so that is no proof. Up to where an equilibrium exists is least at such an end, which is proved.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -14,11 +19,13 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import check_kinds, fits, shaped
+from holdfast.base.progress import reported
 from holdfast.base.public import Summary
 from holdfast.base.values import Table
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.capabilities import WORST_CASES
+from holdfast.engines.capabilities import WORST_CASES, Corner
 from holdfast.engines.groups import prepared
+from holdfast.engines.limit.box_corners import change_at, corners_of, least_of
 from holdfast.engines.verdict import Status
 from holdfast.queries.intervals import (
     ComRange,
@@ -31,17 +38,21 @@ from holdfast.queries.intervals import (
 )
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
-    CERTAIN_ENGINE,
     Load,
     body_number,
     checked_assembly,
     checked_loads,
-    engine_of,
+    engine_for,
     push_columns,
     total_wrench,
 )
 from holdfast.queries.result import Forces, amount, least
 from holdfast.scene.scene import Scene
+
+GUARANTEE = (
+    "not a proof: what holds by engine {engine} was asked at {count} combinations of values, those given and the ends "
+    "of all ranges (friction: all low or all high)"
+)
 
 
 @archived
@@ -50,15 +61,17 @@ from holdfast.scene.scene import Scene
 class WorstCase(Forces):
     """The smallest R at each of n points over all values of the uncertain quantities.
 
-    ``force`` (n,) [N] has the bounds ``lower`` and ``upper`` and a ``status`` (n,) as in Robustness. The status is
-    UNSTABLE where the assembly does not stand at some corner of the uncertain region. It is UNDECIDED where the answer
-    at a corner is; the force 0 is no answer then. ``nominal`` (n,) [N] is R without uncertainty, with
+    ``force`` (n,) [N] has the bounds ``lower`` and ``upper`` and a ``status`` (n,) as in Robustness; ``lower`` is the
+    least of all corners. With the ``claim`` *holds* that is what everything held where it was asked, and ``guarantee``
+    says where. With the claim *exists* it is proved for the whole region, of the existence of an equilibrium.
+
+    The status is UNSTABLE where the assembly does not stand at some corner of the uncertain region. It is UNDECIDED
+    where the answer at a corner is; the force 0 is no answer then. ``nominal`` (n,) [N] is R without uncertainty, with
     ``nominal_status`` (n,) and ``verdict``.
 
-    ``mu`` holds the friction coefficients of the worst case, by pair of bodies. ``masses`` (n,) and ``coms`` (n,) hold
-    for each point the masses [kg] and centres of mass [m, world frame] at the corner where it is weakest, by the name
-    of the uncertain body. ``corners`` is the number of corners that were solved, and ``guarantee`` says in words what
-    was proved.
+    ``masses`` (n,) and ``coms`` (n,) hold for each point the masses [kg] and centres of mass [m, world frame] at the
+    corner where it is weakest, by the name of the uncertain body. ``mu`` holds the friction coefficients at the corner
+    of the weakest of all points, by pair of bodies. ``corners`` is the number of corners that were solved.
     """
 
     body: str
@@ -100,7 +113,8 @@ class WorstCase(Forces):
         """Summarise the answer by its weakest points."""
         headline = f"{len(self.force):,} pushes on {self.body} at {self.corners:,} corners: {least(self.answers, 'N')}"
         nominal = zip(self.nominal_status, self.nominal, strict=True)
-        return self.table(headline, objects([f"nominal {amount(status, value, 'N')}" for status, value in nominal]))
+        found = self.table(headline, objects([f"nominal {amount(status, value, 'N')}" for status, value in nominal]))
+        return replace(found, facts=(*found.facts, ("guarantee", self.guarantee)))
 
 
 def worst_case(
@@ -113,8 +127,9 @@ def worst_case(
     mass_range: MassRange | None = None,
     com_range: ComRange | None = None,
     standing: Iterable[Load] = (),
+    exists: bool = False,
 ) -> WorstCase:
-    """Compute the smallest R(p, e) by engine ``limit`` over uncertain friction, masses and centres of mass.
+    """Compute the smallest R(p, e) over uncertain friction, masses and centres of mass.
 
     ``mu_range`` is a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
     intervals by the names of the two bodies. ``mass_range`` is a relative width for all movable bodies, or a dict of
@@ -123,42 +138,72 @@ def worst_case(
     named is taken as known. Poses, contacts and points are held in place. ``points``, ``directions`` and ``standing``
     have the same meaning as in ``robustness``.
 
-    The answer is exact: it uses the lower end of every μ and all corners of the masses and centres of mass;
-    ``guarantee`` says why this suffices. The number of corners, and with it the time, doubles with every uncertain
-    value, except for shifts of a centre of mass along gravity. Raises HoldfastError if there are more than 4,096
-    corners, and SceneError for ``mu_range`` where faces have a cohesion: pulled, they hold less with more friction.
+    By default it is the least of the default engine's answers with the values as given and at all corners: all pairs at
+    the lower or all at the upper ends of μ, with all ends of masses and centres of mass. Take ``lower``. In between
+    less may hold, though that is seldom seen: ``guarantee`` says what was asked. With ``exists`` it is exact, but for
+    the existence of an equilibrium, which need not come about: it uses the lower end of every μ and all other corners.
+
+    The number of corners, and with it the time, doubles with every uncertain value, except for shifts of a centre of
+    mass along gravity. Raises HoldfastError if there are more than 4,096 corners, and SceneError for ``mu_range`` where
+    faces have a cohesion (pulled, they hold less with more friction) and for what is held, unless with ``exists``.
     """
     assembly = checked_assembly(assembly)
     where = f"worst case of {body!r}"
     if mu_range is not None and assembly.scene.friction.cohesion:  # a pair that is pulled holds less with more friction
         refuse_joined(assembly, f"{where}: mu_range", "leave out cohesion or mu_range: a tension alone is taken")
-    loads = checked_loads(standing)
-    nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
-    low = {pair: ends[0] for pair, ends in friction_intervals(assembly, mu_range, where).items()}
-    rough = assembly if mu_range is None else assembly.with_friction(low)
-    near = next((group for group in rough.groups if body in group), ())  # other groups do not affect the answer
-    masses = {name: ends for name, ends in mass_intervals(rough, mass_range, where).items() if name in near}
-    coms = {name: half for name, half in com_boxes(rough, com_range, where).items() if name in near}
-    columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
-    engine = engine_of(CERTAIN_ENGINE)
-    found = WORST_CASES.of(engine, engine=CERTAIN_ENGINE, where=where).weakest(
-        rough,
-        total_wrench(rough, loads),
-        columns,
-        masses=masses,
-        coms=coms,
-        prepare=lambda load: prepared(engine, rough, load),
-        where=where,
-    )
+    engine, loads = engine_for(assembly, where, exists=exists), checked_loads(standing)
+    nominal = robustness(assembly, body, points, directions, standing=loads, engine=engine)
+    intervals = friction_intervals(assembly, mu_range, where)
+    near = next((group for group in assembly.groups if body in group), ())  # other groups do not affect the answer
+    masses = {name: ends for name, ends in mass_intervals(assembly, mass_range, where).items() if name in near}
+    coms = {name: half for name, half in com_boxes(assembly, com_range, where).items() if name in near}
+    columns = push_columns(assembly, body_number(assembly, body), nominal.points, nominal.directions)
+    total = total_wrench(assembly, loads)
+    ends = [{pair: mu[k] for pair, mu in intervals.items()} for k in ((0,) if exists or mu_range is None else (0, 1))]
+    rough = [assembly if mu_range is None else assembly.with_friction(end) for end in ends]
+    if exists:
+        proved = WORST_CASES.of(engine, engine=engine.name, where=where).weakest(
+            rough[0],
+            total,
+            columns,
+            masses=masses,
+            coms=coms,
+            prepare=lambda load: prepared(engine, rough[0], load),
+            where=where,
+        )
+        answers, guarantee = proved.answers, proved.guarantee
+        cases = [(ends[0], corner) for corner in proved.corners]
+        worst = proved.corner
+    else:
+        corners = corners_of(assembly, masses, coms, where)
+        asked = [(k, corner) for k in range(len(ends)) for corner in corners]
+        tables = (
+            prepared(engine, rough[k], total + change_at(assembly, corner)).load_factor(columns)
+            for k, corner in reported("worst case", asked)
+        )
+        answers, worst = least_of(chain(tables, (nominal.answers,)), "lower")
+        given = {pair: mu[0] for pair, mu in friction_intervals(assembly, None, where).items()}
+        cases = [*((ends[k], corner) for k, corner in asked), (given, _as_given(assembly, masses, coms))]
+        guarantee = GUARANTEE.format(engine=engine.name, count=len(cases))
+    weakest = worst[int(answers.ranking[0])]
     notes = (*nominal.notes, *unchecked_limits(assembly.bodies))  # the corners do not ask who is crushed
     return WorstCase(
-        answers=replace(found.answers, verdict=nominal.verdict, notes=notes),
+        answers=replace(answers, verdict=nominal.verdict, notes=notes),
         body=body,
         nominal=nominal.force,
         nominal_status=nominal.status,
-        mu=Table(low),
-        masses=objects([Table(found.corners[k].masses) for k in found.corner]),
-        coms=objects([Table(found.corners[k].coms) for k in found.corner]),
-        corners=len(found.corners),
-        guarantee=found.guarantee,
+        mu=Table(cases[weakest][0]),
+        masses=objects([Table(cases[k][1].masses) for k in worst]),
+        coms=objects([Table(cases[k][1].coms) for k in worst]),
+        corners=len(cases),
+        guarantee=guarantee,
+    )
+
+
+def _as_given(assembly: Assembly, masses: Iterable[str], coms: Iterable[str]) -> Corner:
+    """Return the known masses and centres of mass of these bodies."""
+    centres = {name: assembly.com[assembly.index[name]].tolist() for name in coms}
+    return Corner(
+        {name: float(assembly.mass[assembly.index[name]]) for name in masses},
+        {name: (x, y, z) for name, (x, y, z) in centres.items()},
     )
