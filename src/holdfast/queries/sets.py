@@ -103,7 +103,7 @@ class ConvexSet(PublicValue):
         None means that they lie between the two polyhedra or beyond the box. They are (d,), or (n, d) for an object
         array (n,) of answers. Raises HoldfastError for a set of what exists: ask ``exists``.
         """
-        if self.claim is Claim.EXISTS:
+        if self.claim is not Claim.HOLDS:
             remedy = "ask .exists(...), or for a set without exists=True"
             raise HoldfastError(message("contains", "inside an equilibrium exists, which need not hold", remedy))
         return self._between(coordinates, "contains")
@@ -113,7 +113,7 @@ class ConvexSet(PublicValue):
 
         They are as in ``contains``. Raises HoldfastError for a set of what holds: ask ``contains``.
         """
-        if self.claim is not Claim.EXISTS:
+        if self.claim is Claim.HOLDS:
             raise HoldfastError(message("exists", "this is a set of what holds", "ask .contains(...)"))
         return self._between(coordinates, "exists")
 
