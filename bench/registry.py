@@ -28,6 +28,7 @@ SUITES = (
     "firmer",
     "gradients",
     "graph_slanted",
+    "holding",
     "imperfect",
     "instant",
     "maps",

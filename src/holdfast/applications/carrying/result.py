@@ -56,7 +56,7 @@ class Carried(Columns):
 
     @property
     def holds(self) -> bool:
-        """Whether the load certainly holds at all times: False also where that is undecided, and of engine ``limit``."""
+        """Whether the load certainly holds at all times: False if that is undecided, and always of engine ``limit``."""
         return self.outcome is Status.STABLE
 
     @property
