@@ -57,10 +57,10 @@ def _rows(name: str, make: Callable[[], hf.Scene]) -> list[Row]:
     lower = prepared(hf.Compliant(), assembly).load_factor(loads).lower
     upper = prepared(hf.Limit(), assembly).load_factor(loads).upper
     seconds = LONG if len(assembly.movable) > MANY else USUAL
-    start = time.process_time()
-    monitor = hf.Monitor(assembly, seconds=seconds)
-    built, gravity = time.process_time() - start, assembly.scene.gravity
     with mock.patch("time.perf_counter", time.process_time):
+        start = time.process_time()
+        monitor = hf.Monitor(assembly, seconds=seconds)
+        built, gravity = time.process_time() - start, assembly.scene.gravity
         found = [
             monitor.update(a[k], omega[k], gravity + change[k], angular_acceleration=alpha[k]) for k in range(MOTIONS)
         ]

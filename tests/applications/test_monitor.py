@@ -161,6 +161,19 @@ def test_a_group_that_takes_too_long_says_so_at_once() -> None:
     assert "late" in found.summary().headline
 
 
+def test_a_group_that_was_slow_is_asked_again_a_second_later(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The machine was busy while it was prepared, and is not any more."""
+    now = [0.0]
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+    monitor = hf.Monitor(on_a_base(0.4), seconds=0.02, solves=3)
+    (watched,) = monitor._watched.values()
+    watched.holds.times.extend([0.03] * 9)
+    assert monitor.update((1.0, 0, 0)).late
+    now[0] += 1.1
+    found = monitor.update((1.0, 0.1, 0))
+    assert (found.holds, found.late) == (True, False)
+
+
 @pytest.mark.parametrize("scene", [on_a_base(0.4), on_a_base(0.4).moved({"cube": hf.pose(0, 0, 0.5)})])
 def test_it_can_be_copied_and_pickled(scene: hf.Scene) -> None:
     press = hf.Load("cube", (0, 0, 0.1), force=(0, 0, -2.0 * G))

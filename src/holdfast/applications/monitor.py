@@ -50,6 +50,7 @@ LIKELY = (2.0, 2.0, 1.0)  # standard deviations of a [m/s²], α [rad/s²] and �
 ALIKE = 12  # digits to which directions agree that count as one: what scaling a motion leaves of them
 REMEMBERED = 1000  # directions of which each group keeps the answers
 RECENT = 9  # questions whose median time is what the next one is expected to take
+AGAIN = 1.0  # [s] without a question, after which one is tried all the same: the machine may have been busy
 
 
 @archived
@@ -158,8 +159,9 @@ class Monitor:
 
     ``bodies`` (names) restricts it to their groups, as in ``transport_limits``. The ``standing`` loads act throughout.
     The carrier's acceleration is that at ``pivot`` (3,) [m], about which it turns. ``seconds`` [s] is the longest time
-    of an update: groups of bodies for which there is no time are not asked, and the margin is 0. ``solves`` motions are
-    asked in advance for each group, to know how long one takes. Directions that were asked before take no time.
+    of an update: groups of bodies for which there is no time are not asked, and the margin is 0; once a second one is
+    tried all the same. ``solves`` motions are asked in advance for each group, to know how long one takes. Directions
+    that were asked before take no time.
 
     One thread may use it at a time. A copy, or one that was pickled, prepares itself anew. Raises SceneError if one of
     ``bodies`` is unknown or fixed, or if all are fixed, and HoldfastError if the poses of the assembly are uncertain
@@ -191,6 +193,7 @@ class Monitor:
             raise SceneError(message("monitor", "nothing that it watches can move", "needs movable bodies"))
         self._assembly = given
         self._watched: dict[tuple[Same, bytes], _Watched] = {}
+        self._tried = -np.inf  # when a question was last asked
         self._prepare(self._solves)
 
     @property
@@ -290,9 +293,11 @@ class Monitor:
                 used, first = _share(size, known.lower), each
         left.sort(key=lambda each: -each.last)
         while left and used < 1:
-            if time.perf_counter() + sum(each.holds.cost for each in left) > until:
+            now = time.perf_counter()
+            short = now + sum(each.holds.cost for each in left) > until
+            if short and (now >= until or now < self._tried + AGAIN):
                 return used, first, left
-            each = left.pop(0)
+            each, self._tried = left.pop(0), now
             each.last = _share(1.0, each.holds.ask(way).lower)
             if size * each.last > used:
                 used, first = size * each.last, each
@@ -338,6 +343,7 @@ class Monitor:
                     moves.ask(way)
             watched[key] = known
         self._watched = watched
+        self._tried = time.perf_counter()
         self._unsure.sort(key=lambda group: group.verdict.status is not Status.UNSTABLE)
 
 
