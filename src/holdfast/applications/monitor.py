@@ -294,7 +294,7 @@ class Monitor:
         left.sort(key=lambda each: -each.last)
         while left and used < 1:
             now = time.perf_counter()
-            short = now + sum(each.holds.cost for each in left) > until
+            short = now + max(each.holds.cost for each in left) > until
             if short and (now >= until or now < self._tried + AGAIN):
                 return used, first, left
             each, self._tried = left.pop(0), now
