@@ -29,6 +29,7 @@ SUITES = (
     "gradients",
     "graph_slanted",
     "held",
+    "holding",
     "imperfect",
     "instant",
     "maps",

@@ -13,7 +13,7 @@ from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize
 
 import holdfast as hf
 
-# 1. What the slab of the table can take, as a function of the wrench; it never says more than is true.
+# 1. What the slab of the table can take, as a function of the wrench: what holds, checked in between.
 table = hf.assemble(hf.shipped_scene("table"))
 limit = hf.sets.constraint(table, "slab")
 print(limit)
@@ -54,11 +54,11 @@ force = found.x
 share = used(force)[0]
 print(f"the hand pushes with ({force[0]:.2f}, {force[1]:.2f}, {force[2]:.2f}) N and uses {share:.0%}")
 
-# 3. The same push, asked of the engines directly: it may be 1/0.8 times as large, by limit analysis.
+# 3. The same push, asked directly, as one does with the push that is to be made: it may be 1/0.8 times as large.
 size = float(np.linalg.norm(force))
-told = hf.robustness(table, "slab", hand, force / size, engine="limit")
-print(f"limit lets it push {told.force[0] / size:.3f} times as hard; the constraint promised {1 / share:.3f}")
-assert 1 / share <= told.upper[0] / size
+told = hf.robustness(table, "slab", hand, force / size)
+print(f"it holds up to {told.lower[0] / size:.3f} times as much; the constraint promised {1 / share:.3f}")
+assert told.lower[0] > size
 
 # 4. A whole trajectory of pushes at once.
 turns = np.linspace(0, 2 * np.pi, 5_000)

@@ -40,7 +40,7 @@ def drive(careful: bool) -> hf.answers.Assembly:
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 200)
     # what has no free joint is the carrier; soft contacts overlap by some tenths of a millimetre
-    monitor = hf.Monitor(hf.assemble(hf.from_mujoco(model, data), gap=0.001))
+    monitor = hf.Monitor(hf.assemble(hf.from_mujoco(model, data), gap=0.001), seconds=2.0)
     start, mass = data.qpos[0], sum(model.body_mass)
     margins, seconds = [1.0], []
     for k in range(250):

@@ -33,7 +33,7 @@ BUILT = {  # classes that callers build: all others are answers
     *("HalfSpace", "Imperfect", "Interface", "Limit", "Load", "Mesh", "Monitor", "Moves", "Part", "Patch", "Profile"),
     *("Resources", "Scene", "Search", "Sphere", "Strap", "Tool", "Uncertain", "Weights", "Where"),
 }
-MANY = {"Body", "Uncertain"}  # a body is what it is, and so is what is not known: these may take more
+MANY = {"Body", "Uncertain", "worst_case"}  # a body is what it is, and so is what is not known: these may take more
 ASKED_WITHIN = {  # what the parts of the library ask of each other
     *("Compliant", "Graph", "Limit", "Patch", "Assembly", "LiveView"),
     *("Interface.canonical", "Friction.among", "Friction.between", "Friction.check_names", "Scene.checked_names"),

@@ -35,7 +35,7 @@ def _rows(case: str, make: Callable[[], hf.Scene]) -> list[Row]:
     assembly, body = hf.assemble(make()), case.partition(": ")[2]
     start = time.process_time()
     try:
-        found = hf.sets.constraint(assembly, body, engine="compliant")
+        found = hf.sets.constraint(assembly, body)
     except hf.HoldfastError as error:
         return [{"case": case, "refused": str(error)}]
     built = time.process_time() - start

@@ -59,7 +59,7 @@ def _pallet(number: int, scene: hf.Scene) -> list[Row]:
 
 def _row(case: str, assembly: hf.answers.Assembly, body: str) -> Row:
     start = time.process_time()
-    found = hf.sets.constraint(assembly, body)
+    found = hf.sets.constraint(assembly, body, exists=True)
     built = time.process_time() - start
     count = WRENCHES if len(assembly.movable) <= MANY else FEWER
     wrenches = drawn(assembly, body, found, count)

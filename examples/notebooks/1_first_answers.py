@@ -47,4 +47,4 @@ print(f"{weak.body}: {weak.force:.2f} N, {weak.mode}")
 # Friction is a guess. With anything between 0.2 and 0.6, and masses within a tenth, this is the least push at the foot:
 foot = ("vase", (0.07, 0, 0.02), (1, 0, 0))
 worst = hf.sets.worst_case(shelf, *foot, mu_range=(0.2, 0.6), mass_range=0.1)
-print(f"as given {worst.nominal[0]:.2f} N, at worst {worst.force[0]:.2f} N")
+print(f"as given {worst.nominal[0]:.2f} N, at worst it holds {worst.lower[0]:.2f} N")

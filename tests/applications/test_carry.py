@@ -45,11 +45,10 @@ def test_a_box_gives_way_when_the_floor_is_as_fast_as_friction_or_its_base_allow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_below_that_it_holds_and_tells_how_much_is_left(engine: str) -> None:
     c = hf.carry(carried(), ramp(3.0), engine=engine)
-    assert c.outcome is hf.Status.STABLE
+    assert c.outcome is (hf.Status.UNDECIDED if engine == "limit" else hf.Status.STABLE)
     assert (c.time, c.first) == (np.inf, ())
     assert c.used == pytest.approx([0, 3 / (MU * G), 0], rel=0.01)
-    assert c.holds
-    assert c.held.all()
+    assert c.holds == c.held.all() == (engine != "limit")  # an equilibrium that exists need not hold
     assert not c.moves.any()
 
 
@@ -59,7 +58,9 @@ def test_played_at_the_safe_speed_it_just_holds(size: float, engine: str) -> Non
     assembly, motion = carried(), hf.Profile.from_table(ramp(size))
     scale = hf.carry(assembly, motion, engine=engine).time_scale()
     assert scale == pytest.approx(np.sqrt(MU * G / size), rel=0.01)
-    assert hf.carry(assembly, motion.at_speed(0.999 * scale), engine=engine).outcome is hf.Status.STABLE
+    at_most = hf.carry(assembly, motion.at_speed(0.999 * scale), engine=engine)
+    assert (at_most.lower >= 1).all()
+    assert at_most.outcome is (hf.Status.UNDECIDED if engine == "limit" else hf.Status.STABLE)
     assert hf.carry(assembly, motion.at_speed(1.02 * scale), engine=engine).outcome is hf.Status.UNSTABLE
     half = hf.carry(assembly, motion, engine=engine).time_scale(margin=0.5)
     assert half == pytest.approx(scale * np.sqrt(0.5))

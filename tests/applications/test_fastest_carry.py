@@ -18,7 +18,7 @@ def carried(height: float = 0.05, x: float = 0.0, mu: float = MU) -> hf.Scene:
 
 
 def took(ride: hf.answers.Carried) -> float:
-    assert ride.holds
+    assert ride.holds or (ride.claim is hf.answers.Claim.EXISTS and (ride.lower >= 1).all())
     return float(ride.profile.time[-1])
 
 
@@ -104,7 +104,7 @@ def tray(*, cleats: bool) -> hf.Scene:
 
 def test_an_orange_among_eight_things_has_to_be_held() -> None:
     ride = hf.sets.fastest_carry(tray(cleats=True), [(0, 0), (1, 0), (1, 0.6)])
-    assert ride.holds
+    assert ride.holds or (ride.claim is hf.answers.Claim.EXISTS and (ride.lower >= 1).all())
     assert ride.used.max() <= 0.9
     with pytest.raises(hf.HoldfastError, match=r"no acceleration along .* is known to be safe: orange would move"):
         hf.sets.fastest_carry(tray(cleats=False), [(0, 0), (1, 0)])

@@ -25,9 +25,12 @@ def test_it_says_what_gives_way_when(carry: Any) -> None:
 
 
 def test_a_slower_drive_holds(carry: Any) -> None:
-    code, out, _ = carry("cube", "--profile", "road", "--engine", "limit", "--speed", 0.85)
+    code, out, _ = carry("cube", "--profile", "road", "--speed", 0.85)
     assert code == 0
     assert "holds" in out
+    code, out, _ = carry("cube", "--profile", "road", "--engine", "limit", "--speed", 0.85)
+    assert code == 3
+    assert "an equilibrium exists at all times, which need not hold" in out
 
 
 def test_files_and_names_are_told_apart(carry: Any, tmp_path: Path) -> None:
@@ -61,7 +64,8 @@ def test_straps_hold_what_slips(carry: Any, tmp_path: Path) -> None:
     (tmp_path / "straps.json").write_text(json.dumps([{"route": path, "pretension": 50}]))
     options = ("--profile", "eumos40509_0.8g", "--engine", "limit")
     assert carry("cube", *options)[0] == 1
-    assert carry("cube", *options, "--straps", "straps.json")[0] == 0
+    assert carry("cube", *options, "--straps", "straps.json")[0] == 3  # an equilibrium exists
+    assert carry("cube", *options[:2], "--straps", "straps.json")[0] == 0
 
 
 def test_answer_and_picture_are_written(carry: Any, tmp_path: Path) -> None:

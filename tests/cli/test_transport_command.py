@@ -81,8 +81,13 @@ def test_the_set_and_the_picture_are_written(transport: Any) -> None:
         code, out, _ = transport("cube", "--engine", "limit", "--compare", "graph", "--set", name, "--png", "p.png")
         assert code == 0
         assert f"wrote {name}" in out
-        assert hf.load_answer(name).contains([5.7, 0, 0]) is True
+        assert hf.load_answer(name).exists([5.7, 0, 0]) is True
         assert Path("p.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_set_is_of_what_holds_unless_engine_limit_is_asked(transport: Any) -> None:
+    assert transport("cube", "--set", "set.json")[0] == 0
+    assert hf.load_answer("set.json").contains([5.4, 0, 0]) is True
 
 
 def test_what_does_not_stand_has_no_set(transport: Any) -> None:

@@ -1,6 +1,5 @@
 """Tiny cone programs with answers by hand, one for each way a solve can end."""
 
-import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -170,13 +169,3 @@ def test_certificates_of_any_length_are_numbers_whose_products_are_still_numbers
     assert np.isfinite(found.residual)
     prepared._solver = real
     assert prepared.solve().x.tolist() == solve(LINE).x.tolist()
-
-
-def test_a_solver_is_stopped_where_its_time_is_over_and_solves_again_after_that() -> None:
-    prepared = Prepared(DISC)
-    stopped = prepared.solve(until=time.perf_counter())
-    assert stopped.outcome is Outcome.LIMIT
-    assert np.isfinite(stopped.x).all()
-    assert prepared.solve().outcome is Outcome.SOLVED
-    in_time = prepared.solve(until=time.perf_counter() + 100)
-    np.testing.assert_allclose(in_time.x, np.sqrt([0.5, 0.5]), atol=1e-8)

@@ -91,17 +91,12 @@ class ToyEngine:
         raise NotImplementedError
 
 
-def test_an_engine_of_ones_own_offers_a_set_by_having_its_method() -> None:
-    cube = hf.assemble(shipped_scene("cube"))
-    found = hf.sets.sustainable_accelerations(cube, engine=ToyEngine(), box=8.0)
+def test_sets_come_from_whatever_engine_is_the_certain_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(request, "ENGINES", {**request.ENGINES, request.CERTAIN_ENGINE: ToyEngine})
+    found = hf.sets.sustainable_accelerations(hf.assemble(shipped_scene("cube")), exists=True, box=8.0)
     assert (found.engine, found.claim, found.solves, found.notes) == ("toy", Claim.ESTIMATED, 7, ("a toy",))
-    assert found.contains([3.9, 0, 0]) is True
-    assert found.contains([4.1, 0, 0]) is False
-
-
-def test_and_may_be_asked_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(request, "ENGINES", {**request.ENGINES, "toy": ToyEngine})
-    assert hf.sets.admissible_wrenches(hf.assemble(shipped_scene("cube")), "cube", engine="toy").engine == "toy"
+    assert found.exists([3.9, 0, 0]) is True
+    assert found.exists([4.1, 0, 0]) is False
 
 
 def test_derivatives_come_from_whatever_engine_is_the_certain_one(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -232,7 +232,7 @@ def test_wrenches_and_derivatives_of_one_group_do_not_see_another() -> None:
     assert dict(one.d_mu) == dict(two.d_mu)
     worst = [hf.sets.worst_case(a, *ask, mu_range=0.2, mass_range=0.1) for a in (alone, beside)]
     assert worst[0].force.tobytes() == worst[1].force.tobytes()
-    assert worst[0].corners == worst[1].corners == 4
+    assert worst[0].corners == worst[1].corners == 9
     with pytest.raises(hf.HoldfastError, match="the assembly is unstable"):
         hf.sets.sustainable_accelerations(beside)
 

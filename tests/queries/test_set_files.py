@@ -44,7 +44,7 @@ def test_files_can_be_read_without_holdfast(found: hf.answers.ConvexSet, tmp_pat
 def test_usage_is_the_share_of_the_reach(found: hf.answers.ConvexSet) -> None:
     x = np.array([[2.0, 0, 0], [0, -3.0, 0], [0, 0, 0]])
     used = found.usage(x)
-    assert used == pytest.approx(np.array([2, 3, 0]) / (0.6 * 9.81), rel=0.021)
+    assert used == pytest.approx(np.array([2, 3, 0]) / (0.6 * 9.81), rel=0.06)
     assert (used[:2] >= np.array([2, 3]) / (0.6 * 9.81)).all()
     assert found.usage(x[0]) == used[0]
     assert found.usage(2 * x) == pytest.approx(2 * used)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from bench.scenes.fitted import row
 from holdfast.queries.intervals import friction_intervals
 from holdfast.queries.worst_case import worst_case
 from holdfast.scene.shipped import shipped_scene
@@ -21,9 +22,8 @@ X = np.array([1.0, 0, 0])
 def test_the_worst_cube_in_closed_form() -> None:
     assembly = hf.assemble(cube())
     points, ways, half = [[-0.05, 0, 0.02], [-0.05, 0, 0.098]], [X, X], {"cube": (0.01, 0, 0.02)}
-    found = worst_case(
-        assembly, "cube", points, ways, mu_range=(0.5, 0.7), mass_range={"cube": (0.8, 1.1)}, com_range=half
-    )
+    ranges = {"mu_range": (0.5, 0.7), "mass_range": {"cube": (0.8, 1.1)}, "com_range": half}
+    found = worst_case(assembly, "cube", points, ways, exists=True, **ranges)
     least = 0.8 * G * min(0.5, 1)
     np.testing.assert_allclose(found.force, [least, min(least, 0.8 * G * 0.04 / 0.098)], rtol=1e-6)
     assert (found.force <= found.nominal).all()
@@ -34,6 +34,17 @@ def test_the_worst_cube_in_closed_form() -> None:
     assert found.coms[1]["cube"][0] == pytest.approx(0.01)
     assert found.mu == {("floor", "cube"): 0.5}
     assert "exact" in found.guarantee
+    assert found.claim is hf.answers.Claim.EXISTS
+    assert "holds" not in found.to_dict()
+    assert found.to_dict()["exists"]["lower"] == pytest.approx(found.lower.min())
+    held = worst_case(assembly, "cube", points, ways, **ranges)
+    assert held.claim is hf.answers.Claim.HOLDS
+    assert (held.lower <= found.force * (1 + 1e-9)).all()
+    assert (held.lower >= 0.9 * found.force).all()
+    assert held.corners == 2 * 4 + 1, "both ends of friction, and the values as given"
+    assert held.masses[1] == {"cube": 0.8}
+    assert "not a proof: what holds by engine compliant was asked at 9 combinations" in held.guarantee
+    assert held.guarantee in str(held.summary())
 
 
 def test_a_corner_that_does_not_stand_makes_the_worst_case_zero() -> None:
@@ -48,7 +59,7 @@ def test_a_corner_that_does_not_stand_makes_the_worst_case_zero() -> None:
 def test_without_uncertainty_it_is_the_query() -> None:
     found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0.045, 0.02], X)
     assert found.force[0] == pytest.approx(found.nominal[0], rel=1e-9)
-    assert found.corners == 1
+    assert worst_case(hf.assemble(cube()), "cube", [-0.05, 0.045, 0.02], X, exists=True).corners == 1
 
 
 @pytest.mark.parametrize(
@@ -95,3 +106,22 @@ def test_friction_intervals_may_name_materials() -> None:
     assert found({("floor", "glass"): (0.2, 0.3), ("oak", "low"): (0.1, 0.25)})[low] == (0.1, 0.3)
     with pytest.raises(hf.errors.SceneError, match="or their materials"):
         found({("oak", "oak"): (0.2, 0.3)})
+
+
+@pytest.mark.parametrize("air", [0.0, 1e-5, 2e-4])
+def test_a_book_in_a_row_that_nothing_squeezes_has_the_friction_of_its_board(air: float) -> None:
+    """Least friction times least weight; an equilibrium that squeezes it exists for far more."""
+    push = ("book1", (0, -0.085, 0.12), (0, -1, 0))
+    found = worst_case(row(3, air), *push, mu_range=(0.3, 0.5), mass_range=0.1)
+    right = 0.3 * 0.9 * 0.8 * G
+    assert 0.9 * right <= found.lower[0] <= right
+    assert found.force[0] <= right * (1 + 1e-3)
+    exists = worst_case(row(3, air), *push, mu_range=(0.3, 0.5), mass_range=0.1, exists=True)
+    assert exists.lower[0] > (2 if air < 1e-4 else 0.99) * right
+
+
+def test_the_weaker_end_of_friction_counts() -> None:
+    found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0, 0.02], X, mu_range=(0.2, 2.0))
+    assert found.lower[0] == pytest.approx(0.2 * G, rel=0.03)
+    assert found.mu == {("floor", "cube"): 0.2}
+    assert found.corners == 3

@@ -139,10 +139,13 @@ def test_who_takes_holds_answers_with_them() -> None:
     assert hf.transport_limits(held, bodies=["cup"], **limit).acceleration.min() == pytest.approx(
         np.sqrt(5**2 - (0.3 * 9.81) ** 2) / 0.3, rel=1e-5
     )
-    assert hf.carry(held, hf.Profile([0, 1], [(0, 0, 0), (1, 0, 0)]), **limit).holds
-    watch = hf.Monitor(held)
-    assert watch.update(acceleration=(1, 0, 0)).holds
-    assert not watch.update(acceleration=(100, 0, 0)).holds
+    carried = hf.carry(held, hf.Profile([0, 1], [(0, 0, 0), (1, 0, 0)]), **limit)
+    assert (carried.lower >= 1).all()
+    assert not carried.holds  # an equilibrium exists
+    for ask in (hf.Monitor, hf.sets.sustainable_accelerations):
+        with pytest.raises(hf.errors.SceneError, match="does not take holds, and the scene holds cup"):
+            ask(held)
+    assert hf.sets.sustainable_accelerations(held, exists=True, accuracy=0.3).exists((1, 0, 0)) is True
     assert hf.can_remove(held, "box", **limit).safe
     assert set(hf.disassembly_order(held, **limit).order) == {"cup", "box"}
 

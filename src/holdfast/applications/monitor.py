@@ -2,17 +2,18 @@
 
 The fixed bodies are the carrier. A motion, with gravity as it is now, differs from rest under the gravity of the scene
 by loads d on the bodies (``inertia.py``): the inertial ones, and those of the change of gravity. They are linear in
-twelve numbers, of which six are products of angular velocities. The largest s for which s d is carried is found for
-each group of bodies that touch each other, and 1/s is the share of what the group withstands that the motion uses. The
-loads that a group withstands are a convex set (engines/limit/usage.py).
+twelve numbers, of which six are products of angular velocities. For each group of bodies that touch each other the
+default engine says up to which s everything stays at rest under s d, its ``lower``; 1/s is the share that is used. What
+elastic contacts withstand is no convex set, so nothing is inferred from other directions: each is asked, once.
 """
 
 from __future__ import annotations
 
 import time
+from collections import OrderedDict, deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,22 +29,28 @@ from holdfast.base.progress import reported
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import ACCELERATION, MANY, PLACE, SCALE, TURNING
 from holdfast.base.text import listed
-from holdfast.engines.amendments.doubtful_contacts import cases_of
 from holdfast.engines.answers import only_balanced
-from holdfast.engines.groups import Group, prepared
-from holdfast.engines.limit.engine import Limit
-from holdfast.engines.limit.limit_state import LimitState
-from holdfast.engines.limit.usage import Usage
+from holdfast.engines.groups import Group, Groups, prepared
+from holdfast.engines.mechanism import NAMED
 from holdfast.engines.verdict import Status
-from holdfast.queries.request import Load, checked_assembly, checked_loads, total_wrench
+from holdfast.queries.request import (
+    CERTAIN_ENGINE,
+    DEFAULT_ENGINE,
+    Load,
+    checked_assembly,
+    checked_loads,
+    engine_of,
+    total_wrench,
+)
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
-SOLVED_BY = 0.75  # share of the time when a solver stops: an iteration and the proof of what it found come after
-PROOF = 4.0  # times the time of a program that a proof of its motion may take, as a rule
-CLOSE = 0.02  # share of a usage within which two bounds are an answer: friction is not known better
 STILL = 0.1  # share of the gap within which surfaces touch: a body that is displaced by less has not moved
-LIKELY = (2.0, 2.0, 1.0)  # standard deviations of a [m/s²], α [rad/s²] and ω [rad/s], of motions asked about at first
-DRAWN = 1000  # number of these
+LIKELY = (2.0, 2.0, 1.0)  # standard deviations of a [m/s²], α [rad/s²] and ω [rad/s], of motions asked in advance
+ALIKE = 12  # digits to which directions agree that count as one: what scaling a motion leaves of them
+REMEMBERED = 1000  # directions of which each group keeps the answers
+RECENT = 9  # questions whose median time is what the next one is expected to take
+AGAIN = 1.0  # [s] without a question, after which one is tried all the same: the machine may have been busy
 
 
 @archived
@@ -51,15 +58,15 @@ DRAWN = 1000  # number of these
 class Monitored(PublicValue):
     """How much of what it withstands a moment of a motion leaves to a load.
 
-    ``margin`` is the share that is certainly left: 1 at rest under the gravity of the scene, 0 where it is not known
-    that everything stays at rest. With the margin m, all that differs from rest may be 1 / (1 - m) times as large.
-    ``upper`` is the share above which the margin is proved not to be. ``status`` is STABLE where the margin is above 0,
-    UNSTABLE where something is proved to move, and else UNDECIDED. ``moving`` holds the names of the bodies that move
-    first if the motion becomes harder, as far as known.
+    ``margin`` is the share that is left: 1 at rest under the gravity of the scene, 0 where it is not known that
+    everything stays at rest. With the margin m, all that differs from rest may be 1 / (1 - m) times as large before it
+    exceeds the ``lower`` of the default engine. ``upper`` is the share above which the margin is proved not to be; it
+    is asked for where the margin is 0. ``status`` is STABLE where the margin is above 0, UNSTABLE where something is
+    proved to move, and else UNDECIDED. ``moving`` holds the names of the bodies that move first if the motion becomes
+    harder, as far as known.
 
-    ``seconds`` [s] is the time that the answer took. ``late`` says that it took longer than it should, or that the time
-    was over before all was found: the margin then follows from motions that were asked before, and from what a solver
-    had when it was stopped. It may be far too small, and is never too large.
+    ``seconds`` [s] is the time that the answer took. ``late`` says that it took longer than it should, or that there
+    was no time to ask about all bodies: then the margin is 0, and ``reason`` says about which.
     """
 
     margin: float
@@ -78,47 +85,87 @@ class Monitored(PublicValue):
 
     @property
     def holds(self) -> bool:
-        """Whether everything certainly stays at rest on its carrier: False also where that is undecided."""
+        """Whether everything stays at rest, as far as the default engine knows: False also where that is undecided."""
         return self.status is Status.STABLE
 
     def summary(self) -> Summary:
         """Summarise the answer by its margin and what moves first."""
         when = f"{1e3 * self.seconds:.1f} ms{', late' if self.late else ''}"
         first = f"; then {listed(self.moving)} would move first" if self.moving else ""
-        text = f"margin {number(self.margin)} of at most {number(self.upper)} ({when})"
+        most = f" of at most {number(self.upper)}" if self.upper < 1 else ""
+        text = f"margin {number(self.margin)}{most} ({when})"
         return Summary(f"{self.status}: {text}{first}", [("why", self.reason)] if self.reason else ())
 
 
-@dataclass(frozen=True, eq=False)
-class _Watched:
-    """A group, whose verdict at rest is ``rests``: its bounds, one for each set of contacts that may be absent.
+class _Along(NamedTuple):
+    """What an engine says of one direction: bounds of the largest factor, and what moves first."""
 
-    The first is that with all contacts. If it does not surely stand there are none, but a ``reason`` and what is
-    ``moving`` then. ``balanced`` names the bodies of which the bounds take for granted that they stay balanced.
+    lower: float
+    upper: float
+    moving: tuple[str, ...]
+
+
+@dataclass(eq=False)
+class _Asked:
+    """The answers of one prepared engine about one group, along directions x (12,), and what they take.
+
+    ``columns`` (6J, 12) are the loads of the group alone. ``times`` [s] are those of the last questions.
     """
 
-    rests: Status
-    reason: str = ""
-    moving: tuple[str, ...] = ()
-    usages: tuple[Usage, ...] = ()
-    balanced: tuple[str, ...] = ()
+    groups: Groups
+    columns: Float
+    times: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
+    known: OrderedDict[bytes, _Along] = field(default_factory=OrderedDict)
+
+    @property
+    def cost(self) -> float:
+        """The time [s] that the next question is expected to take; 0 if none was asked."""
+        return float(np.median(self.times)) if self.times else 0.0
+
+    def ask(self, way: Float) -> _Along:
+        """Return the answer along ``way`` (12,), and remember it."""
+        start = time.perf_counter()
+        found = self.groups.load_factor((self.columns @ way)[:, None])
+        along = _Along(float(found.lower[0]), float(found.upper[0]), found.moving[0])
+        self.times.append(time.perf_counter() - start)
+        self.known[_key(way)] = along
+        while len(self.known) > REMEMBERED:
+            self.known.popitem(last=False)
+        return along
+
+
+@dataclass(eq=False)
+class _Watched:
+    """A group that stands, with the ``names`` of its bodies, of which some may be only ``balanced``.
+
+    ``holds`` asks the default engine, and ``moves`` the one that proves motions. ``last`` is the share that a unit of
+    motion used when ``holds`` was asked last.
+    """
+
+    names: tuple[str, ...]
+    balanced: tuple[str, ...]
+    holds: _Asked
+    moves: _Asked
+    last: float = np.inf
 
 
 class Monitor:
     """Watch what stands on a carrier that moves, many times a second.
 
     It is prepared once for an assembly; ``update`` then says how much of what the assembly withstands the present
-    motion leaves. Answers are those of engine ``limit``: no margin is above what it proves, and it takes for granted
-    that contacts share the load as well as they can. Every moment is judged on its own, from rest: nothing bounces or
-    rocks, or has slipped before.
+    motion leaves. It holds where ``transport_limits`` says so of the same motion: answers are the ``lower`` of the
+    default engine. That something moves is proved by engine ``limit``. Every moment is judged on its own, from rest:
+    nothing bounces or rocks, or has slipped before.
 
     ``bodies`` (names) restricts it to their groups, as in ``transport_limits``. The ``standing`` loads act throughout.
     The carrier's acceleration is that at ``pivot`` (3,) [m], about which it turns. ``seconds`` [s] is the longest time
-    of an update: when it is over, the answer is a cautious one. ``solves`` motions are asked in advance for each group
-    of bodies; more take longer to prepare, and make answers that are late less cautious.
+    of an update: groups of bodies for which there is no time are not asked, and the margin is 0; once a second one is
+    tried all the same. ``solves`` motions are asked in advance for each group, to know how long one takes. Directions
+    that were asked before take no time.
 
-    One thread may use it at a time. Raises SceneError if one of ``bodies`` is unknown or fixed, or if all are fixed,
-    and HoldfastError if the poses of the assembly are uncertain (``pose_sigma``).
+    One thread may use it at a time. A copy, or one that was pickled, prepares itself anew. Raises SceneError if one of
+    ``bodies`` is unknown or fixed, or if all are fixed, and HoldfastError if the poses of the assembly are uncertain
+    (``pose_sigma``) or if something is held.
     """
 
     def __init__(
@@ -129,12 +176,13 @@ class Monitor:
         standing: Iterable[Load] = (),
         pivot: ArrayLike = (0.0, 0.0, 0.0),
         seconds: float = 0.02,
-        solves: int = 100,
+        solves: int = 5,
     ) -> None:
         given = checked_assembly(assembly)
         if given.tolerances.capped:
             remedy = "needs contacts that are known: assemble the scene without pose_sigma"
             raise HoldfastError(message("monitor", "the poses of the assembly are uncertain", remedy))
+        refuse_holds(given.scene.holds, "monitor", "leave them out, or ask load_factor with engine='limit'")
         self._pivot = checked(pivot, (3,), "monitor: pivot", within=PLACE)
         self._seconds = checked_number(seconds, "monitor: seconds", minimum=0, within=SCALE)
         self._solves = checked_whole(solves, "monitor: solves", 0, MANY)
@@ -144,9 +192,9 @@ class Monitor:
         if not self._names:
             raise SceneError(message("monitor", "nothing that it watches can move", "needs movable bodies"))
         self._assembly = given
-        self._known: dict[tuple[Same, bytes], tuple[Usage, ...]] = {}
-        self._watched: list[_Watched] = []
-        self._prepare(None)
+        self._watched: dict[tuple[Same, bytes], _Watched] = {}
+        self._tried = -np.inf  # when a question was last asked
+        self._prepare(self._solves)
 
     @property
     def assembly(self) -> Assembly:
@@ -156,11 +204,19 @@ class Monitor:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the scene's reader guessed or left out, which bodies are not watched, and which are only balanced."""
-        loose = tuple(name for each in self._watched for name in each.balanced)
+        loose = tuple(name for each in self._watched.values() for name in each.balanced)
         return (*self._assembly.scene.notes, *self._notes, *((only_balanced(loose),) if loose else ()))
 
     def __repr__(self) -> str:
-        return f"Monitor({len(self._names)} bodies in {len(self._watched)} groups, {1e3 * self._seconds:g} ms)"
+        groups = len(self._watched) + len(self._unsure)
+        return f"Monitor({len(self._names)} bodies in {groups} groups, {1e3 * self._seconds:g} ms)"
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_watched": {}, "_unsure": []}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._prepare(self._solves)
 
     def update(
         self,
@@ -192,40 +248,63 @@ class Monitor:
         )
         usual = self._assembly.scene.gravity
         pull = usual if gravity is None else checked(gravity, (3,), "monitor: gravity", within=ACCELERATION)
-        x = motion_coordinates((a - (pull - usual))[None], alpha[None], omega[None])[0]
         if poses is not None:
-            self._follow(poses, x)
-        found, late = self._bounds(x, start + SOLVED_BY * self._seconds)
+            self._follow(poses)
+        x = motion_coordinates((a - (pull - usual))[None], alpha[None], omega[None])[0]
+        found = self._judged(x, start + self._seconds)
         taken = time.perf_counter() - start
-        return replace(found, seconds=taken, late=late or taken > self._seconds)
+        return replace(found, seconds=taken, late=found.late or taken > self._seconds)
 
-    def _bounds(self, x: Float, until: float) -> tuple[Monitored, bool]:
-        """Return the answer at x (12,), and whether the time was over before all was found.
+    def _judged(self, x: Float, until: float) -> Monitored:
+        """Return the answer at x (12,), without the time that it took; groups are asked ``until`` the time is over."""
+        size = float(np.linalg.norm(x))
+        if self._unsure:  # a motion may hold what falls at rest
+            verdict, names = self._unsure[0].verdict, self._unsure[0].names
+            falls = verdict.status is Status.UNSTABLE and size == 0
+            moving = names if verdict.mechanism is None else verdict.mechanism.moving
+            return _answer(np.inf, np.inf if falls else 0.0, moving, f"at rest: {verdict.reason}")
+        way = x / size if size else x
+        used, first, left = self._used(way, size, until) if size else (0.0, None, [])
+        if left:
+            names = tuple(name for each in left for name in each.names)
+            cost = 1e3 * sum(each.holds.cost for each in left)
+            reason = f"there was no time to ask about {listed(names, NAMED)} (some {cost:.2g} ms)"
+            return _answer(np.inf, 0.0, (), reason, late=True)
+        if first is None:
+            return _answer(0.0, 0.0, (), "")
+        known, proof = first.holds.known[_key(way)], first.moves.known.get(_key(way))
+        if used >= 1 and proof is None and time.perf_counter() + first.moves.cost <= until:
+            proof = first.moves.ask(way)
+        least = max(_share(size, one.upper) for one in (known, proof) if one is not None)
+        return _answer(used, least, known.moving or (() if proof is None else proof.moving), "")
 
-        The group, and set of absent contacts, of which most may be used is solved, until that has been solved already,
-        or the bounds are CLOSE: no other one can be the first to move.
+    def _used(self, way: Float, size: float, until: float) -> tuple[float, _Watched | None, list[_Watched]]:
+        """Return the largest share that a group uses of what it withstands at ``size`` times the direction ``way``.
+
+        Also returns that group, and those that are left as the time is over. Those that used most the last time are
+        asked first, until one is found not to hold.
         """
-        rows = [row for each in self._watched for row in _rows(each, x)]
-        low, high = (np.array([getattr(row, name) for row in rows]) for name in ("low", "high"))
-        solved = np.array([row.usage is None for row in rows])
-        late, sure, begun = False, float(low.max()), time.perf_counter()
-        while not solved[most := int(np.argmax(high))] and high[most] * (1 - CLOSE) > sure and not late:
-            begun = time.perf_counter()
-            late = begun >= until
-            usage = rows[most].usage
-            if usage is not None and not late:
-                found, in_time = usage.solved(x, until)
-                high[most], solved[most], late = min(found, high[most]), True, not in_time
-        worst = rows[most := int(np.argmax(high))]
-        late &= bool(high[most] * (1 - CLOSE) > sure)
-        now = time.perf_counter()
-        if worst.usage is not None and high[most] > 1 >= sure and now + PROOF * (now - begun) < until:
-            sure = max(sure, worst.of.usages[0].proved(x))
-        first = worst if worst.usage is None or not sure else rows[int(np.argmax(low))]
-        return _answer(float(high[most]), sure, first.moving, worst.of.reason, late=late), late
+        used, first, left = 0.0, None, []
+        for each in self._watched.values():
+            known = each.holds.known.get(_key(way))
+            if known is None:
+                left.append(each)
+            elif _share(size, known.lower) > used:
+                used, first = _share(size, known.lower), each
+        left.sort(key=lambda each: -each.last)
+        while left and used < 1:
+            now = time.perf_counter()
+            short = now + max(each.holds.cost for each in left) > until
+            if short and (now >= until or now < self._tried + AGAIN):
+                return used, first, left
+            each, self._tried = left.pop(0), now
+            each.last = _share(1.0, each.holds.ask(way).lower)
+            if size * each.last > used:
+                used, first = size * each.last, each
+        return used, first, []
 
-    def _follow(self, poses: Mapping[str, ArrayLike], x: Float) -> None:
-        """Prepare anew the groups of bodies that are displaced, and ask them about the motion x (12,)."""
+    def _follow(self, poses: Mapping[str, ArrayLike]) -> None:
+        """Prepare anew the groups of bodies that are displaced."""
         scene, tolerances = self._assembly.scene, self._assembly.tolerances
         after = scene.moved(poses)
         moved = [
@@ -235,79 +314,54 @@ class Monitor:
         ]
         if moved:
             self._assembly = self._assembly.moved({name: poses[name] for name in moved})
-            self._prepare(x)
+            self._prepare(0)
 
-    def _prepare(self, x: Float | None) -> None:
-        """Prepare all groups that have changed; ask them about the motion x (12,), or else about likely ones."""
+    def _prepare(self, solves: int) -> None:
+        """Prepare all groups that have changed, and ask each of them about so many likely motions."""
         assembly = self._assembly
         standing = total_wrench(assembly, self._standing)
-        groups, columns = prepared(Limit(), assembly, standing), motion_columns(assembly, self._pivot)
+        columns, times = motion_columns(assembly, self._pivot), {w.names: w.holds.times for w in self._watched.values()}
+        holding, moving = (prepared(engine_of(name), assembly, standing) for name in (DEFAULT_ENGINE, CERTAIN_ENGINE))
         numbers = [k for k, names in enumerate(assembly.groups) if not self._names.isdisjoint(names)]
-        known, watched = {}, []
+        watched: dict[tuple[Same, bytes], _Watched] = {}
+        self._unsure: list[Group] = []
         for k in reported("monitor", numbers):
-            group = groups.group(k)
-            usages: tuple[Usage, ...] = ()
-            if group.verdict.status is Status.STABLE and group.part is not None:
-                rows = group.part.rows
-                key = (group.part.content, standing[rows].tobytes())
-                usages = self._known.get(key) or _usages(group, columns[rows], x, self._solves)
-                known[key] = usages
-            watched.append(_watched(group, usages))
-        self._known = known
-        self._watched = sorted(watched, key=lambda each: each.rests is not Status.UNSTABLE)
+            group = holding.group(k)
+            if group.verdict.status is not Status.STABLE or group.part is None:
+                self._unsure.append(group)
+                continue
+            rows = group.part.rows
+            key = (group.part.content, standing[rows].tobytes())
+            known = self._watched.get(key)
+            if known is None:
+                own = np.zeros_like(columns)
+                own[rows] = columns[rows]
+                holds, moves = _Asked(holding, own, times.get(group.names, deque(maxlen=RECENT))), _Asked(moving, own)
+                known = _Watched(group.names, group.verdict.balanced, holds, moves)
+                for way in _likely(solves):
+                    holds.ask(way)
+                    moves.ask(way)
+            watched[key] = known
+        self._watched = watched
+        self._tried = time.perf_counter()
+        self._unsure.sort(key=lambda group: group.verdict.status is not Status.UNSTABLE)
 
 
-def _usages(group: Group, columns: Float, x: Float | None, solves: int) -> tuple[Usage, ...]:
-    """Return the bounds of a group for loads ``columns`` (6K, 12) @ x, one for each set of contacts that may be absent.
-
-    They are asked along x, if that is given, or else along up to ``solves`` likely motions.
-    """
-    assert group.state is not None
-    usages = tuple(Usage(case, columns) for case in cases_of(group.state) if isinstance(case, LimitState))
-    for usage in usages:
-        if x is None:
-            usage.explore(_likely(), solves)
-        elif x.any():
-            usage.ask(x[None])
-    return usages
+def _key(way: Float) -> bytes:
+    """Return what directions (12,) that count as one have in common."""
+    return np.asarray(np.round(way, ALIKE) + 0.0).tobytes()  # 0.0: -0 is 0
 
 
-def _watched(group: Group, usages: tuple[Usage, ...]) -> _Watched:
-    """Return what is known of a group with these bounds; there are none where it does not surely stand."""
-    verdict = group.verdict
-    if not usages:
-        moving = group.names if verdict.mechanism is None else verdict.mechanism.moving
-        return _Watched(verdict.status, f"at rest: {verdict.reason}", moving)
-    if not all(usage.certain for usage in usages):
-        reason = "no contact forces inside all friction cones were found, or there are too many bodies to prove it"
-        return _Watched(Status.UNDECIDED, reason, group.names)
-    return _Watched(verdict.status, usages=usages, balanced=verdict.balanced)
+def _share(size: float, factor: float) -> float:
+    """Return which share of a ``factor`` this ``size`` is: of 0 it is more than all."""
+    return size / factor if factor > 0 else np.inf
 
 
-class _Row(NamedTuple):
-    """Bounds of the usage ``of`` a group with one set of contacts, None if it does not stand, and what moves first."""
-
-    of: _Watched
-    usage: Usage | None
-    low: float
-    high: float
-    moving: tuple[str, ...]
-
-
-def _rows(each: _Watched, x: Float) -> list[_Row]:
-    """Return what is known of a group at x (12,) without a program, for each set of contacts that may be absent."""
-    if not each.usages:
-        falls = each.rests is Status.UNSTABLE and not x.any()
-        return [_Row(each, None, np.inf if falls else 0.0, np.inf, each.moving)]
-    known = zip(each.usages, (usage.known(x) for usage in each.usages), strict=True)
-    # with all contacts it uses least: that alone is certain
-    return [_Row(each, usage, 0.0 if k else low, high, moving) for k, (usage, (low, high, moving)) in enumerate(known)]
-
-
-def _likely() -> Float:
-    """Return the coordinates (DRAWN, 12) of likely motions, the same each time."""
+def _likely(count: int) -> Float:
+    """Return the directions (count, 12) of likely motions, the same each time."""
     rng = np.random.default_rng(0)
-    return motion_coordinates(*(deviation * rng.normal(size=(DRAWN, 3)) for deviation in LIKELY))
+    x = motion_coordinates(*(deviation * rng.normal(size=(count, 3)) for deviation in LIKELY))
+    return np.asarray(x / np.linalg.norm(x, axis=1, keepdims=True))
 
 
 def _displaced(before: Float, after: Float, size: float) -> float:
@@ -318,11 +372,11 @@ def _displaced(before: Float, after: Float, size: float) -> float:
     return float(np.linalg.norm(after[:3, 3] - before[:3, 3]) + size * np.linalg.norm(after[:3, :3] - before[:3, :3]))
 
 
-def _answer(high: float, low: float, moving: tuple[str, ...], reason: str, *, late: bool) -> Monitored:
+def _answer(most: float, least: float, moving: tuple[str, ...], reason: str, *, late: bool = False) -> Monitored:
     """Return the answer for a usage between two bounds, without the time that it took."""
-    margin = max(1 - high, 0.0)
-    upper = max(1 - low, margin)
-    status = Status.STABLE if margin > 0 else Status.UNSTABLE if low > 1 else Status.UNDECIDED
+    margin = max(1 - most, 0.0)
+    upper = max(1 - least, margin)
+    status = Status.STABLE if margin > 0 else Status.UNSTABLE if least > 1 else Status.UNDECIDED
     if not reason and status is Status.UNDECIDED:
-        reason = "the time was over" if late else "too close to the limit to tell"
+        reason = "it is not known to hold, nor proved to move"
     return Monitored(margin=margin, upper=upper, status=status, moving=moving, seconds=0.0, late=late, reason=reason)

@@ -192,16 +192,19 @@ def safe_time_scale(
     is followed as q(s t), they are multiplied by s². A factor below 1 means that the path must be slowed down to it. It
     is inf if the path has no acceleration.
 
-    ``limits`` are a set of sustainable accelerations, of which the guaranteed part ``inner`` is used, or the transport
+    ``limits`` are a set of sustainable accelerations that hold, of which ``inner`` is used, or the transport
     limits along those ``accelerations`` that are not zero, of which ``lower`` is used. ``margin`` in [0, 1) is the
     share of every limit that remains unused. The result is valid only if the carrier keeps its orientation and its
     load.
 
-    Raises HoldfastError if ``margin`` is out of range, or if the limits are along other directions or promise no lower
-    bound.
+    Raises HoldfastError if ``margin`` is out of range, or if the limits are along other directions or do not say what
+    holds, as those of engine ``limit``.
     """
     where = "safe_time_scale"
     a = checked(accelerations, (None, 3), f"{where}: accelerations", within=ACCELERATION)
+    if isinstance(limits, ConvexSet | TransportLimits) and limits.claim is not Claim.HOLDS:
+        problem = f"engine {limits.engine!r} does not say what holds, but {limits.claim.words}"
+        raise HoldfastError(message(where, problem, "take limits of the default engine"))
     used = np.atleast_1d(limits.usage(a)) if isinstance(limits, ConvexSet) else _usage(a, limits)
     return speed_within(used, margin, where)
 
@@ -211,9 +214,6 @@ def _usage(a: Float, limits: object) -> Float:
     if not isinstance(limits, TransportLimits):
         remedy = "needs hf.sets.sustainable_accelerations(...) or hf.transport_limits(...)"
         raise HoldfastError(message("safe_time_scale: limits", f"is a {type(limits).__name__}", remedy))
-    if limits.claim is Claim.ESTIMATED:
-        remedy = "ask engine 'compliant' or 'limit'"
-        raise HoldfastError(message("safe_time_scale", f"engine {limits.engine!r} promises no lower bound", remedy))
     size = np.linalg.norm(a, axis=1)
     a, size = a[size > 0], size[size > 0]
     ways = limits.directions

@@ -22,6 +22,7 @@ from holdfast.cli.output import err, out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.straps import Straps, strap_loads
 from holdfast.cli.terminal import progress
+from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.sets import sustainable_accelerations
@@ -77,7 +78,8 @@ def transport(
         results = [ask(engine=method, bounds=bounds and method is methods[0]) for method in methods]
         result = results[0]
         if set_file is not None and result.verdict.status is Status.STABLE:
-            sustainable_accelerations(assembly, standing=loads).save(set_file)
+            exists = result.claim is Claim.EXISTS  # what was asked of engine limit
+            sustainable_accelerations(assembly, exists=exists, standing=loads).save(set_file)
             written.append(set_file)
     if set_file is not None and set_file not in written:
         err.say(f"no set written: the assembly is {result.verdict.status}")

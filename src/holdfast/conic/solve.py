@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
@@ -39,7 +38,6 @@ _OUTCOMES = {
     "AlmostDualInfeasible": Outcome.UNBOUNDED,
     "MaxIterations": Outcome.LIMIT,
     "MaxTime": Outcome.LIMIT,
-    "CallbackTerminated": Outcome.LIMIT,
 }
 
 
@@ -89,18 +87,9 @@ class Prepared:
         """Set the linear cost q (n,)."""
         self._solver.update(q=q)
 
-    def solve(self, until: float | None = None) -> ConeSolution:
-        """Solve the program with its current entries.
-
-        With ``until``, a time of ``time.perf_counter``, no iteration begins later; x and z are then as far as it came.
-        """
-        if until is not None:
-            self._solver.set_termination_callback(lambda _: time.perf_counter() >= until)
-        try:
-            answer = left_if_stopped(self._solver.solve) if self._long else self._solver.solve()
-        finally:
-            if until is not None:
-                self._solver.unset_termination_callback()
+    def solve(self) -> ConeSolution:
+        """Solve the program with its current entries."""
+        answer = left_if_stopped(self._solver.solve) if self._long else self._solver.solve()
         outcome = _OUTCOMES.get(str(answer.status), Outcome.TROUBLE)
         x, z = np.array(answer.x), np.array(answer.z)
         if outcome is not Outcome.SOLVED:

@@ -36,6 +36,7 @@ from holdfast.engines.lone_bodies import lone
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.near_falls import Reach
 from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
+from holdfast.engines.self_stress import self_stressed
 from holdfast.engines.verdict import GroupVerdict, Status, Verdict
 from holdfast.scene.hold import refuse_holds
 
@@ -164,7 +165,9 @@ class Groups:
     def _evident(self, verdict: Verdict, number: int) -> Verdict:
         """Return a verdict on a group with the evidence of the engine, worked out when it is read."""
         return verdict.with_evidence(
-            lambda: self.group(number).verdict.forces, lambda: self.group(number).verdict.residual
+            lambda: self.group(number).verdict.forces,
+            lambda: self.group(number).verdict.residual,
+            lambda: self.group(number).verdict.self_stress,
         )
 
     def _judged(self, number: int) -> GroupVerdict:
@@ -356,7 +359,10 @@ class Groups:
                 force=sign * forces.force,
                 interface=part.interfaces[forces.interface],
             )
-        return replace(verdict, reason=reason, mechanism=mechanism, forces=forces)
+        found = replace(verdict, reason=reason, mechanism=mechanism, forces=forces)
+        if found.status is not Status.STABLE:
+            return found
+        return found.with_evidence(lambda: forces, lambda: found.residual, lambda: self_stressed(part.assembly))
 
     def _firm_fall(self, part: Part) -> Verdict | None:
         """Return the verdict that a part falls whatever its sharp contacts with others carry; None if unknown."""

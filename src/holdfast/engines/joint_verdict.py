@@ -27,13 +27,14 @@ def joint(groups: Sequence[GroupVerdict]) -> Verdict:
         status=status,
         reason=_reason(groups, status),
         equilibrium_exists=_all_of([v.equilibrium_exists for v in verdicts]),
-        self_stress=_any_of([v.self_stress for v in verdicts]),
         mechanism=_all_motions([v.mechanism for v in verdicts if v.status is status]),
         certificate=_all_proofs([v.certificate for v in verdicts if v.status is status]),
         balanced=tuple(name for v in verdicts for name in v.balanced),
     )
     return found.with_evidence(
-        lambda: _all_forces([v.forces for v in verdicts]), lambda: max((v.residual for v in verdicts), default=0.0)
+        lambda: _all_forces([v.forces for v in verdicts]),
+        lambda: max((v.residual for v in verdicts), default=0.0),
+        lambda: _any_of([v.self_stress for v in verdicts]),
     )
 
 

@@ -10,9 +10,16 @@ from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
-from holdfast.engines.cones import FrictionCone
+from holdfast.engines.cones import EXACT, FrictionCone
 from holdfast.engines.forces import scaled_operator
 from holdfast.engines.peeling import clampable
+from holdfast.engines.rest import corner_nodes
+
+
+def self_stressed(assembly: Assembly) -> bool | None:
+    """Tell whether contacts of an assembly can press each other without any load; None if that is not settled."""
+    pressed = self_stressed_nodes(assembly, corner_nodes(assembly).contacts, EXACT)
+    return None if pressed is None else bool(pressed.any())
 
 
 def self_stressed_nodes(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bool | None:

@@ -107,7 +107,9 @@ class Verdict(Value):
 
     - ``status``: STABLE, UNSTABLE or UNDECIDED, explained by ``reason`` in words.
     - ``equilibrium_exists``: True or False if there is evidence, None if it is not known.
-    - ``self_stress``: False if the equilibrium needs no self-stress, True if it does, None if that was not settled.
+    - ``self_stress``: whether contacts can press each other without any load, so that engine ``limit`` may count on
+      squeezing that nothing causes; None if that was not settled. If it does not stand, True says that an equilibrium
+      exists which needs it.
     - ``forces``: the contact forces if the assembly stands. ``residual`` is their equilibrium error, relative to the
       total weight.
     - ``mechanism``: how bodies move if the assembly does not stand. ``certificate`` proves that no contact can
@@ -119,7 +121,7 @@ class Verdict(Value):
     status: Status
     reason: str
     equilibrium_exists: bool | None = None
-    self_stress: bool | None = None
+    self_stress: bool | None = _WhenRead(None)  # type: ignore[assignment]
     forces: ContactForces | None = _WhenRead(None)  # type: ignore[assignment]
     residual: float = _WhenRead(np.inf)  # type: ignore[assignment]
     mechanism: Mechanism | None = None
@@ -143,9 +145,14 @@ class Verdict(Value):
         earlier = self.steps if before is None else before.steps
         return replace(self, steps=(*earlier, Look(at, found or self.reason)))
 
-    def with_evidence(self, forces: Callable[[], ContactForces | None], residual: Callable[[], float]) -> Verdict:
-        """Return this verdict with ``forces`` and a ``residual`` that are worked out when they are first read."""
-        return replace(self, forces=forces, residual=residual)  # type: ignore[arg-type]
+    def with_evidence(
+        self,
+        forces: Callable[[], ContactForces | None],
+        residual: Callable[[], float],
+        self_stress: Callable[[], bool | None],
+    ) -> Verdict:
+        """Return this verdict with three fields that are worked out when they are first read."""
+        return replace(self, forces=forces, residual=residual, self_stress=self_stress)  # type: ignore[arg-type]
 
     @property
     def explained(self) -> str:

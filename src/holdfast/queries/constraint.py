@@ -19,20 +19,19 @@ from holdfast.base.ranges import FORCE, MANY, PLACE, SCALE
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import quoted
 from holdfast.engines.answers import Claim
+from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.capabilities import HULLS
 from holdfast.engines.groups import prepared
 from holdfast.geometry.cells import surface_cells
 from holdfast.geometry.hull_gauge import hull_gauge
 from holdfast.queries.checked_hull import checked_hull
 from holdfast.queries.request import (
-    CERTAIN_ENGINE,
-    EngineChoice,
     Load,
     checked_assembly,
-    engine_of,
+    engine_for,
     total_wrench,
 )
-from holdfast.queries.sets import notes_of, wrench_box, wrench_columns
+from holdfast.queries.sets import lower_of, notes_of, wrench_box, wrench_columns
 from holdfast.scene.scene import Scene
 
 SOLVES = 1500  # default number of solves
@@ -52,11 +51,11 @@ class Constraint(PublicValue):
     addition to the weight and the standing loads. The value interpolates between ``known`` wrenches (m, 6) that the
     assembly withstands; ``price`` (m,) is at least the reciprocal of the factor of each.
 
-    With engine ``limit`` the value is never above the factor, because an assembly in which an equilibrium exists under
-    two wrenches has one under their convex combinations. With ``compliant``, whose set is not convex, the value is at
-    most ``lower`` at all wrenches that were asked. In between it may be above: ``above`` is the share of the last
-    wrenches where it was, before they were asked, and ``above_by`` the largest excess at any wrench before it was
-    asked, as a share of ``lower``. Both are 0 with ``limit``.
+    With the ``claim`` *holds* the value is at most the default engine's ``lower`` at all wrenches that were asked. Its
+    set is not convex, so in between the value may be above: ``above`` is the share of as many other wrenches where it
+    was, and ``above_by`` the largest excess there, as a share of ``lower``; the value was then lowered at these. It is
+    no proof. With the claim *exists* the value is never above the factor up to which an equilibrium exists, as that has
+    one under every convex combination of two wrenches under which it has; both shares are 0.
 
     Accuracy was measured on a last set of test wrenches, half of them pushes on the body's surface (or directions near
     the requested ones), half of them random. Of these, half have a value of at least (1 - ``accuracy``) times the true
@@ -83,7 +82,8 @@ class Constraint(PublicValue):
     def value(self, wrenches: ArrayLike) -> float | Float:
         """Return the load factors of ``wrenches`` (6,) or (n, 6): a number, or (n,).
 
-        A factor of at least 1 means that nothing moves under the wrench. A zero wrench has the factor inf.
+        A factor of at least 1 means what the ``claim`` says of the wrench: that everything holds, or only that an
+        equilibrium exists. A zero wrench has the factor inf.
         """
         used, single = self._used(wrenches, "value: wrenches")[0::2]
         with np.errstate(divide="ignore"):
@@ -148,7 +148,8 @@ class Constraint(PublicValue):
 
     def summary(self) -> Summary:
         """Summarise the constraint by the largest forces and torques along the axes."""
-        headline = f"wrenches on {self.body}: {len(self.price):,} known, half within {self.accuracy:.2%}"
+        what = "where an equilibrium exists" if self.claim is Claim.EXISTS else "that hold"
+        headline = f"wrenches on {self.body} {what}: {len(self.price):,} known, half within {self.accuracy:.2%}"
         names = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
         factors = self.value(np.vstack([np.eye(6), -np.eye(6)]))
         ends = np.asarray(factors).reshape(2, 6)
@@ -159,7 +160,7 @@ class Constraint(PublicValue):
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("solves", str(self.solves))]
         facts += [("nine in ten within", f"{self.accuracy_of_most:.2%}")]
         if self.claim is Claim.HOLDS:
-            facts += [("above lower in between", f"{self.above:.2%} of wrenches, by up to {self.above_by:.2%}")]
+            facts += [("above lower in between", f"{self.above:.2%} of the checks, by up to {self.above_by:.2%}")]
         return Summary(headline, facts, ("along", "from", "to"), rows, self.notes)
 
     def _used(self, wrenches: ArrayLike, where: str) -> tuple[Float, Float, bool]:
@@ -173,7 +174,7 @@ def constraint(
     assembly: Assembly | Scene,
     body: str,
     *,
-    engine: EngineChoice = CERTAIN_ENGINE,
+    exists: bool = False,
     accuracy: float = 0.02,
     near: ArrayLike | None = None,
     box: ArrayLike | None = None,
@@ -182,8 +183,8 @@ def constraint(
 ) -> Constraint:
     """Find a function that gives a lower bound of the load factor of any wrench on ``body``; see Constraint.
 
-    Engine ``limit`` proves it for every wrench; what it promises is that an equilibrium exists. Engine ``compliant``
-    promises that contacts rest: the bound was checked on all wrenches that were solved, and measured in between.
+    By default it is what holds: the ``lower`` of the default engine, at all wrenches that were asked and checked in as
+    many in between. With ``exists`` it is proved for every wrench, but says only that an equilibrium exists.
 
     It evaluates tens of thousands of wrenches a second, whatever the assembly. ``near`` (n, 6) are examples of the
     wrenches that will be asked; only their directions matter. By default they are pushes on the body's surface,
@@ -192,7 +193,8 @@ def constraint(
     the largest force [N] and torque [N m] components that will be asked, with the defaults of ``admissible_wrenches``.
     The weight and the ``standing`` loads act throughout.
 
-    Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly does not stand, or if the
+    Raises SceneError if the body is fixed or unknown, or if something is held, unless with ``exists``. Raises
+    HoldfastError if the assembly does not stand, or if the
     body is about to move, so that some direction takes no wrench at all.
     """
     assembly = checked_assembly(assembly)
@@ -206,23 +208,28 @@ def constraint(
     asked = (
         inward_pushes(assembly, body, com) if near is None else checked(near, (None, 6), f"{where}: near", within=FORCE)
     )
-    method = engine_of(engine)
-    state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together([index], where)
-    scaled, near_by, above, by, notes = columns[rows] * limits, asked / limits, 0.0, 0.0, notes_of(state, assembly)
-    if method.claim is Claim.HOLDS:
-        hull = checked_hull(lambda x: state.load_factor(scaled @ x.T).lower, near_by, wanted, solves, where)
-        found, above, by = hull.hull, hull.above, hull.by
-        notes += hull.notes
+    engine = engine_for(assembly, where, exists=exists)
+    groups, near_by = prepared(engine, assembly, total_wrench(assembly, standing)), asked / limits
+    above = by = 0.0
+    if exists:
+        state, rows = groups.together([index], where)
+        hulls = HULLS.of(state, engine=engine.name, where=where)
+        found, notes = (
+            hulls.load_hull(columns[rows] * limits, near_by, wanted, solves, where),
+            notes_of(state, assembly),
+        )
     else:
-        found = HULLS.of(state, engine=method.name, where=where).load_hull(scaled, near_by, wanted, solves, where)
+        hull = checked_hull(lower_of(groups, [index], columns * limits, where), near_by, wanted, solves, where)
+        found, above, by = hull.hull, hull.above, hull.by
+        notes = (*groups.notes, *unchecked_limits(assembly.bodies), *hull.notes("wrenches"))
     if found.accuracy > wanted:
         notes += (
             f"half of the wrenches tested last may have values more than {found.accuracy:.1%} below the true factor",
         )
     return Constraint(
         body=body,
-        engine=method.name,
-        claim=method.claim,
+        engine=engine.name,
+        claim=engine.claim,
         known=np.asarray(frozen(found.known * limits)),
         price=np.asarray(frozen(found.price)),
         com=com,

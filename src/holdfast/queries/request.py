@@ -13,7 +13,7 @@ from holdfast.assembly.assembly import FIXED, Assembly, assemble
 from holdfast.assembly.on_surface import check_on_surface, pointing_out
 from holdfast.assembly.strengths import check_strengths
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes
+from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes, checked_truth
 from holdfast.base.by_name import Registry
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.ranges import FORCE, PLACE
@@ -24,6 +24,7 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
+from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 ENGINES: Registry[Callable[[], Engine]] = Registry("engine", {"graph": Graph, "limit": Limit, "compliant": Compliant})
@@ -101,6 +102,16 @@ def engine_of(choice: EngineChoice) -> Engine:
             message("engine", f"got {quoted(choice)}", f"needs a name ({', '.join(ENGINES)}) or an engine")
         )
     return choice
+
+
+def engine_for(assembly: Assembly, where: str, *, exists: bool) -> Engine:
+    """Return the engine that proves where an equilibrium ``exists``, or else that which says what holds.
+
+    Raises SceneError, with ``where`` in its message, for holds that the latter does not take.
+    """
+    if not checked_truth(exists, f"{where}: exists"):
+        refuse_holds(assembly.scene.holds, where, "ask where an equilibrium exists, with exists=True")
+    return engine_of(CERTAIN_ENGINE if exists else DEFAULT_ENGINE)
 
 
 def total_wrench(assembly: Assembly, loads: Iterable[Load]) -> Float:

@@ -146,11 +146,11 @@ class Columns(Result):
         """Return what applies to the whole table as plain data, with the bound that holds for all rows.
 
         ``holds`` is the smallest ``lower`` with the number of its ``row`` and the load of that row. It is None if the
-        engine promises no lower bound.
+        engine promises no lower bound. It is called ``exists`` if the engine promises that of an equilibrium alone.
         """
         row = self.answers.holding
-        holds = None if row is None else {"lower": to_dict(float(self.lower[row])), "row": row} | self.where(row)
-        return super().about() | {"holds": holds}
+        least = None if row is None else {"lower": to_dict(float(self.lower[row])), "row": row} | self.where(row)
+        return super().about() | {"exists" if self.claim is Claim.EXISTS else "holds": least}
 
     def where(self, row: int) -> dict[str, Any]:
         """Return the load that a row answers, as plain data."""
@@ -261,7 +261,8 @@ def verdict_words(verdict: Verdict) -> str:
 def least(answers: Answers, unit: str) -> str:
     """Describe the smallest decided answer, the bound that holds for all rows, and how many rows are undecided."""
     known = answers.force[answers.decided]
-    words = [f"the least {number(float(np.min(known)), unit)}"] if len(known) else []
+    first = "an equilibrium exists up to" if answers.claim is Claim.EXISTS else "the least"
+    words = [f"{first} {number(float(np.min(known)), unit)}"] if len(known) else []
     return "; ".join(filter(None, [*words, promised(answers, unit), answers.undecided.text])) or "none"
 
 

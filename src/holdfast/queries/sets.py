@@ -1,13 +1,14 @@
 """Compute all wrenches that a body withstands, and all accelerations of its support, as convex sets.
 
-Each set is enclosed between an inner and an outer polyhedron.
+Each set is enclosed between an inner and an outer polyhedron. What holds is asked direction by direction, and checked
+in between (checked_hull.py); where an equilibrium exists is a convex set, and both polyhedra are proved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,22 +34,27 @@ from holdfast.base.rounding import COORDINATES
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.capabilities import SETS, LoadSet
-from holdfast.engines.contract import State
-from holdfast.engines.groups import prepared
+from holdfast.engines.contract import Engine, State
+from holdfast.engines.groups import Groups, prepared
+from holdfast.engines.limit.load_sets import BUDGET, drawn_in, hull_of
 from holdfast.engines.verdict import Status
 from holdfast.geometry.half_spaces import largest_row
+from holdfast.queries.checked_hull import checked_hull
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
-    EngineChoice,
     Load,
     body_number,
     checked_assembly,
+    checked_loads,
+    engine_for,
     engine_of,
     total_wrench,
 )
 from holdfast.scene.scene import Scene
 
 FORCE_BOUND = 20.0  # default bound of forces, in total weights; times the assembly's size, the default bound of torques
+OUTSIDE = 0.1  # accuracy of the outer polyhedron around what holds: what is proved to move, seldom close to it
+ASKED = {3: "accelerations", 6: "wrenches"}  # what sets are of, by dimension
 ACCELERATION_BOUND = 5.0  # default bound of each component of an acceleration, in g
 
 
@@ -56,14 +62,20 @@ ACCELERATION_BOUND = 5.0  # default bound of each component of an acceleration, 
 @shaped(units="d", box="d", vertices="v d")
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class ConvexSet(PublicValue):
-    """A convex set between two polyhedra: it contains every point of ``inner`` and no point outside ``outer``.
+    """A set of loads between two polyhedra: nothing outside ``outer`` is in it.
+
+    With the ``claim`` *holds*, ``inner`` is what holds by the ``lower`` of the default engine. That was asked in many
+    directions and checked in as many in between, and ``inner`` was drawn in where a check failed; ``notes`` count both.
+    It is no proof. With the claim *exists*, ``inner`` is proved to have an equilibrium, which need not come about.
+    Nothing outside of ``outer`` has one: there something moves for certain.
 
     ``inner`` and ``outer`` are pairs of arrays A (m, d) and b (m,) for the half-spaces A x <= b, scaled to b = 1; the
     origin is inside both. ``inner`` is limited to the box ``|x_k| <= box[k]``, with ``box`` (d,). ``outer`` is not
     limited to it; if the set is unbounded, ``outer`` is unbounded too. ``vertices`` (k, d) are those of ``inner``.
 
-    Along every ray from the origin, ``inner`` extends at least (1 - ``accuracy``) times as far as ``outer`` within the
-    box. ``accuracy_wanted`` is the accuracy that was requested, and ``solves`` the number of solves that it took.
+    Where an equilibrium exists, ``inner`` extends at least (1 - ``accuracy``) times as far as ``outer`` within the box
+    along every ray from the origin. Of what holds it extends (1 - ``accuracy``) times as far as ``lower`` or more in
+    half of the directions. ``accuracy_wanted`` is the accuracy that was requested, and ``solves`` the number of solves.
 
     The coordinates have the units in ``units`` (d,), and ``frame`` describes their axes in words. The solver limits the
     precision of both polyhedra to 1e-7 of the box.
@@ -86,12 +98,27 @@ class ConvexSet(PublicValue):
     notes: tuple[str, ...]
 
     def contains(self, coordinates: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
-        """Return whether ``coordinates`` are certainly in the set (True), certainly outside (False), or neither (None).
+        """Return whether ``coordinates`` are in what holds (True), certainly outside (False), or neither (None).
 
         None means that they lie between the two polyhedra or beyond the box. They are (d,), or (n, d) for an object
-        array (n,) of answers.
+        array (n,) of answers. Raises HoldfastError for a set of what exists: ask ``exists``.
         """
-        points, single = checked_rows(coordinates, len(self.box), "contains: coordinates")
+        if self.claim is not Claim.HOLDS:
+            remedy = "ask .exists(...), or for a set without exists=True"
+            raise HoldfastError(message("contains", "inside an equilibrium exists, which need not hold", remedy))
+        return self._between(coordinates, "contains")
+
+    def exists(self, coordinates: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
+        """Return whether an equilibrium certainly exists at ``coordinates`` (True), or none (False), or neither (None).
+
+        They are as in ``contains``. Raises HoldfastError for a set of what holds: ask ``contains``.
+        """
+        if self.claim is Claim.HOLDS:
+            raise HoldfastError(message("exists", "this is a set of what holds", "ask .contains(...)"))
+        return self._between(coordinates, "exists")
+
+    def _between(self, coordinates: Any, where: str) -> bool | Objects | None:  # noqa: ANN401
+        points, single = checked_rows(coordinates, len(self.box), f"{where}: coordinates")
         inside, possible = _satisfied(self.inner, points), _satisfied(self.outer, points)
         answers = [True if yes else None if maybe else False for yes, maybe in zip(inside, possible, strict=True)]
         return answers[0] if single else objects(answers)
@@ -100,7 +127,7 @@ class ConvexSet(PublicValue):
         """Return max(A x / b) over the facets of ``inner``, at least 0, for ``coordinates`` x (d,) or (n, d).
 
         This is the distance of x from the origin as a share of the distance to the boundary of ``inner``. If it is at
-        most 1, x is certainly in the set. The result is a number, or an array (n,).
+        most 1, x is inside ``inner``. The result is a number, or an array (n,).
         """
         points, single = checked_rows(coordinates, len(self.box), "usage: coordinates")
         A, b = self.inner
@@ -129,7 +156,9 @@ class ConvexSet(PublicValue):
 
     def summary(self) -> Summary:
         """Summarise the extent of the set and how close the two polyhedra are."""
-        headline = f"{len(self.box)} dimensions, {len(self.inner[1])} facets inside, accuracy {self.accuracy:.2%}"
+        what = "where an equilibrium exists" if self.claim is Claim.EXISTS else "what holds"
+        size = f"{len(self.box)} dimensions, {len(self.inner[1])} facets inside"
+        headline = f"{what}: {size}, accuracy {self.accuracy:.2%}"
         largest = np.abs(self.vertices).max(axis=0, initial=0.0)
         rows = [[f"{k + 1}", number(far, unit)] for k, (far, unit) in enumerate(zip(largest, self.units, strict=True))]
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("frame", self.frame)]
@@ -140,25 +169,27 @@ def admissible_wrenches(
     assembly: Assembly | Scene,
     body: str,
     *,
-    engine: EngineChoice = CERTAIN_ENGINE,
+    exists: bool = False,
     accuracy: float = 0.05,
     box: ArrayLike | None = None,
     solves: int | None = None,
     standing: Iterable[Load] = (),
 ) -> ConvexSet:
-    """Compute the set of wrenches on ``body`` under which nothing in the assembly moves.
+    """Compute the set of wrenches on ``body`` under which everything in the assembly stays at rest, as far as known.
 
-    They act in addition to the weight and the ``standing`` loads. The points of the set have d = 6 coordinates: a force
-    [N] and a torque [N m] about the body's centre of mass, along the world axes. ``box`` (2,) holds the largest force
-    [N] and torque [N m] components of the inner polyhedron. The defaults are 20 times the total weight, and that times
-    the assembly's size.
+    With ``exists``, it is the set for which an equilibrium exists, which is larger; see ConvexSet.
+
+    The wrenches act in addition to the weight and the ``standing`` loads. The points of the set have d = 6 coordinates:
+    a force [N] and a torque [N m] about the body's centre of mass, along the world axes. ``box`` (2,) holds the largest
+    force [N] and torque [N m] components of the inner polyhedron. The defaults are 20 times the total weight, and that
+    times the assembly's size.
 
     ``accuracy`` is only a target, because ``solves`` limits the number of solves, to 240 by default. The ``accuracy``
     of the result is the one that was reached, and its ``notes`` say along which ray. Time grows faster than the number
     of solves: 600 take about ten times as long as 240. ``constraint`` is closer to the set for most wrenches.
 
-    Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the assembly does not stand, or if the
-    origin is not inside the set.
+    Raises SceneError if the body is fixed or unknown, or if something is held, unless with ``exists``. Raises
+    HoldfastError if the assembly does not stand, or if the origin is not inside the set.
     """
     assembly = checked_assembly(assembly)
     where = f"admissible wrenches of {body!r}"
@@ -166,7 +197,8 @@ def admissible_wrenches(
     limits = wrench_box(assembly, box, where)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
-    return _convex_set(where, assembly, engine, standing, columns, limits, accuracy, solves, units, frame)
+    found = _Question(where, assembly, columns, limits, tuple(checked_loads(standing)), exists)
+    return found.answer(accuracy, solves, units, frame)
 
 
 def wrench_box(assembly: Assembly, box: ArrayLike | None, where: str) -> Float:
@@ -200,13 +232,15 @@ def notes_of(state: State, assembly: Assembly) -> tuple[str, ...]:
 def sustainable_accelerations(
     assembly: Assembly | Scene,
     *,
-    engine: EngineChoice = CERTAIN_ENGINE,
+    exists: bool = False,
     accuracy: float = 0.02,
     box: ArrayLike | None = None,
     solves: int | None = None,
     standing: Iterable[Load] = (),
 ) -> ConvexSet:
-    """Compute the accelerations of the support that all bodies can follow without moving relative to it.
+    """Compute the accelerations of the support that all bodies follow without moving relative to it, as far as known.
+
+    With ``exists``, it is the set for which an equilibrium exists, which is larger; see ConvexSet.
 
     The ``standing`` loads act throughout. The points of the set are accelerations (3,) [m/s²] along the world axes: if
     the support accelerates by a, the inertial force on a body of mass m is -m a at its centre of mass. ``box`` is the
@@ -220,18 +254,8 @@ def sustainable_accelerations(
     default = ACCELERATION_BOUND * float(np.linalg.norm(assembly.scene.gravity))
     limit = default if box is None else checked_number(box, f"{where}: box", above=0, within=ACCELERATION)
     columns = np.column_stack([body_forces(-assembly.mass[:, None] * axis) for axis in np.eye(3)])
-    return _convex_set(
-        where,
-        assembly,
-        engine,
-        standing,
-        columns,
-        np.full(3, limit),
-        accuracy,
-        solves,
-        ("m/s²",) * 3,
-        "world axes, of the support",
-    )
+    found = _Question(where, assembly, columns, np.full(3, limit), tuple(checked_loads(standing)), exists)
+    return found.answer(accuracy, solves, ("m/s²",) * 3, "world axes, of the support")
 
 
 def _satisfied(half_spaces: tuple[Float, Float], points: Float) -> Bool:
@@ -239,43 +263,88 @@ def _satisfied(half_spaces: tuple[Float, Float], points: Float) -> Bool:
     return np.asarray(largest_row(A / b[:, None], points) <= 1 + COORDINATES)
 
 
-def _convex_set(
-    where: str,
-    assembly: Assembly,
-    engine: EngineChoice,
-    standing: Iterable[Load],
-    columns: Float,
-    box: Float,
-    accuracy: float,
-    solves: int | None,
-    units: tuple[str, ...],
-    frame: str,
-) -> ConvexSet:
-    wanted = checked_number(accuracy, f"{where}: accuracy", above=0, below=1, within=SCALE)
-    most = None if solves is None else checked_whole(solves, f"{where}: solves", 0, MANY)
-    if not assembly.movable:
-        raise SceneError(message(where, "there is no movable body", "free one"))
-    method = engine_of(engine)
-    loaded = np.flatnonzero(columns.reshape(-1, 6, columns.shape[1]).any((1, 2))).tolist()
-    state, rows = prepared(method, assembly, total_wrench(assembly, standing)).together(loaded, where)
-    found = SETS.of(state, engine=method.name, where=where).load_set(columns[rows] * box, wanted, most, where)
-    notes = notes_of(state, assembly)
-    if found.accuracy > wanted:
-        notes += (_why_wide(found, box, units),)
-    return ConvexSet(
-        engine=method.name,
-        claim=method.claim,
-        inner=(frozen(found.inner / box), frozen(np.ones(len(found.inner)))),
-        outer=(frozen(found.outer / box), frozen(np.ones(len(found.outer)))),
-        vertices=frozen(found.vertices * box),
-        box=frozen(box),
-        accuracy=found.accuracy,
-        accuracy_wanted=wanted,
-        solves=found.solves,
-        units=units,
-        frame=frame,
-        notes=notes,
-    )
+class _Found(NamedTuple):
+    """What an engine found of a set, in units of its box: both polyhedra, the vertices, and what ``LoadSet`` says."""
+
+    inner: Float
+    outer: Float
+    vertices: Float
+    accuracy: float
+    solves: int
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """Which loads ``columns`` (6J, d) @ x, in the ``box`` (d,), an assembly takes beside the ``standing`` ones."""
+
+    where: str
+    assembly: Assembly
+    columns: Float
+    box: Float
+    standing: tuple[Load, ...]
+    exists: bool
+
+    def answer(self, accuracy: float, solves: int | None, units: tuple[str, ...], frame: str) -> ConvexSet:
+        """Return the set; the arguments are those of the public functions, and of ConvexSet."""
+        wanted = checked_number(accuracy, f"{self.where}: accuracy", above=0, below=1, within=SCALE)
+        most = None if solves is None else checked_whole(solves, f"{self.where}: solves", 0, MANY)
+        if not self.assembly.movable:
+            raise SceneError(message(self.where, "there is no movable body", "free one"))
+        engine = engine_for(self.assembly, self.where, exists=self.exists)
+        found = self._existing(wanted, most, units) if self.exists else self._holding(engine, wanted, most)
+        return ConvexSet(
+            engine=engine.name,
+            claim=engine.claim,
+            inner=(frozen(found.inner / self.box), frozen(np.ones(len(found.inner)))),
+            outer=(frozen(found.outer / self.box), frozen(np.ones(len(found.outer)))),
+            vertices=frozen(found.vertices * self.box),
+            box=frozen(self.box),
+            accuracy=found.accuracy,
+            accuracy_wanted=wanted,
+            solves=found.solves,
+            units=units,
+            frame=frame,
+            notes=found.notes,
+        )
+
+    @property
+    def _loaded(self) -> list[int]:
+        """The numbers of the bodies that are loaded."""
+        return [int(k) for k in np.flatnonzero(self.columns.reshape(-1, 6, len(self.box)).any((1, 2)))]
+
+    def _existing(self, wanted: float, most: int | None, units: tuple[str, ...] = ()) -> _Found:
+        """Return the set for which an equilibrium exists; without ``units``, no note says where it is not accurate."""
+        groups = prepared(engine_of(CERTAIN_ENGINE), self.assembly, total_wrench(self.assembly, self.standing))
+        state, rows = groups.together(self._loaded, self.where)
+        sets = SETS.of(state, engine=CERTAIN_ENGINE, where=self.where)
+        found = sets.load_set(self.columns[rows] * self.box, wanted, most, self.where)
+        why = (_why_wide(found, self.box, units),) if units and found.accuracy > wanted else ()
+        notes = (*notes_of(state, self.assembly), *why)
+        return _Found(found.inner, found.outer, found.vertices, found.accuracy, found.solves, notes)
+
+    def _holding(self, engine: Engine, wanted: float, most: int | None) -> _Found:
+        """Return the set that holds by ``lower``, inside of that for which an equilibrium exists."""
+        groups = prepared(engine, self.assembly, total_wrench(self.assembly, self.standing))
+        lower = lower_of(groups, self._loaded, self.columns * self.box, self.where)
+        size = len(self.box)
+        hull = checked_hull(lower, np.empty((0, size)), wanted, BUDGET[size] if most is None else most, self.where)
+        reach = hull.hull.known / hull.hull.price[:, None]
+        reach /= np.maximum(np.abs(reach).max(1, keepdims=True), 1.0)  # within the box
+        around, outer = hull_of(reach, self.where), self._existing(OUTSIDE, most).outer
+        notes = (*groups.notes, *unchecked_limits(self.assembly.bodies), *hull.notes(ASKED[size]))
+        return _Found(drawn_in(around), outer, reach[around.vertices], hull.hull.accuracy, hull.hull.solves, notes)
+
+
+def lower_of(groups: Groups, loaded: list[int], columns: Float, where: str) -> Callable[[Float], Float]:
+    """Return the function that gives ``lower`` (n,) of the loads ``columns`` (6J, d) @ x, for x (n, d).
+
+    Raises HoldfastError, with ``where`` in its message, if the ``loaded`` bodies are not known to stand.
+    """
+    verdict = groups.verdict_on(loaded)
+    if verdict.status is not Status.STABLE:
+        raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
+    return lambda x: groups.load_factor(columns @ x.T).lower
 
 
 def _why_wide(found: LoadSet, box: Float, units: tuple[str, ...]) -> str:

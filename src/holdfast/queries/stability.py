@@ -40,8 +40,9 @@ class Stability(Certified, PublicValue):
     """The verdict on whether an assembly stands at rest.
 
     ``status`` is STABLE, UNSTABLE or UNDECIDED, and ``reason`` explains it in words. ``equilibrium_exists`` is True or
-    False with evidence, or None if it is not known. ``self_stress`` is False if the assembly stands without
-    self-stressed contact forces, and None if that is not known.
+    False with evidence, or None if it is not known. ``self_stress`` says whether contacts can press each other without
+    any load, as those of a box between two rails: then pushes, loads and accelerations of engine ``limit`` may count on
+    squeezing that nothing causes. It is worked out when it is first asked for, and None if it was not settled.
 
     If the assembly stands, ``forces`` are the contact forces, and ``residual`` is their equilibrium error divided by
     the total weight. If it does not stand, ``moving`` holds the names of the bodies that move, ``mechanism`` says how
@@ -111,7 +112,7 @@ class Stability(Certified, PublicValue):
 
     @property
     def self_stress(self) -> bool | None:
-        """False if the assembly stands without self-stressed contact forces, None if that is not known."""
+        """Whether contacts can press each other without any load, None if that is not known."""
         return self.verdict.self_stress
 
     @property

@@ -1,10 +1,15 @@
-"""Compute the smallest robustness over intervals of friction and mass and boxes of centres of mass, exactly."""
+"""Compute the smallest robustness over intervals of friction and mass and boxes of centres of mass.
+
+What holds is asked at the ends of all ranges: stiff contacts hold neither the more with more friction nor the less with
+more weight, so that is no proof. Up to where an equilibrium exists is least at such an end, which is proved.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import chain
+from typing import Any, NamedTuple, TypeAlias
 
 from numpy.typing import ArrayLike
 
@@ -14,11 +19,15 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.kinds import check_kinds, fits, shaped
+from holdfast.base.progress import reported
 from holdfast.base.public import Summary
 from holdfast.base.values import Table
+from holdfast.engines.answers import Answers
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.capabilities import WORST_CASES
+from holdfast.engines.capabilities import WORST_CASES, Corner
+from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
+from holdfast.engines.limit.box_corners import change_at, corners_of, least_of
 from holdfast.engines.verdict import Status
 from holdfast.queries.intervals import (
     ComRange,
@@ -31,17 +40,21 @@ from holdfast.queries.intervals import (
 )
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
-    CERTAIN_ENGINE,
     Load,
     body_number,
     checked_assembly,
     checked_loads,
-    engine_of,
+    engine_for,
     push_columns,
     total_wrench,
 )
 from holdfast.queries.result import Forces, amount, least
 from holdfast.scene.scene import Scene
+
+GUARANTEE = (
+    "not a proof: what holds by engine {engine} was asked at {count} combinations of values, those given and the ends "
+    "of all ranges (friction: all low or all high)"
+)
 
 
 @archived
@@ -50,15 +63,17 @@ from holdfast.scene.scene import Scene
 class WorstCase(Forces):
     """The smallest R at each of n points over all values of the uncertain quantities.
 
-    ``force`` (n,) [N] has the bounds ``lower`` and ``upper`` and a ``status`` (n,) as in Robustness. The status is
-    UNSTABLE where the assembly does not stand at some corner of the uncertain region. It is UNDECIDED where the answer
-    at a corner is; the force 0 is no answer then. ``nominal`` (n,) [N] is R without uncertainty, with
+    ``force`` (n,) [N] has the bounds ``lower`` and ``upper`` and a ``status`` (n,) as in Robustness; ``lower`` is the
+    least of all corners. With the ``claim`` *holds* that is what everything held where it was asked, and ``guarantee``
+    says where. With the claim *exists* it is proved for the whole region, of the existence of an equilibrium.
+
+    The status is UNSTABLE where the assembly does not stand at some corner of the uncertain region. It is UNDECIDED
+    where the answer at a corner is; the force 0 is no answer then. ``nominal`` (n,) [N] is R without uncertainty, with
     ``nominal_status`` (n,) and ``verdict``.
 
-    ``mu`` holds the friction coefficients of the worst case, by pair of bodies. ``masses`` (n,) and ``coms`` (n,) hold
-    for each point the masses [kg] and centres of mass [m, world frame] at the corner where it is weakest, by the name
-    of the uncertain body. ``corners`` is the number of corners that were solved, and ``guarantee`` says in words what
-    was proved.
+    ``masses`` (n,) and ``coms`` (n,) hold for each point the masses [kg] and centres of mass [m, world frame] at the
+    corner where it is weakest, by the name of the uncertain body. ``mu`` holds the friction coefficients at the corner
+    of the weakest of all points, by pair of bodies. ``corners`` is the number of corners that were solved.
     """
 
     body: str
@@ -100,7 +115,8 @@ class WorstCase(Forces):
         """Summarise the answer by its weakest points."""
         headline = f"{len(self.force):,} pushes on {self.body} at {self.corners:,} corners: {least(self.answers, 'N')}"
         nominal = zip(self.nominal_status, self.nominal, strict=True)
-        return self.table(headline, objects([f"nominal {amount(status, value, 'N')}" for status, value in nominal]))
+        found = self.table(headline, objects([f"nominal {amount(status, value, 'N')}" for status, value in nominal]))
+        return replace(found, facts=(*found.facts, ("guarantee", self.guarantee)))
 
 
 def worst_case(
@@ -113,8 +129,9 @@ def worst_case(
     mass_range: MassRange | None = None,
     com_range: ComRange | None = None,
     standing: Iterable[Load] = (),
+    exists: bool = False,
 ) -> WorstCase:
-    """Compute the smallest R(p, e) by engine ``limit`` over uncertain friction, masses and centres of mass.
+    """Compute the smallest R(p, e) over uncertain friction, masses and centres of mass.
 
     ``mu_range`` is a relative width (0.2 means ± 20 %) or an interval (low, high) for all touching pairs, or a dict of
     intervals by the names of the two bodies. ``mass_range`` is a relative width for all movable bodies, or a dict of
@@ -123,42 +140,104 @@ def worst_case(
     named is taken as known. Poses, contacts and points are held in place. ``points``, ``directions`` and ``standing``
     have the same meaning as in ``robustness``.
 
-    The answer is exact: it uses the lower end of every μ and all corners of the masses and centres of mass;
-    ``guarantee`` says why this suffices. The number of corners, and with it the time, doubles with every uncertain
-    value, except for shifts of a centre of mass along gravity. Raises HoldfastError if there are more than 4,096
-    corners, and SceneError for ``mu_range`` where faces have a cohesion: pulled, they hold less with more friction.
+    By default it is the least of the default engine's answers with the values as given and at all corners: all pairs at
+    the lower or all at the upper ends of μ, with all ends of masses and centres of mass. Take ``lower``. In between
+    less may hold, though that is seldom seen: ``guarantee`` says what was asked. With ``exists`` it is exact, but for
+    the existence of an equilibrium, which need not come about: it uses the lower end of every μ and all other corners.
+
+    The number of corners, and with it the time, doubles with every uncertain value, except for shifts of a centre of
+    mass along gravity. Raises HoldfastError if there are more than 4,096 corners, and SceneError for ``mu_range`` where
+    faces have a cohesion (pulled, they hold less with more friction) and for what is held, unless with ``exists``.
     """
     assembly = checked_assembly(assembly)
     where = f"worst case of {body!r}"
     if mu_range is not None and assembly.scene.friction.cohesion:  # a pair that is pulled holds less with more friction
         refuse_joined(assembly, f"{where}: mu_range", "leave out cohesion or mu_range: a tension alone is taken")
-    loads = checked_loads(standing)
-    nominal = robustness(assembly, body, points, directions, standing=loads, engine=CERTAIN_ENGINE)
-    low = {pair: ends[0] for pair, ends in friction_intervals(assembly, mu_range, where).items()}
-    rough = assembly if mu_range is None else assembly.with_friction(low)
-    near = next((group for group in rough.groups if body in group), ())  # other groups do not affect the answer
-    masses = {name: ends for name, ends in mass_intervals(rough, mass_range, where).items() if name in near}
-    coms = {name: half for name, half in com_boxes(rough, com_range, where).items() if name in near}
-    columns = push_columns(rough, body_number(rough, body), nominal.points, nominal.directions)
-    engine = engine_of(CERTAIN_ENGINE)
-    found = WORST_CASES.of(engine, engine=CERTAIN_ENGINE, where=where).weakest(
-        rough,
-        total_wrench(rough, loads),
-        columns,
-        masses=masses,
-        coms=coms,
-        prepare=lambda load: prepared(engine, rough, load),
-        where=where,
+    engine, loads = engine_for(assembly, where, exists=exists), checked_loads(standing)
+    nominal = robustness(assembly, body, points, directions, standing=loads, engine=engine)
+    intervals = friction_intervals(assembly, mu_range, where)
+    near = next((group for group in assembly.groups if body in group), ())  # other groups do not affect the answer
+    region = _Region(
+        where,
+        assembly,
+        {name: ends for name, ends in mass_intervals(assembly, mass_range, where).items() if name in near},
+        {name: half for name, half in com_boxes(assembly, com_range, where).items() if name in near},
+        total_wrench(assembly, loads),
+        push_columns(assembly, body_number(assembly, body), nominal.points, nominal.directions),
     )
+    ends = [{pair: mu[k] for pair, mu in intervals.items()} for k in ((0,) if exists or mu_range is None else (0, 1))]
+    rough = [(end, assembly if mu_range is None else assembly.with_friction(end)) for end in ends]
+    found = region.existing(engine, *rough[0]) if exists else region.holding(engine, rough, nominal.answers)
+    weakest = found.cases[found.worst[int(found.answers.ranking[0])]]
     notes = (*nominal.notes, *unchecked_limits(assembly.bodies))  # the corners do not ask who is crushed
     return WorstCase(
         answers=replace(found.answers, verdict=nominal.verdict, notes=notes),
         body=body,
         nominal=nominal.force,
         nominal_status=nominal.status,
-        mu=Table(low),
-        masses=objects([Table(found.corners[k].masses) for k in found.corner]),
-        coms=objects([Table(found.corners[k].coms) for k in found.corner]),
-        corners=len(found.corners),
+        mu=Table(weakest[0]),
+        masses=objects([Table(found.cases[k][1].masses) for k in found.worst]),
+        coms=objects([Table(found.cases[k][1].coms) for k in found.worst]),
+        corners=len(found.cases),
         guarantee=found.guarantee,
+    )
+
+
+Case: TypeAlias = tuple[dict[Pair, float], Corner]  # the friction of all pairs, and a corner of masses and centres
+
+
+class _Worst(NamedTuple):
+    """The worst ``answers`` of all ``cases``, the number of its case for each row, and what was proved or asked."""
+
+    answers: Answers
+    worst: tuple[int, ...]
+    cases: list[Case]
+    guarantee: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Region:
+    """Uncertain ``masses`` and ``coms`` of an assembly under ``standing`` loads (6J,), and pushes ``W`` (6J, n)."""
+
+    where: str
+    assembly: Assembly
+    masses: dict[str, tuple[float, float]]
+    coms: dict[str, Float]
+    standing: Float
+    W: Float
+
+    def existing(self, engine: Engine, mu: dict[Pair, float], rough: Assembly) -> _Worst:
+        """Return up to where an equilibrium exists in all of the region, where friction is ``mu`` at the least."""
+        found = WORST_CASES.of(engine, engine=engine.name, where=self.where).weakest(
+            rough,
+            self.standing,
+            self.W,
+            masses=self.masses,
+            coms=self.coms,
+            prepare=lambda load: prepared(engine, rough, load),
+            where=self.where,
+        )
+        return _Worst(found.answers, found.corner, [(mu, corner) for corner in found.corners], found.guarantee)
+
+    def holding(self, engine: Engine, rough: list[tuple[dict[Pair, float], Assembly]], nominal: Answers) -> _Worst:
+        """Return what holds at all ends of the region, friction as in each of ``rough``, and with the values given."""
+        corners = corners_of(self.assembly, self.masses, self.coms, self.where)
+        asked = [(mu, there, corner) for mu, there in rough for corner in corners]
+        tables = (
+            prepared(engine, there, self.standing + change_at(self.assembly, corner)).load_factor(self.W)
+            for _, there, corner in reported("worst case", asked)
+        )
+        answers, worst = least_of(chain(tables, (nominal,)), "lower")
+        given = {pair: mu for pair, (mu, _) in friction_intervals(self.assembly, None, self.where).items()}
+        cases: list[Case] = [(mu, corner) for mu, _, corner in asked]
+        cases.append((given, _as_given(self.assembly, self.masses, self.coms)))
+        return _Worst(answers, worst, cases, GUARANTEE.format(engine=engine.name, count=len(cases)))
+
+
+def _as_given(assembly: Assembly, masses: Iterable[str], coms: Iterable[str]) -> Corner:
+    """Return the known masses and centres of mass of these bodies."""
+    centres = {name: assembly.com[assembly.index[name]].tolist() for name in coms}
+    return Corner(
+        {name: float(assembly.mass[assembly.index[name]]) for name in masses},
+        {name: (x, y, z) for name, (x, y, z) in centres.items()},
     )

@@ -54,9 +54,9 @@ def timeline(result: Carried) -> Timeline:
 
 
 def _safe_speed(result: Carried) -> str:
-    """Return in words up to which speed the load is known to hold."""
-    scale = result.time_scale()
-    return f"known to hold at {number(scale)} times the speed" if scale > 0 else "not known to hold at any speed"
+    """Return in words up to which speed the load is known to hold, or to have an equilibrium."""
+    scale, what = result.time_scale(), "to hold" if result.claim is Claim.HOLDS else "to have an equilibrium"
+    return f"known {what} at {number(scale)} times the speed" if scale > 0 else f"not known {what} at any speed"
 
 
 def carried_report(result: Carried) -> RenderableType:

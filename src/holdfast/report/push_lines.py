@@ -7,7 +7,7 @@ import math
 from rich.console import Group, RenderableType
 
 from holdfast.base.public import number
-from holdfast.engines.answers import Bound
+from holdfast.engines.answers import Bound, Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.push import Robustness
 from holdfast.queries.result import gives_way, holds_up_to
@@ -24,10 +24,10 @@ _STYLE = {
 
 def push_report(result: Robustness) -> RenderableType:
     """Return lines with the force of the first push of an answer, its bounds, and what moves."""
-    status, force = result.status[0], float(result.force[0])
+    status, force, exists = result.status[0], float(result.force[0]), result.claim is Claim.EXISTS
     words = {
         Status.FINITE: f"{number(force, 'N')} before something moves",
-        Status.INFINITE: "however hard: nothing moves",
+        Status.INFINITE: f"however hard: {'an equilibrium exists' if exists else 'nothing moves'}",
         Status.UNSTABLE: "nothing: it does not stand even without a push",
         Status.UNDECIDED: "undecided",
     }

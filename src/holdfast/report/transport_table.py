@@ -35,7 +35,7 @@ def transport_report(result: TransportLimits) -> RenderableType:
         f" on its carrier, {count} directions, {_round(result)}  (engine {result.engine}: {result.claim.words})",
     )
     table = Table(title="largest acceleration of the carrier", title_justify="left", box=SIMPLE_HEAD)
-    promise = "holds" if result.claim is Claim.HOLDS else "lower"
+    promise = {Claim.HOLDS: "holds", Claim.EXISTS: "exists"}.get(result.claim, "lower")
     for heading in ("from", "to", "least [m/s²]", "at", promise, "at", "what moves"):
         name = heading == "what moves"
         table.add_column(cell(heading), justify="left" if name else "right", no_wrap=not name)
@@ -70,7 +70,8 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
         return "the limit is undecided in every direction"
     least = int(result.answers.ranking[0])
     if result.status[least] is Status.INFINITE:
-        return "nothing moves on it, however fast it accelerates"
+        what = "an equilibrium exists" if result.claim is Claim.EXISTS else "nothing moves on it"
+        return f"{what}, however fast it accelerates"
     if result.status[least] is Status.UNSTABLE:
         return "even at rest " + ("something is crushed" if result.mode[least] == "crush" else "it does not stand")
     moving = f"{result.mode[least]} of {listed(result.moving[least], SHOWN)}"

@@ -159,8 +159,8 @@ def test_bounds_hold_the_truth_with_a_worse_solver(mu: float, noise: float, monk
     state = Limit().prepare(assembly)
     rng, solve = np.random.default_rng(1), Prepared.solve
 
-    def noisy(self: Prepared, until: float | None = None) -> ConeSolution:
-        good = solve(self, until)
+    def noisy(self: Prepared) -> ConeSolution:
+        good = solve(self)
         return replace(good, z=good.z + noise * np.abs(good.z).max() * rng.standard_normal(len(good.z)))
 
     monkeypatch.setattr(Prepared, "solve", noisy)

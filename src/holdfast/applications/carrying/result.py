@@ -56,7 +56,7 @@ class Carried(Columns):
 
     @property
     def holds(self) -> bool:
-        """Whether the load certainly holds at all times: False also where that is undecided."""
+        """Whether the load certainly holds at all times: False if that is undecided, and always of engine ``limit``."""
         return self.outcome is Status.STABLE
 
     @property
@@ -98,6 +98,8 @@ class Carried(Columns):
             return f"the motion uses at most {100 * used:.3g} % of what it withstands" + (
                 f", at {when}" if used > 0 else ""
             )
+        if self.claim is Claim.EXISTS and (self.lower >= 1).all():
+            return "an equilibrium exists at all times, which need not hold"
         k = int(np.argmin(self.held))
         why = self.undecided.text or f"factor {number(self.factor[k])}, known to be at least {number(self.lower[k])}"
         return f"not known to hold from {number(float(self.profile.time[k]), 's')}: {why}"
@@ -107,8 +109,8 @@ class Carried(Columns):
 
         At s times the speed, inertial loads are multiplied by s². A factor below 1 means that the motion must be slowed
         down to it; it is 0 if the load is not known to stand at one of the times. ``margin`` in [0, 1) is the share of
-        the load's capacity that remains unused. Raises HoldfastError if ``margin`` is out of range or the engine
-        promises no lower bound.
+        the load's capacity that remains unused. Of engine ``limit`` it is the factor at which an equilibrium exists
+        throughout. Raises HoldfastError if ``margin`` is out of range or the engine promises no lower bound.
         """
         if self.claim is Claim.ESTIMATED:
             problem = f"engine {self.engine!r} promises no lower bound"
@@ -144,7 +146,8 @@ class Carried(Columns):
         words = {Status.STABLE: "holds", Status.UNSTABLE: "gives way"}.get(self.outcome, "undecided")
         facts = [("outcome", words), ("why", self.reason)]
         if self.claim is not Claim.ESTIMATED:
-            facts.append(("safe speed", f"{number(self.time_scale())} times"))
+            what = "safe speed" if self.claim is Claim.HOLDS else "an equilibrium exists at"
+            facts.append((what, f"{number(self.time_scale())} times the speed"))
         if self.first:
             facts.append(("moves first", listed(self.first, NAMED)))
         times = np.array([f"{number(float(t), 's')}" for t in self.profile.time], dtype=object)
@@ -156,9 +159,12 @@ class Carried(Columns):
 
 
 def held(answers: Answers) -> Bool:
-    """Return for each row (n,) whether the load is known to hold: the promised bound of its factor is at least 1."""
+    """Return for each row (n,) whether the load is known to hold: the promised bound of its factor is at least 1.
+
+    Where an engine promises no more than that an equilibrium exists, it never is.
+    """
     promised = answers.force if answers.claim is Claim.ESTIMATED else answers.lower
-    return frozen(np.asarray(answers.decided & (promised >= 1)))
+    return frozen(np.asarray(answers.decided & (promised >= 1) & (answers.claim is not Claim.EXISTS)))
 
 
 def moved(answers: Answers) -> Bool:

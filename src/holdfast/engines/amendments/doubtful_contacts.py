@@ -51,13 +51,6 @@ def as_detected(state: State) -> State:
     return state.detected if isinstance(state, Doubtful) else state
 
 
-def cases_of(state: State) -> tuple[State, ...]:
-    """Return the engine's own states for all sets of contacts that may be absent together, first that for none."""
-    if not isinstance(state, Doubtful):
-        return (state,)
-    return (state.detected, *(state.absences.state(absent) for absent in state.absences.sets))
-
-
 @dataclass(frozen=True, eq=False)
 class Doubtful:
     """An assembly with contacts that may not exist: its state as ``detected``, and the ``absences`` it may have."""

@@ -8,15 +8,16 @@ end of the interval. Applied to one value after another, this shows that R is sm
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.progress import report
+from holdfast.base.progress import reported
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.capabilities import Corner, Weakest
 from holdfast.engines.contract import State
@@ -41,21 +42,29 @@ def weakest(
     ``prepare`` prepares the engine under a wrench (6J,) that acts in addition to the nominal weights. ``standing``
     (6J,) is the part of this wrench that is the same at every corner.
     """
-    n = W.shape[1]
-    lower, upper = np.full(n, np.inf), np.full(n, np.inf)
-    worst: list[tuple[float, float, int]] = [(len(_WEAKEST_FIRST), np.inf, 0)] * n
-    rows: list[Answers | None] = [None] * n
-    for number, corner in enumerate(corners):
-        report("worst case", number, len(corners))
-        found = prepare(standing + _change(assembly, corner)).load_factor(W)
+    found = (prepare(standing + change_at(assembly, c)).load_factor(W) for c in reported("worst case", corners))
+    answers, corner = least_of(found, "force")
+    return Weakest(answers=answers, corner=corner, corners=corners, guarantee=GUARANTEE)
+
+
+def least_of(tables: Iterable[Answers], by: Literal["force", "lower"]) -> tuple[Answers, tuple[int, ...]]:
+    """Return the weakest of the answers to the same n loads in several tables, and the number of its table (n,) each.
+
+    They are ranked ``by`` a column, after what does not stand and what is undecided. ``lower`` and ``upper`` are the
+    least of all tables.
+    """
+    worst: dict[int, tuple[float, float, int]] = {}
+    rows: dict[int, Answers] = {}
+    lower, upper = np.array(np.inf), np.array(np.inf)
+    for number, found in enumerate(tables):
         lower, upper = np.minimum(lower, found.lower), np.minimum(upper, found.upper)
-        for k in range(n):
-            here = (_weakness(found, k), float(found.force[k]), number)
-            if here < worst[k]:
+        for k in range(len(found)):
+            here = (_weakness(found, k), float(getattr(found, by)[k]), number)
+            if k not in worst or here < worst[k]:
                 worst[k], rows[k] = here, found.rows(slice(k, k + 1))
-    report("worst case", len(corners), len(corners))
-    answers = replace(joined([row for row in rows if row is not None]), lower=lower, upper=upper)
-    return Weakest(answers=answers, corner=tuple(k for _, _, k in worst), corners=corners, guarantee=GUARANTEE)
+    answers = joined([rows[k] for k in range(len(rows))])
+    force = np.minimum(answers.force, upper)  # another corner may have the least one
+    return replace(answers, force=force, lower=lower, upper=upper), tuple(worst[k][2] for k in range(len(rows)))
 
 
 def _weakness(found: Answers, k: int) -> float:
@@ -99,7 +108,7 @@ def corners_of(
     return tuple(corners)
 
 
-def _change(assembly: Assembly, corner: Corner) -> Float:
+def change_at(assembly: Assembly, corner: Corner) -> Float:
     """Return the change (6J,) of the wrench of the weights at a corner, about the nominal centres of mass."""
     change = np.zeros((len(assembly.movable), 6))
     for name in {**corner.masses, **corner.coms}:

@@ -89,11 +89,10 @@ class LoadProgram:
         """Return the factor at which a load (6J,) is as large as usual forces."""
         return 1 / float(np.abs(self.scales.motion * load).max())
 
-    def maximise(self, load: Float, around: float | None = None, until: float | None = None) -> Solved:
+    def maximise(self, load: Float, around: float | None = None) -> Solved:
         """Solve the program for one ``load`` (6J,) [N, N m], which must not be zero.
 
-        The factor is found to a share of that at which the load is as large as usual forces, or of ``around``. The
-        solver stops at ``until``, a time of ``time.perf_counter``, with what it has then.
+        The factor is found to a share of that at which the load is as large as usual forces, or of ``around``.
         """
         size = 1 / (self.usual_factor(load) if around is None else around)
         try:
@@ -101,7 +100,7 @@ class LoadProgram:
         except IndexError:
             prepared = Prepared(self.cone_program, tolerance=self.tolerance)
         prepared.change(self._load_entries, self.scales.motion * load / size)
-        solution = prepared.solve(until)
+        solution = prepared.solve()
         self._idle.append(prepared)
         forces, motion = self.scales.force * solution.x[:-1], self.scales.motion * solution.z[: len(load)]
         return Solved(solution.outcome, forces, float(solution.x[-1]) / size, motion, solution.residual)

@@ -86,24 +86,11 @@ class _Search:
         dimension = self.family.dimension
         box = np.vstack([np.eye(dimension), -np.eye(dimension)])
         rows = np.vstack([box, np.array(self.planes).reshape(-1, dimension)])
-        vertices = _rows(self._hull(rows))  # a row of the polar set's hull is a vertex of the set itself
-        hull = self._hull(np.array(self.points))
-        self.inner = _drawn_in(hull)
+        vertices = _rows(hull_of(rows, self.family.where))  # a row of the polar set's hull is a vertex of the set
+        hull = hull_of(np.array(self.points), self.family.where)
+        self.inner = drawn_in(hull)
         self.vertices = np.array(self.points)[hull.vertices]
         return vertices, largest_row(self.inner, vertices)
-
-    def _hull(self, points: Float) -> ConvexHull:
-        """Planes that nearly coincide defeat exact arithmetic in many dimensions: there the points are joggled."""
-        from scipy.spatial import QhullError  # not for those who ask for no set (geometry/spatial.py)
-
-        last: QhullError | None = None
-        for options in ("Qt", "QJ") if self.family.dimension <= 3 else ("QJ",):
-            try:
-                return qhull(points, options)
-            except QhullError as error:
-                last = error
-        problem = f"no convex hull of the points found ({str(last).splitlines()[0]})"
-        raise SolverError(message(self.family.where, problem, "give a bound closer to the set's size")) from last
 
     def _worst(self, vertices: Float, gauge: Float, enough: float, count: int) -> list[Float]:
         """Up to ``count`` vertices to ask along: largest gauge first, no two alike, none that failed before."""
@@ -119,8 +106,25 @@ class _Search:
         return chosen
 
 
-def _drawn_in(hull: ConvexHull) -> Float:
-    """Rows of a hull, drawn in by as much as its facets miss the points that they go through.
+def hull_of(points: Float, where: str) -> ConvexHull:
+    """Return the convex hull of points (n, d), or raise SolverError.
+
+    Planes that nearly coincide defeat exact arithmetic in many dimensions: there the points are joggled.
+    """
+    from scipy.spatial import QhullError  # not for those who ask for no set (geometry/spatial.py)
+
+    last: QhullError | None = None
+    for options in ("Qt", "QJ") if points.shape[1] <= 3 else ("QJ",):
+        try:
+            return qhull(points, options)
+        except QhullError as error:
+            last = error
+    problem = f"no convex hull of the points found ({str(last).splitlines()[0]})"
+    raise SolverError(message(where, problem, "give a bound closer to the set's size")) from last
+
+
+def drawn_in(hull: ConvexHull) -> Float:
+    """Return the rows of a hull, drawn in by as much as its facets miss the points that they go through.
 
     No facet is then outside any of its corners, so that a ray leaves the rows before it leaves the facets.
     """

@@ -1,0 +1,58 @@
+"""Existence is not safety: what only engine ``limit`` stands for says *exists*, and what could be squeezed is told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import holdfast as hf
+from bench.scenes.fitted import rails, row
+from holdfast.report.push_lines import push_report
+
+G = 9.81
+PULL = ("book1", (0, -0.085, 0.12), (0, -1, 0))  # the middle one of three, towards the reader
+
+
+@pytest.mark.parametrize("engine", ["compliant", "limit"])
+@pytest.mark.parametrize(
+    ("scene", "squeezed"),
+    [
+        (rails(), True),
+        (rails(1e-5), True),
+        (row(3), True),
+        (rails(0.05), False),
+        (hf.shipped_scene("table"), False),
+        (hf.shipped_scene("tabletop"), False),
+        (hf.shipped_scene("wedged_floor"), True),
+    ],
+)
+def test_self_stress_is_told_wherever_contacts_can_press_each_other(
+    scene: hf.Scene, squeezed: bool, engine: str
+) -> None:
+    found = hf.stability(scene, engine=engine)
+    assert found.stable
+    assert found.self_stress is squeezed
+    assert found.to_dict()["self_stress"] is squeezed
+
+
+def test_a_book_that_nothing_squeezes_is_pulled_out_at_mu_m_g() -> None:
+    right = 0.4 * 0.8 * G
+    held = hf.robustness(row(3), *PULL)
+    assert 0.9 * right <= held.lower[0] <= right
+    assert held.to_dict()["holds"]["lower"] == pytest.approx(held.lower[0])
+    exists = hf.robustness(row(3), *PULL, engine="limit")
+    assert exists.lower[0] == np.inf
+    assert exists.to_dict()["claim"] == "exists"
+    assert "holds" not in exists.to_dict()
+    assert exists.to_dict()["exists"]["lower"] == "inf"
+    assert "an equilibrium exists up to" in repr(exists)
+
+
+def test_the_terminal_does_not_say_that_nothing_moves_where_an_equilibrium_exists() -> None:
+    console = Console(width=200)
+    with console.capture() as caught:
+        console.print(push_report(hf.robustness(row(3), *PULL, engine="limit")))
+    told = caught.get()
+    assert "however hard: an equilibrium exists" in told
+    assert "nothing moves" not in told
