@@ -28,6 +28,7 @@ from holdfast.queries.intervals import (
     com_boxes,
     friction_intervals,
     mass_intervals,
+    width_notes,
 )
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
@@ -150,7 +151,11 @@ def worst_case(
         prepare=lambda load: prepared(engine, rough, load),
         where=where,
     )
-    notes = (*nominal.notes, *unchecked_limits(assembly.bodies))  # the corners do not ask who is crushed
+    notes = (
+        *nominal.notes,
+        *width_notes(assembly, mu_range),
+        *unchecked_limits(assembly.bodies),
+    )  # the corners do not ask who is crushed
     return WorstCase(
         answers=replace(found.answers, verdict=nominal.verdict, notes=notes),
         body=body,

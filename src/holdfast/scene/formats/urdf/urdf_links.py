@@ -155,12 +155,12 @@ class LinkReader:
         element = link.child("inertial")
         mass_element = None if element is None else element.child("mass")
         if element is None or mass_element is None:
-            own = None if element is None else element.child("density")  # as Isaac Gym reads it
-            if own is not None:
-                density = checked_number(own.number("value"), f"{own.place}: value", above=0, within=DENSITY)
+            given = None if element is None else element.child("density")  # as Isaac Gym reads it
+            if given is not None:
+                density = checked_number(given.number("value"), f"{given.place}: value", above=0, within=DENSITY)
             if not pieces or density is None:
                 return None
-            said = ", as the file says" if own is not None else ""
+            said = "" if given is None else ", as the file says"
             self.notes.of(_called(link), f"mass from density {density:g} kg/m³{said}")
             with link.located():
                 return filled(pieces, density)
