@@ -16,7 +16,6 @@ from holdfast.assembly.axes import contact_axes, own_frame
 from holdfast.assembly.caution import (
     check_copies,
     check_units,
-    doubts_of_contacts,
     doubts_of_scene,
     warn_of_centres,
     warn_of_gap,
@@ -467,12 +466,11 @@ def assemble(
         check_units(scene.movable)
         warn_of_huge(scene.movable)
     warn_of_centres(scene.movable)
-    scene = with_notes(scene, doubts_of_scene(scene))
     if not tolerances.by_pair:
         warn_of_gap(scene.movable, tolerances.gap)
     if interfaces is not None:
-        given = _given(scene, interfaces)
-        return Assembly(with_notes(scene, doubts_of_contacts(scene, given, ())), given, tolerances, detected=False)
+        scene = with_notes(scene, doubts_of_scene(scene))
+        return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
     return _search(scene, tolerances, ())
 
 
@@ -487,10 +485,8 @@ def _search(
     """Detect all contacts of the scene and return the assembly; warn of overlaps that are not among ``known``."""
     found = search(scene, tolerances, before)
     new = [overlap for overlap in found.overlaps if overlap not in known]
-    if new:
-        warn_of_overlaps(new)
-    if before is None:
-        scene = with_notes(scene, doubts_of_contacts(scene, found.interfaces, new))
+    warn_of_overlaps(new)
+    scene = with_notes(scene, doubts_of_scene(scene, found.interfaces, new) if before is None else ())
     assembly = Assembly(scene, found.interfaces, tolerances, found.overlaps, found.occluded, absent=absent)
     assembly.__dict__["found"] = found
     return assembly

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, SceneError, message, warn
 from holdfast.base.text import listed, quoted
 from holdfast.contacts.interface import Interface
@@ -29,7 +28,6 @@ HEAVIEST, LIGHTEST = 25_000.0, 0.9
 # metres is a thousand times too large, but may be smaller than the others in reality
 OUTSIZE = 300.0
 STRONGEST = 3.0  # [-] friction above this is a mistake: clean rubber, metal in a vacuum and the like have less
-HALF = 0.02  # [heights of a body] by which it may miss half its height and still be told to lie with its middle there
 
 
 def check_units(bodies: Iterable[Body]) -> None:
@@ -65,9 +63,19 @@ def _across(body: Body) -> float:
     return float((body.box[1] - body.box[0]).max())
 
 
-def doubts_of_scene(scene: Scene) -> tuple[str, ...]:
-    """Return notes on bodies whose density, size or angles suggest that they are given in other units."""
-    return (*doubts(scene.movable), *doubts_of_angles(scene.bodies))
+def doubts_of_scene(
+    scene: Scene, interfaces: Sequence[Interface] = (), overlaps: Sequence[Overlap] = ()
+) -> tuple[str, ...]:
+    """Return notes on what looks like a mistake.
+
+    Densities, sizes and angles that suggest other units; at ``interfaces``, more friction than there is; and at
+    ``overlaps``, bodies with their middle where their foot should be.
+    """
+    mu = {i.bodies: scene.mu(*i.bodies) if i.mu is None else i.mu for i in interfaces}
+    rough = [f"{a} and {b} ({mu[a, b]:g})" for a, b in mu if mu[a, b] > STRONGEST]
+    notes = [f"friction is above {STRONGEST:g}, which hardly any pair has, of {listed(rough, WORST)}"] if rough else []
+    sunk = [text for overlap in overlaps if (text := _sunk(scene, overlap))]
+    return (*doubts(scene.movable), *_doubts_of_angles(scene.bodies), *notes, *sunk[:WORST])
 
 
 def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
@@ -84,7 +92,7 @@ def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def doubts_of_angles(bodies: Sequence[Body]) -> tuple[str, ...]:
+def _doubts_of_angles(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return a note if the roll, pitch and yaw of all bodies look like radians where degrees are meant."""
     turns = np.array([body.pose[:3, :3] for body in bodies])
     x, y, z = turns[:, 2, 1], turns[:, 2, 0], turns[:, 2, 2]
@@ -97,24 +105,15 @@ def doubts_of_angles(bodies: Sequence[Body]) -> tuple[str, ...]:
     return (f"{said} {np.degrees(largest):.3g} degrees",)
 
 
-def doubts_of_contacts(scene: Scene, interfaces: Sequence[Interface], overlaps: Sequence[Overlap]) -> tuple[str, ...]:
-    """Return notes on pairs with more friction than there is, and on bodies with their middle where they stand."""
-    mu = {i.bodies: scene.mu(*i.bodies) if i.mu is None else i.mu for i in interfaces}
-    rough = [f"{a} and {b} ({mu[a, b]:g})" for a, b in mu if mu[a, b] > STRONGEST]
-    notes = [f"friction is above {STRONGEST:g}, which hardly any pair has, of {listed(rough, WORST)}"] if rough else []
-    pairs = [tuple(map(scene.body, overlap.bodies)) for overlap in overlaps]
-    sunk = [text for a, b in pairs if (text := _sunk(a, b, scene.up) or _sunk(b, a, scene.up))]
-    return (*notes, *sunk[:WORST])
-
-
-def _sunk(body: Body, below: Body, up: Float) -> str:
-    """Return what is odd if a body that moves has its middle, not its foot, on top of the other; else ""."""
-    own, top = body.surface_world.vertices @ up, float((below.surface_world.vertices @ up).max())
-    height = float(np.ptp(own))
-    if body.fixed or abs(own.min() + height / 2 - top) > HALF * height:
-        return ""
-    what = f"{body.name} sinks by half its height into {below.name}: the origin of a shape is its middle"
-    return f"{what}: put it {height / 2:.4g} m higher, or read the file with on_floor=True (--on-floor)"
+def _sunk(scene: Scene, overlap: Overlap) -> str:
+    """Return what is odd if one of two bodies lies on the other with its middle, not its foot; else ""."""
+    for name, below in (overlap.bodies, overlap.bodies[::-1]):
+        own, under = (scene.body(each).surface_world.vertices @ scene.up for each in (name, below))
+        half = float(np.ptp(own)) / 2
+        if not scene.body(name).fixed and abs(own.min() + half - under.max()) <= overlap.tolerance:
+            what = f"{name} sinks by half its height into {below}: the origin of a shape is its middle"
+            return f"{what}: put it {half:.4g} m higher, or read the file with on_floor=True (--on-floor)"
+    return ""
 
 
 def _dense(body: Body) -> str:
@@ -174,7 +173,9 @@ def warn_of_gap(bodies: Iterable[Body], gap: float) -> None:
 
 
 def warn_of_overlaps(overlaps: Sequence[Overlap]) -> None:
-    """Issue one warning for all overlapping pairs: each one if they are few, else their number and the deepest."""
+    """Issue one warning for all overlapping pairs, if any: each one if they are few, else how many and the deepest."""
+    if not overlaps:
+        return
     worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:WORST]
     named = [
         f"{quoted(a)} and {quoted(b)} by {'about ' if o.estimated else ''}{o.depth * 1e3:.3g} mm"

@@ -16,7 +16,6 @@ INSIDE = 0.5  # winding number of a surface about a point, above which the point
 # A direction is tested this far ahead of its point and behind it: in sizes of the body, plus distances from it.
 WAY, OFF = 1e-3, 10.0
 SLANT = 0.5  # sine of the angle to what presses on the faces at a point, above which a direction is a mistake: 30°
-FAR = 10.0  # [sizes of the body] a point that is farther away is in other units, or of another body
 GRAZING = 0.01  # sine of the angle between a direction and the surface, below which it neither presses nor pulls
 
 
@@ -30,7 +29,8 @@ def check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -
         place = np.array2string(points[worst], precision=4, separator=", ")
         away = f"{distance[worst] * 1e3:.3g} mm" if distance[worst] < 1 else f"{distance[worst]:.3g} m"
         problem = f"point {worst} at {place} is {away} from the surface"
-        units = "are these millimetres? " if distance[worst] > FAR * body.size else ""
+        in_metres = float(distance_to_surface(points[[worst]] / 1e3, body.surface_world)[0])
+        units = "are these millimetres? " if in_metres <= body.size < distance[worst] else ""
         remedy = f"{units}needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in m and world coordinates"
         raise SceneError(message(where, problem, remedy))
 

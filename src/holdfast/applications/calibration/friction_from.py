@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -123,13 +123,12 @@ def friction_from(
     several = int((np.sum([np.ptp(scan, axis=0) > DEPENDS for scan in fit.scans], axis=0) > 1).sum())
     if several:
         notes = (*notes, f"{several} pushes depend on several coefficients, whose effects are added up")
-    known = {}
+    known: dict[int, tuple[float, float, float]] = {}
     if not undecided:
-        fit, best = _sharp(fit, best, depends, forces, pairs, at, used, confidence)
-        for place, k in enumerate(depends):
-            low, high = fit.interval(place, best, confidence)
-            if np.isfinite([low, high]).any():
-                known[k] = (best[place], low, high)
+        fit, best, ends = _intervals(
+            fit, best, lambda place, step: forces.beside(pairs, at, depends[place], step)[used], confidence
+        )
+        known = {k: (best[n], *ends[n]) for n, k in enumerate(depends) if np.isfinite(ends[n]).any()}
         undecided = "" if known else "the pushes exclude no coefficient of friction"
     notes = (*notes, *_plateaus([pairs[k][0] for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]))
     off = fit.predicted(best) - fit.force
@@ -217,18 +216,21 @@ class _Forces:
         force = np.log(np.clip(found.force / a.weight, 1 / REACH, REACH)) + np.log(a.weight)
         return np.where(found.decided, force, np.nan)
 
+    def beside(self, pairs: Sequence[Sequence[Pair]], at: Float, k: int, step: float) -> Float:
+        """Return the logarithms (n,) of the forces at coefficients exp(``at``) (K,), with a step of the k-th."""
+        x = at + step * (np.arange(len(at)) == k)
+        return self.log({pair: float(np.exp(value)) for one, value in zip(pairs, x, strict=True) for pair in one})
+
     def scanned(self, pairs: Sequence[Sequence[Pair]], at: Float) -> tuple[Float, Float]:
         """Return the logarithms of the forces (n,) at coefficients exp(``at``) (K,), and along scans of each of them.
 
         The scans are (K, steps, n). A force that is undecided along a scan is taken from its neighbours there.
         """
-        base = self.log(_coefficients(pairs, at))
+        base = self.beside(pairs, at, 0, 0.0)
         scans = np.zeros((len(pairs), len(STEPS), len(base)))
         for k in range(len(pairs)):
             for row, step in enumerate(STEPS):
-                x = at.copy()
-                x[k] += step
-                scans[k, row] = base if step == 0 else self.log(_coefficients(pairs, x))
+                scans[k, row] = base if step == 0 else self.beside(pairs, at, k, step)
             for column in scans[k].T:
                 told = np.isfinite(column)
                 if told.any():
@@ -269,35 +271,24 @@ def _settled(
     return at, fit, used, tuple(notes)
 
 
-def _coefficients(pairs: Sequence[Sequence[Pair]], x: Float) -> dict[Pair, float]:
-    return {pair: float(np.exp(value)) for one, value in zip(pairs, x, strict=True) for pair in one}
+def _intervals(
+    fit: Fit, best: Float, predict: Callable[[int, float], Float], confidence: float
+) -> tuple[Fit, Float, list[tuple[float, float]]]:
+    """Return the interval of each coefficient, the most likely ones, and the fit with more steps where intervals end.
 
-
-def _sharp(
-    fit: Fit,
-    best: Float,
-    depends: Sequence[int],
-    forces: _Forces,
-    pairs: Sequence[Sequence[Pair]],
-    at: Float,
-    used: Bool,
-    confidence: float,
-) -> tuple[Fit, Float]:
-    """Predict the forces where intervals end, until the ends no longer move; return the fit and the most likely values.
-
-    Between the steps of a scan, which are wide far from its middle, a force that no longer grows has a kink.
+    Between the steps of a scan, which are wide far from its middle, a force that no longer grows has a kink. So the
+    forces at the ends are predicted, ``predict(coefficient, step)``, until the ends no longer move.
     """
-    for _ in range(MOST_ENDS):
-        ends = [(place, end) for place in range(len(depends)) for end in fit.interval(place, best, confidence)]
+    for count in range(MOST_ENDS + 1):
+        found = [fit.interval(place, best, confidence) for place in range(len(fit.scans))]
+        ends = [(place, end) for place, both in enumerate(found) for end in both]
         coarse = [(place, end) for place, end in ends if CLOSE < np.abs(fit.steps[place] - end).min() < np.inf]
-        if not coarse:
+        if not coarse or count == MOST_ENDS:
             break
         for place, end in coarse:
-            x = at.copy()
-            x[depends[place]] += end
-            fit = fit.with_step(place, end, forces.log(_coefficients(pairs, x))[used])
+            fit = fit.with_step(place, end, predict(place, end))
         best = fit.best()
-    return fit, best
+    return fit, best, found
 
 
 def _undecided(fit: Fit, best: Float, pushes: _Pushes, used: Bool, weight: float) -> str:
