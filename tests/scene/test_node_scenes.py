@@ -316,3 +316,22 @@ def test_positions_that_are_fractions_are_refused(tmp_path: Path) -> None:
     (tmp_path / "scene.gltf").write_text(json.dumps(data))
     with pytest.raises(hf.errors.SceneError, match="positions as fractions of whole numbers"):
         hf.load_scene(tmp_path / "scene.gltf", density=500, fixed=["table"], friction=0.4)
+
+
+def test_primitives_with_vertices_of_their_own_are_joined(tmp_path: Path) -> None:
+    whole, halves = trimesh.creation.box((0.2, 0.1, 0.4)), trimesh.Scene()
+    for number, faces in enumerate((whole.faces[:5], whole.faces[5:])):
+        half = trimesh.Trimesh(whole.vertices, faces, process=False)
+        half.remove_unreferenced_vertices()
+        halves.add_geometry(half, node_name=f"half{number}")
+    content = halves.export(file_type="glb")
+    length = struct.unpack_from("<I", content, 12)[0]
+    data = json.loads(content[20 : 20 + length])
+    first, second = data["meshes"]
+    first["primitives"] += second["primitives"]
+    data["meshes"], data["nodes"] = [first], [{"name": "crate", "mesh": 0}]
+    data["scenes"] = [{"nodes": [0]}]
+    (tmp_path / "crate.glb").write_bytes(glb.container(data, content[28 + length :]))
+    body = hf.load_scene(tmp_path / "crate.glb", density=1000, friction=0.5, floor=True).body("crate")
+    assert body.mass == pytest.approx(8.0)
+    np.testing.assert_allclose(np.diag(body.inertia_com), 8 / 12 * np.array([0.17, 0.20, 0.05]), rtol=1e-6)
