@@ -38,8 +38,9 @@ def pictures(block: Any, variables: dict[str, Any], gallery: dict[str, Any]) -> 
             shown.append(next(variables["image_path_iterator"]))
             shutil.copy(path, shown[-1])
     said = ""
-    if not saved:
-        content, moving = bodies_and_movers(variables["example_globals"])
+    drawn = None if saved else bodies_and_movers(variables["example_globals"])
+    if drawn is not None:
+        content, moving = drawn
         shown.append(next(variables["image_path_iterator"]))
         Path(shown[-1]).write_bytes(content)
         said = COLOURED if moving else BARE

@@ -290,3 +290,33 @@ def test_a_faster_motion_turns_as_far_and_loads_by_the_square(speed: float) -> N
         for m in (motion, fast)
     )
     assert more == pytest.approx(speed**2 * usual)
+
+
+def up_by(mean: float, drift: float = 0.0) -> np.ndarray:
+    """Two shoves along x, and an upward acceleration of this mean that shakes."""
+    table = np.zeros((9, 4))
+    table[:, 0] = np.arange(9.0)
+    table[[2, 6], 1] = 2.0, -2.0
+    table[:, 3] = mean + 3 * (-1.0) ** np.arange(9)
+    table[[0, -1], 3] = mean
+    return table
+
+
+@pytest.mark.parametrize(("mean", "told"), [(9.81, True), (9.5, True), (0.0, False), (-9.81, False), (4.0, False)])
+def test_accelerations_that_contain_gravity_are_told(mean: float, told: bool) -> None:
+    notes = hf.carry(carried(), up_by(mean), engine="limit").notes
+    assert any("do these accelerations contain gravity? Take it off" in note for note in notes) is told
+
+
+def test_gravity_in_a_profile_makes_a_load_seem_firm() -> None:
+    """Why it is told: with 9.81 upwards twice the friction holds; and gravity is along the scene's own vertical."""
+    box_, tilted = carried(), carried().tilted((0, 90, 0))
+    table = ramp(8.0)
+    assert hf.carry(box_, table, engine="limit").outcome is hf.Status.UNSTABLE
+    table[:, 3] = G
+    measured = hf.carry(box_, table, engine="limit")
+    assert measured.outcome is hf.Status.STABLE
+    assert any("upwards by 9.81 m/s²" in note for note in measured.notes)
+    single = hf.carry(box_, table[:1], engine="limit")
+    assert any("contain gravity" in note for note in single.notes)
+    assert not any("contain gravity" in note for note in hf.carry(tilted, table, engine="limit").notes)

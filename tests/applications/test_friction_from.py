@@ -56,6 +56,21 @@ def test_a_push_that_moved_nothing_sets_a_lower_end() -> None:
     assert above.mu_range[PAIR][0] == above.mu_range[PAIR][1] > 0.6
 
 
+@pytest.mark.parametrize("arm", [0.1, 0.05, 0.02])
+def test_pushes_that_topple_tell_a_lower_end_whatever_the_file_says(arm: float) -> None:
+    """At m g a / h it slides or topples: mu is at least that a / h, times exp(-1.96 s / 2) for four pushes."""
+    found = []
+    for guess in (0.05, 0.3, 0.6, 0.9, 1.2, 4.0):
+        block = box("block", (2 * arm, 0.2, 0.2), 1.0, (0, 0, 0.1))
+        push = ("block", (-arm, 0, 0.19), X, G * arm / 0.19)
+        found.append(hf.friction_from(hf.Scene([floor(), block], guess), [push] * 4, scatter=0.1, engine="limit"))
+    least = arm / 0.19 * np.exp(stats.norm.ppf(0.025) * 0.1 / 2)
+    for each in found:
+        assert each.intervals["block", "floor"] == pytest.approx((least, np.inf), rel=3e-3)
+        assert each.mu == found[0].mu
+        assert each.intervals == found[0].intervals
+
+
 def test_held_and_moved_enclose_the_coefficient() -> None:
     found = hf.friction_from(cube(), [low(0.4 * G, False), low(0.5 * G), low(0.55 * G)], scatter=0.05)
     alone = hf.friction_from(cube(), [low(0.5 * G), low(0.55 * G)], scatter=0.05)
@@ -105,7 +120,8 @@ def test_each_push_tells_of_the_pair_that_slips() -> None:
         assert found.intervals[pair] == pytest.approx(mu * np.exp([-0.196, 0.196]), rel=2e-2)
     alone = hf.friction_from(stack(), pushes[:1], scatter=0.1)
     assert alone.intervals["cube2", "cube3"][0] == pytest.approx(0.3 * np.exp(-0.196), rel=2e-2)
-    assert alone.notes == ("1 pushes depend on several coefficients, whose effects are added up",)
+    assert alone.intervals["cube2", "cube3"][1] == np.inf, "with 0.15 below, the two upper cubes slip at the same force"
+    assert "1 pushes depend on several coefficients, whose effects are added up" in alone.notes
 
 
 def test_pairs_of_the_same_materials_share_a_coefficient() -> None:
@@ -175,7 +191,8 @@ def test_intervals_cover_the_truth_as_often_as_stated(
         moved = np.ones(count, dtype=bool) if limit is None else logs < limit
         fit = Fit(
             np.zeros(count),
-            np.tile(STEPS[None, :, None], (1, 1, count)),
+            (STEPS,),
+            (np.tile(STEPS[:, None], (1, count)),),
             np.where(moved, logs, limit or 0),
             moved,
             given,

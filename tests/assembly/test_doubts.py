@@ -1,13 +1,15 @@
-"""Notes on bodies whose density or size suggests other units (P6)."""
+"""Notes on numbers that suggest other units or another origin (P6, U7)."""
 
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.assembly.caution import doubts
+from holdfast.assembly.caution import doubts_of_scene
 from holdfast.scene.shipped.blocks import at, box, floor
 
 
@@ -59,4 +61,69 @@ def test_every_answer_carries_them() -> None:
 
 def test_scenes_that_are_right_raise_no_doubt() -> None:
     for name in hf.sets.shipped_scenes():
-        assert doubts(hf.shipped_scene(name).movable) == (), name
+        assert doubts_of_scene(hf.shipped_scene(name)) == (), name
+        assert hf.assemble(hf.shipped_scene(name)).scene.notes == hf.shipped_scene(name).notes, name
+
+
+@pytest.mark.parametrize("angle", [1.5708, 1.57, 3.1416, 0.7854, 0.785, 1.0472, 0.5236, -1.5708, 4.7124, 6.2832])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_radians_that_stand_for_degrees_are_told(angle: float, axis: int) -> None:
+    rpy = [0.0, 0.0, 0.0]
+    rpy[axis] = angle
+    cup = hf.Body("cup", hf.Box((0.1, 0.1, 0.1)), mass=1, position=(0, 0, 0.06), rpy_degrees=rpy)
+    (note,) = [each for each in notes(cup) if "radians" in each]
+    assert note.startswith(f"cup is turned by {abs(angle):.5g} degrees: are these radians? {abs(angle):.5g} rad are")
+    assert f"are {np.degrees(abs(angle)):.3g} degrees" in note
+
+
+@pytest.mark.parametrize(
+    "angles", [(90.0,), (1.5708, 90.0), (30.0, 45.0), (1.3,), (0.01, 0.02, 1.5708, 0.3), (1.0,), (0.0,)]
+)
+def test_degrees_raise_no_doubt(angles: tuple[float, ...]) -> None:
+    cups = [
+        hf.Body(f"cup{k}", hf.Box((0.1, 0.1, 0.1)), mass=1, position=(k, 0, 0.05), rpy_degrees=(0, 0, angle))
+        for k, angle in enumerate(angles)
+    ]
+    assert not any("radians" in note for note in notes(*cups))
+
+
+def test_a_tilt_in_radians_is_told() -> None:
+    scene = hf.Scene([floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5)
+    assert "0.5236 rad are 30°" in scene.tilted((0.5236, 0, 0)).notes[-1]
+    assert "rad" not in scene.tilted((30, 0, 0)).notes[-1]
+
+
+@pytest.mark.parametrize(("mu", "told"), [(0.0, False), (3.0, False), (3.1, True), (50.0, True)])
+def test_friction_that_no_pair_has_is_told(mu: float, told: bool) -> None:
+    a = box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))
+    for friction in (mu, hf.Friction(0.5, pairs={("a", "floor"): mu})):
+        said = hf.stability(hf.Scene([floor(), a], friction)).notes
+        assert (f"friction is above 3, which hardly any pair has, of floor and a ({mu:g})" in said) is told
+    other = hf.Friction(values={"floor": 50.0, "a": 0.5}, combine="min")
+    assert hf.stability(hf.Scene([floor(), a], other)).notes == (), "the floor's own is of no pair"
+
+
+@pytest.mark.parametrize("shape", [hf.Box((0.008, 0.024, 0.116)), hf.Cylinder(0.04, 0.116), hf.Box((0.5, 0.5, 0.116))])
+@pytest.mark.parametrize("under", ["floor", "table"])
+def test_a_body_that_sinks_by_half_its_height_is_told_with_its_remedy(shape: hf.Box | hf.Cylinder, under: str) -> None:
+    """And what the remedy says makes it stand."""
+    ground = hf.Body("floor", hf.HalfSpace(), fixed=True) if under == "floor" else replace(floor(), name="table")
+    for height, told in ((0.0, True), (5e-5, True), (0.005, False), (0.058, False)):
+        body = hf.Body("thing", shape, mass=0.1, position=(0, 0, height))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
+            verdict = hf.stability(hf.Scene([ground, body], 0.5))
+        assert verdict.stable == (height == 0.058)
+        said = [note for note in verdict.notes if "sinks by half its height" in note]
+        assert bool(said) is told
+        if told:
+            assert f"into {under}: the origin of a shape is its middle: put it 0.058 m higher, or" in said[0]
+
+
+def test_a_stack_with_origins_at_the_foot_is_told_body_by_body() -> None:
+    cubes = [box(f"c{k}", (0.1, 0.1, 0.1), 1, (0, 0, 0.1 * k)) for k in range(2)]
+    (note,) = [note for note in notes(*cubes) if "sinks" in note]
+    assert note.startswith("c0 sinks by half its height into floor")
+    tall = [box(f"c{k}", (0.1, 0.1, h), 1, (0, 0, z)) for k, (h, z) in enumerate([(0.1, 0.05), (0.3, 0.1)])]
+    (note,) = [note for note in notes(*tall) if "sinks" in note]
+    assert note.startswith("c1 sinks by half its height into c0")

@@ -21,7 +21,7 @@ from reproduced import reproducible
 
 import holdfast as hf
 from holdfast.base import progress
-from holdfast.batches import local_workers, tables
+from holdfast.batches import local_workers, run, tables
 from holdfast.batches.folder import Folder
 from holdfast.batches.schema import TABLES
 
@@ -90,10 +90,21 @@ def test_all_scenes_have_rows_in_the_order_of_the_inputs(folder: Path) -> None:
 
 def test_it_says_how_far_it_is(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
     monkeypatch.setattr(progress, "EVERY", 0.01)
+    monkeypatch.setattr(run, "all_compiled", lambda: True)
     batch(folder, workers=1)
     told = capsys.readouterr().err.splitlines()
     assert told, "a worker takes longer to start"
     assert all(re.fullmatch(r"scenes: [0-8] of 8, (after \d+ s|\S+ a second, \d+ s left)", line) for line in told)
+
+
+def test_it_says_that_it_compiles_before_the_first_answer(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "all_compiled", lambda: False)
+    told: list[tuple[str, int]] = []
+    with progress.listening(lambda stage, done, _: told.append((stage, done))):
+        batch(folder, workers=1)
+    first = "compiling once for this version, then scenes"
+    assert {stage for stage, done in told if done == 0} == {first}
+    assert {stage for stage, done in told if done} == {"scenes"}
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz"])

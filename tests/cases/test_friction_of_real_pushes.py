@@ -25,7 +25,8 @@ def test_a_push_left_out_is_where_the_others_say(confidence: float) -> None:
         scans, logs = np.log(np.array(scan)), np.log(force)
         for k in range(len(force)):
             others = np.arange(len(force)) != k
-            fit = Fit(scans[len(STEPS) // 2, others], scans[None][:, :, others], logs[others], others[others], None)
+            scan = scans[:, others]
+            fit = Fit(scan[len(STEPS) // 2], (STEPS,), (scan,), logs[others], others[others], None)
             best = fit.best()
             low, high = fit.interval(0, best, confidence)
             s = fit.further(best, confidence)

@@ -150,3 +150,52 @@ def test_a_body_is_left_out(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     code, _, err = called(monkeypatch, capsys, "transport", "stack", "--without", "cub3")
     assert code == 2
     assert "has no body named 'cub3'; did you mean 'cube3'?" in err
+
+
+def test_friction_for_a_file_that_says_its_own(said: Callable[..., str], tmp_path: Path) -> None:
+    path = scene(tmp_path, "position: [0, 0, 0.1]")
+    text = said("assess", path, "--friction", "0.3")
+    assert "it has none: write `friction: 0.3` into the file, or say --friction A:B=0.3 for a pair" in text
+    assert "write `density: 700` or `mass: 0.3` at the body" in said("assess", path, "--density", "700")
+    assert "add `{name: floor, shape: {type: halfspace}, fixed: true}` to the bodies" in said("assess", path, "--floor")
+
+
+def test_the_remedy_for_friction_does_what_it_says(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = scene(tmp_path, "position: [0, 0, 0.1]")
+    push = ("a", "--at", "-0.1", "0", "0.01", "--along", "1", "0", "0", "--engine", "limit", "--json")
+    for given in (("--friction", "a:floor=0.3"), ()):
+        if not given:
+            path = scene(tmp_path, "position: [0, 0, 0.1]", friction="friction: 0.3\n")
+        _, out, _ = called(monkeypatch, capsys, "push", path, *push, *given)
+        assert json.loads(out)["force"][0] == pytest.approx(0.3 * 9.81, rel=1e-4)
+
+
+@pytest.mark.parametrize("at", [("--at", "-0.1", "0"), ("--at=-0.1,0",), ("--at", "-0.1", "0", "x")])
+def test_a_point_of_two_numbers(said: Callable[..., str], tmp_path: Path, at: tuple[str, ...]) -> None:
+    text = said("push", scene(tmp_path, "position: [0, 0, 0.1]"), "a", *at, "--along", "1", "0", "0")
+    assert "needs 3 numbers: --at X Y Z" in text
+
+
+def test_a_point_in_millimetres(said: Callable[..., str], tmp_path: Path) -> None:
+    path = scene(tmp_path, "position: [0, 0, 0.1]")
+    text = said("push", path, "a", "--at", "-100", "0", "50", "--along", "1", "0", "0")
+    assert "from the surface; are these millimetres? needs points on the body (tolerance" in text
+    text = said("push", path, "a", "--at", "-0.1", "0", "0.5", "--along", "1", "0", "0")
+    assert "from the surface; needs points on the body (tolerance" in text
+
+
+def test_a_profile_that_is_neither_a_file_nor_a_name(said: Callable[..., str]) -> None:
+    assert "no such file, and no standard profile of this name; did you mean 'road'?" in said(
+        "carry", "cube", "--profile", "raod"
+    )
+    assert "no standard profile of this name; known: eumos40509_0.5g" in said("carry", "cube", "--profile", "drive.csv")
+
+
+@pytest.mark.parametrize("shape", ["cylinder, height: 0.2", "sphere", "capsule, length: 0.1"])
+def test_a_diameter_for_a_radius(said: Callable[..., str], tmp_path: Path, shape: str) -> None:
+    path = Path(scene(tmp_path, "position: [0, 0, 0.1]"))
+    path.write_text(path.read_text().replace("type: box, size: [0.2, 0.2, 0.2]", f"type: {shape}, diameter: 0.2"))
+    assert "bodies[1].shape.diameter (body 'a'): unknown key" in (text := said("assess", str(path)))
+    assert "write half of it as 'radius'" in text

@@ -87,7 +87,7 @@ def test_every_command_that_reads_a_scene_has_all_options() -> None:
 
 def test_every_option_is_one_of_a_reader_or_works_for_all() -> None:
     known = {option for each in readable() for option in each.options}
-    general = {"scene", "pose", "fixed", "friction", "without", "objects"}  # --objects is bodies="objects"
+    general = {"scene", "pose", "fixed", "friction", "without", "on_floor", "objects"}  # --objects is bodies="objects"
     for each in fields(SceneGiven):
         assert each.name in known | general
 
@@ -230,3 +230,19 @@ def test_a_map_is_written_to_files_of_other_programs(called: Call, tmp_path: Pat
     code, _, err = called("map", "cube", "--glb", tmp_path / "m.ply")
     assert code == 2
     assert "--glb: " in err
+
+
+def test_a_file_is_put_on_the_floor_after_its_poses(
+    converted: Callable[..., hf.Scene], called: Call, tmp_path: Path
+) -> None:
+    """--pose comes first, whether the reader applies it or the command."""
+    given = ("--floor", "--friction", "0.5", "--pose", "block=0,0,0,90,0,0", "--on-floor")
+    scene = converted(BLOCK, *given, name="block.urdf")
+    assert scene.body("block").pose[2, 3] == pytest.approx(0.05)
+    sunk = hf.Scene([floor(), box("block", (0.2, 0.1, 0.06), 1, (0, 0, 0))], 0.5)
+    hf.save_scene(sunk, tmp_path / "sunk.yaml")
+    scene = converted(tmp_path / "sunk.yaml", "--pose", "block=0,0,-2", "--on-floor")
+    assert scene.body("block").pose[2, 3] == pytest.approx(0.03)
+    code, out, _ = called("assess", tmp_path / "sunk.yaml", "--on-floor", "--engine", "limit")
+    assert code == 0
+    assert "note: on_floor: raised by 0.03 m, so that the lowest point is on the floor" in " ".join(out.split())

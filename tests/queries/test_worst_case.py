@@ -125,3 +125,16 @@ def test_the_weaker_end_of_friction_counts() -> None:
     assert found.lower[0] == pytest.approx(0.2 * G, rel=0.03)
     assert found.mu == {("floor", "cube"): 0.2}
     assert found.corners == 3
+
+
+def test_a_relative_width_is_told_with_both_of_its_ends() -> None:
+    """0.1 is a tenth of the coefficient, not 0.1 more and less: what slides has 0.54 m g, and a note says so."""
+    push = (-0.05, 0, 0.001), (1, 0, 0)
+    found = worst_case(hf.assemble(cube()), "cube", *push, mu_range=0.1)
+    assert found.force[0] == pytest.approx(0.54 * 9.81, rel=1e-4)
+    assert "mu_range 0.1 is relative: friction 0.54 to 0.66 of 0.6" in found.notes
+    sampled = hf.robustness_under(hf.assemble(cube()), "cube", *push, hf.sets.Uncertain(mu_range=0.1, samples=2))
+    assert "mu_range 0.1 is relative: friction 0.54 to 0.66 of 0.6" in sampled.notes
+    for mu_range in (None, (0.5, 0.7), {("cube", "floor"): (0.5, 0.7)}):
+        again = worst_case(hf.assemble(cube()), "cube", *push, mu_range=mu_range, mass_range=0.1)
+        assert not any("mu_range" in note for note in again.notes)

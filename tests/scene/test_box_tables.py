@@ -41,6 +41,47 @@ def test_corners_masses_by_density_and_a_turn(between: str, load: Callable[..., 
     np.testing.assert_allclose(scene.body("box 2").box, ((0.1, -0.1, 0.1), (0.3, 0.3, 0.2)), atol=1e-12)
 
 
+NAMES = [
+    "name,size_x,size_y,size_z,x,y,z,mass",
+    "id,sx,sy,sz,x,y,z,weight",
+    "label,SX,SY,SZ,cx,cy,cz,kg",
+    "item,dx,dy,dz,pos_x,pos_y,pos_z,mass_kg",
+    "name,length [m],width [m],height [m],x [m],y [m],z [m],mass [kg]",
+    "name,size_x_m,size_y_m,size_z_m,x_m,y_m,z_m,m",
+    "name,L,W,H,center_x,center_y,center_z,Weight (kg)",
+    "box,width,depth,height,px,py,pz,mass",
+    "name,size.x,size.y,size.z,position.x,position.y,position.z,mass",
+]
+OF_CORNERS = [
+    "min_x,min_y,min_z",
+    "xmin,ymin,zmin",
+    "x0,y0,z0",
+    "corner_x,corner_y,corner_z",
+    "origin_x,origin_y,origin_z",
+]
+
+
+@pytest.mark.parametrize("names", NAMES)
+def test_the_usual_names_of_columns_say_the_same(names: str, load: Callable[..., hf.Scene]) -> None:
+    scene = load(f"{names}\ncrate,0.1,0.2,0.3,1,2,0.15,4\n", floor=True)
+    (body,) = scene.movable
+    assert (body.name, body.mass) == ("crate", 4.0)
+    np.testing.assert_allclose(body.box, ((0.95, 1.9, 0), (1.05, 2.1, 0.3)), atol=1e-12)
+    assert scene.notes == ("lengths are taken as metres: a table has no units",)
+
+
+@pytest.mark.parametrize("names", OF_CORNERS)
+def test_the_usual_names_of_corners_say_the_same(names: str, load: Callable[..., hf.Scene]) -> None:
+    scene = load(f"id,name,sx,sy,sz,{names},mass\n7,crate,0.1,0.2,0.3,1,2,0,4\n", floor=True)
+    np.testing.assert_allclose(scene.body("crate").box, ((1, 2, 0), (1.1, 2.2, 0.3)), atol=1e-12)
+    assert "columns that are not read: id" in scene.notes
+
+
+def test_millimetres_are_not_taken_as_metres(load: Callable[..., hf.Scene]) -> None:
+    with pytest.raises(hf.errors.SceneError, match="has no columns for a size among 'name', 'sx"):
+        load("name,sx [mm],sy [mm],sz [mm],x,y,z,mass\na,100,100,100,0,0,0,1\n", floor=True)
+
+
 def test_materials_and_columns_that_are_not_read(load: Callable[..., hf.Scene]) -> None:
     content = TABLE.replace("fixed\n", "fixed,material,colour\n").replace("true\n", "true,oak,red\n")
     content = content.replace(",4,\n", ",4,,tin,blue\n")

@@ -147,21 +147,21 @@ def test_outlines_that_are_none(geometry: str, match: str, tmp_path: Path) -> No
 def test_models_in_folders_and_at_addresses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for variable in ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH"):
         monkeypatch.delenv(variable, raising=False)
-    (tmp_path / "models" / "Ground Plane").mkdir(parents=True)
+    (tmp_path / "models" / "Tall Plane").mkdir(parents=True)
     collision = '<collision name="c"><geometry><plane/></geometry></collision>'
     ground = f'<model name="ground"><static>true</static><link name="l">{collision}</link></model>'
-    (tmp_path / "models" / "Ground Plane" / "model.sdf").write_text(f'<sdf version="1.9">{ground}</sdf>')
+    (tmp_path / "models" / "Tall Plane" / "model.sdf").write_text(f'<sdf version="1.9">{ground}</sdf>')
     (tmp_path / "worlds").mkdir()
     world = tmp_path / "worlds" / "w.sdf"
     for uri in (
-        "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Ground%20Plane",
-        "https://fuel.ignitionrobotics.org/1.0/openrobotics/models/Ground Plane/2",
-        "https://fuel.gazebosim.org/1.0/o/models/Ground%20Plane/tip/files/model.sdf",
-        "model://Ground Plane",
+        "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Tall%20Plane",
+        "https://fuel.ignitionrobotics.org/1.0/openrobotics/models/Tall Plane/2",
+        "https://fuel.gazebosim.org/1.0/o/models/Tall%20Plane/tip/files/model.sdf",
+        "model://Tall Plane",
     ):
         world.write_text(f'<sdf version="1.9"><world name="w"><include><uri>{uri}</uri></include></world></sdf>')
         assert [body.name for body in hf.load_scene(world, model_path=[tmp_path / "models"]).bodies] == ["ground"]
-        with pytest.raises(hf.errors.SceneError, match=r"'Ground Plane', whose folder is unknown; .*model_path="):
+        with pytest.raises(hf.errors.SceneError, match=r"'Tall Plane', whose folder is unknown; .*model_path="):
             hf.load_scene(world)
         monkeypatch.setenv("GAZEBO_MODEL_PATH", str(tmp_path / "models"))
         assert any("looked for in GAZEBO_MODEL_PATH" in note for note in hf.load_scene(world).notes)

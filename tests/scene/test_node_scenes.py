@@ -6,6 +6,7 @@ import base64
 import json
 import struct
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import trimesh
 
 import holdfast as hf
 from holdfast.scene.meshes import glb
+from holdfast.scene.meshes.read import triangles_of
 
 TABLE, CUBE = (2.0, 1.0, 0.1), (0.2, 0.2, 0.2)
 Y_UP = trimesh.transformations.rotation_matrix(-np.pi / 2, (1, 0, 0))  # z up to y up
@@ -244,3 +246,92 @@ def test_half_a_binary_file_is_refused(write: Callable[..., Path]) -> None:
         with pytest.raises(hf.errors.SceneError, match=r"scene.glb: cannot be read: "):
             hf.load_scene(write(part), density=500, fixed=["table"], friction=0.4)
     assert sorted(node.name for node in glb.read_nodes(content)[0]) == ["high", "low", "table"]
+
+
+def divided(primitives: int, *, binary: bool, more: dict[str, Any], extra: tuple[dict[str, Any], ...] = ()) -> bytes:
+    """The example with each mesh in several primitives of materials of their own, and its nodes below another one."""
+    content = example(Y_UP).export(file_type="glb")
+    length = struct.unpack_from("<I", content, 12)[0]
+    data, numbers = json.loads(content[20 : 20 + length]), content[28 + length :]
+    views, accessors = data["bufferViews"], data["accessors"]
+    for mesh in data["meshes"]:
+        (whole,) = mesh["primitives"]
+        indices = accessors[whole["indices"]]
+        size = {5121: 1, 5123: 2, 5125: 4}[indices["componentType"]]
+        ends = np.linspace(0, indices["count"] // 3, primitives + 1).astype(int)
+        mesh["primitives"] = [*extra]
+        for number, (begin, end) in enumerate(pairwise(ends)):
+            start = indices.get("byteOffset", 0) + 3 * size * int(begin)
+            accessors.append({**indices, "byteOffset": start, "count": 3 * int(end - begin)})
+            accessors[-1].pop("min", None), accessors[-1].pop("max", None)
+            part = {"attributes": dict(whole["attributes"]), "indices": len(accessors) - 1, "material": number}
+            mesh["primitives"].append(part)
+    data["materials"] = [{"name": f"m{number}"} for number in range(primitives)]
+    data |= more
+    if binary:
+        return glb.container(data, numbers)
+    data["buffers"] = [{"byteLength": len(numbers), "uri": "data:a;base64," + base64.b64encode(numbers).decode()}]
+    return json.dumps(data | {"bufferViews": views}).encode()
+
+
+@pytest.mark.parametrize("binary", [True, False])
+@pytest.mark.parametrize("primitives", [1, 2, 3, 12])
+def test_a_mesh_of_several_primitives_is_one_body(primitives: int, binary: bool, tmp_path: Path) -> None:
+    """However the triangles are divided among materials, and whatever lines and points stand beside them."""
+    lines = {"attributes": {"POSITION": 0}, "mode": 1}, {"attributes": {"POSITION": 0}, "mode": 0}
+    for extra in ((), lines):
+        path = tmp_path / ("scene.glb" if binary else "scene.gltf")
+        path.write_bytes(divided(primitives, binary=binary, more={}, extra=extra))
+        scene = hf.load_scene(path, density=500, fixed=["table"], friction=0.4)
+        assert_example(scene)
+        assert [body.mass for body in scene.movable] == pytest.approx([4.0, 32.0])
+        assert hf.stability(scene, engine="limit").stable
+
+
+@pytest.mark.parametrize(
+    ("more", "extra", "match"),
+    [
+        ({"extensionsRequired": ["KHR_physics_rigid_bodies"]}, (), "requires the extension 'KHR_physics_rigid_bodies'"),
+        ({"extensionsRequired": ["KHR_texture_basisu", "MSFT_physics"]}, (), "extension 'MSFT_physics', which is not"),
+        ({}, ({"attributes": {"POSITION": 0}, "mode": 6},), "has a fan of triangles"),
+    ],
+)
+def test_what_would_be_left_out_is_refused(
+    more: dict[str, Any], extra: tuple[dict[str, Any], ...], match: str, tmp_path: Path
+) -> None:
+    for binary in (True, False):
+        path = tmp_path / ("scene.glb" if binary else "scene.gltf")
+        path.write_bytes(divided(2, binary=binary, more=more, extra=extra))
+        with pytest.raises(hf.errors.SceneError, match=match):
+            hf.load_scene(path, density=500, fixed=["table"], friction=0.4)
+        if binary:
+            with pytest.raises(hf.errors.GeometryError, match=match):
+                triangles_of(path)
+
+
+def test_positions_that_are_fractions_are_refused(tmp_path: Path) -> None:
+    content = divided(1, binary=False, more={})
+    data = json.loads(content)
+    data["accessors"][data["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]["normalized"] = True
+    (tmp_path / "scene.gltf").write_text(json.dumps(data))
+    with pytest.raises(hf.errors.SceneError, match="positions as fractions of whole numbers"):
+        hf.load_scene(tmp_path / "scene.gltf", density=500, fixed=["table"], friction=0.4)
+
+
+def test_primitives_with_vertices_of_their_own_are_joined(tmp_path: Path) -> None:
+    whole, halves = trimesh.creation.box((0.2, 0.1, 0.4)), trimesh.Scene()
+    for number, faces in enumerate((whole.faces[:5], whole.faces[5:])):
+        half = trimesh.Trimesh(whole.vertices, faces, process=False)
+        half.remove_unreferenced_vertices()
+        halves.add_geometry(half, node_name=f"half{number}")
+    content = halves.export(file_type="glb")
+    length = struct.unpack_from("<I", content, 12)[0]
+    data = json.loads(content[20 : 20 + length])
+    first, second = data["meshes"]
+    first["primitives"] += second["primitives"]
+    data["meshes"], data["nodes"] = [first], [{"name": "crate", "mesh": 0}]
+    data["scenes"] = [{"nodes": [0]}]
+    (tmp_path / "crate.glb").write_bytes(glb.container(data, content[28 + length :]))
+    body = hf.load_scene(tmp_path / "crate.glb", density=1000, friction=0.5, floor=True).body("crate")
+    assert body.mass == pytest.approx(8.0)
+    np.testing.assert_allclose(np.diag(body.inertia_com), 8 / 12 * np.array([0.17, 0.20, 0.05]), rtol=1e-6)

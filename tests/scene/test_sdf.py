@@ -339,6 +339,49 @@ def test_lights_and_actors_are_included_as_nothing(what: str, load: Callable[...
     assert load(world(model(link()) + include), package={"sun": tmp_path / "sun"}) == load(world(model(link())))
 
 
+FUEL = "https://fuel.gazebosim.org/1.0/OpenRobotics/models/"
+
+
+@pytest.mark.parametrize(
+    ("sun", "plane"), [("model://sun", "model://ground_plane"), (FUEL + "Sun", FUEL + "Ground Plane")]
+)
+def test_the_models_of_every_classic_world_need_no_folder(
+    sun: str, plane: str, load: Callable[..., hf.Scene], tmp_path: Path
+) -> None:
+    """A light is nothing; the plane has friction 50, and the least of two counts: pushed low, 2 kg slide at mu m g."""
+    crate = model(link(shapes=collision(rest=ode("0.3"))) + pose("0 0 0.3"))
+    around = (
+        f'<sdf version="1.6"><world name="w"><include><uri>{sun}</uri></include><include><uri>{plane}</uri></include>'
+    )
+    scene = load(f"{around}{crate}</world></sdf>")
+    assert [body.name for body in scene.bodies] == ["ground_plane", "m"]
+    assert "ground_plane is in no folder: Gazebo's is taken, a plane with a friction of 50" in scene.notes
+    push = hf.robustness(scene, "m", (-0.1, 0, 0.01), (1, 0, 0), engine="limit")
+    assert push.force == pytest.approx(0.3 * 2 * 9.8, rel=1e-4)
+    own = tmp_path / "models" / "ground_plane"
+    own.mkdir(parents=True)
+    (own / "model.sdf").write_text(f'<sdf version="1.6">{GROUND}</sdf>')
+    if plane.startswith("model"):
+        mine = load(f"{around}{crate}</world></sdf>", model_path=[tmp_path / "models"])
+        assert [body.name for body in mine.bodies] == ["ground", "m"]
+    with pytest.raises(hf.errors.SceneError, match="names the package 'moon', whose folder is unknown"):
+        load(world("<include><uri>model://moon</uri></include>"))
+
+
+def test_the_address_of_a_file_of_models_follows_the_model_path(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+    (tmp_path / "elsewhere" / "crate" / "meshes").mkdir(parents=True)
+    trimesh.creation.box((0.2, 0.4, 0.6)).export(tmp_path / "elsewhere" / "crate" / "meshes" / "c.stl")
+    mesh = "<mesh><uri>file://models/crate/meshes/c.stl</uri></mesh>"
+    content = world(model(link(shapes=collision(mesh))))
+    body = load(content, model_path=[tmp_path / "elsewhere"]).body("m")
+    np.testing.assert_allclose(np.ptp(body.box, axis=0), (0.2, 0.4, 0.6), atol=1e-6)
+    with pytest.raises(hf.errors.SceneError, match=r"the package 'crate', whose folder is unknown.*model_path="):
+        load(content)
+    for way in ("file://models/crate/../../secret.stl", "file://models/../../secret.stl"):
+        with pytest.raises(hf.errors.SceneError, match=r"outside of the folder|whose folder is unknown"):
+            load(content.replace("file://models/crate/meshes/c.stl", way), model_path=[tmp_path / "elsewhere"])
+
+
 @pytest.mark.parametrize("comment", ["<!-- sim --iterations 100 -->", "<!----\n\n a -- b --->", "<!---->"])
 def test_comments_may_hold_hyphens(comment: str, load: Callable[..., hf.Scene]) -> None:
     assert load(world(comment + model(link()))) == load(world(model(link())))

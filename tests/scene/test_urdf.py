@@ -185,10 +185,29 @@ def test_a_density_stands_for_a_missing_mass(load: Callable[..., hf.Scene]) -> N
     body = load(content, density=100).body("thing")
     assert body.mass == pytest.approx(100 * 0.2 * 0.4 * 0.6, rel=1e-12)
     np.testing.assert_allclose(np.diag(body.inertia_com), body.mass / 12 * np.array([0.52, 0.40, 0.20]), rtol=1e-12)
-    with pytest.raises(hf.errors.SceneError, match=r"<link> 'base': has no <inertial>; give density=, or fixed=True"):
+    with pytest.raises(hf.errors.SceneError, match=r"<link> 'base': has no mass; give density=, or fixed=True"):
         load(content)
     assert "link 'base': mass from density 100 kg/m³" in load(content, density=100).notes
     assert load(content, fixed=True).body("thing").fixed
+
+
+@pytest.mark.parametrize("option", [None, 100])
+@pytest.mark.parametrize("density", ['<density value="500"/>', f'<density value="500"/>{origin()}'])
+def test_a_density_in_the_file_comes_before_the_option(
+    density: str, option: float | None, load: Callable[..., hf.Scene]
+) -> None:
+    body = load(robot(solid("base", inertial=f"<inertial>{density}</inertial>")), density=option).body("thing")
+    assert body.mass == pytest.approx(500 * 0.2 * 0.4 * 0.6, rel=1e-12)
+    np.testing.assert_allclose(np.diag(body.inertia_com), body.mass / 12 * np.array([0.52, 0.40, 0.20]), rtol=1e-12)
+    both = INERTIAL.replace("<mass", '<density value="500"/><mass')
+    assert load(robot(solid("base", inertial=both)), density=option).body("thing").mass == 2.0
+
+
+def test_an_inertial_without_a_mass_takes_the_option(load: Callable[..., hf.Scene]) -> None:
+    content = robot(solid("base", inertial="<inertial/>"))
+    assert load(content, density=100).body("thing").mass == pytest.approx(100 * 0.2 * 0.4 * 0.6, rel=1e-12)
+    with pytest.raises(hf.errors.SceneError, match=r"<link> 'base': has no mass; give density="):
+        load(content)
 
 
 def test_an_inertia_that_is_missing_is_that_of_the_shape(load: Callable[..., hf.Scene]) -> None:
@@ -270,6 +289,24 @@ def test_a_broken_declaration_is_overlooked(load: Callable[..., hf.Scene]) -> No
 
 def mesh(name: str, scale: str = "1 1 1") -> str:
     return robot(solid("base", f'<geometry><mesh filename="{name}" scale="{scale}"/></geometry>'))
+
+
+def test_meshes_are_found_in_the_folder_of_meshes_beside(tmp_path: Path) -> None:
+    """As packages of ROS have it, without the name of the package; nothing else outside, and no link to elsewhere."""
+    (tmp_path / "urdf").mkdir()
+    for folder in ("meshes", "secret"):
+        (tmp_path / folder / "visual").mkdir(parents=True)
+        for name in ("cube.stl", "visual/cube.stl"):
+            trimesh.creation.box((1, 1, 1)).export(tmp_path / folder / name)
+    path = tmp_path / "urdf" / "thing.urdf"
+    for name in ("../meshes/cube.stl", "../meshes/visual/cube.stl"):
+        path.write_text(mesh(name, "0.1 0.2 0.3"))
+        np.testing.assert_allclose(np.ptp(hf.load_scene(path, floor=True).body("thing").box, axis=0), (0.1, 0.2, 0.3))
+    (tmp_path / "mesh").symlink_to(tmp_path / "secret")
+    for name in ("../secret/cube.stl", "../meshes/../secret/cube.stl", "../mesh/cube.stl", "../../meshes/cube.stl"):
+        path.write_text(mesh(name))
+        with pytest.raises(hf.errors.SceneError, match="outside of the folder of the file"):
+            hf.load_scene(path, floor=True)
 
 
 def test_meshes_are_scaled_and_found_in_packages(load: Callable[..., hf.Scene], tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from holdfast.applications.settled_words import fate_of, moving, status_and_reason
 from holdfast.assembly.assembly import assemble
+from holdfast.assembly.caution import doubts_of_scene
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import HoldfastError, SceneError, message, no_truth
@@ -277,7 +278,7 @@ def _judged(
         stability=verdict,
         travel=limits.reach,
         steps=sum(motion.steps for motion in done.values()),
-        notes=(*given.notes, *unfinished),
+        notes=(*given.notes, *doubts_of_scene(given), *unfinished),
     )
 
 

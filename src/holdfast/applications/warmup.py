@@ -8,6 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from contextlib import suppress
 from importlib.util import find_spec
 from multiprocessing import get_context
 from pathlib import Path
@@ -20,7 +21,7 @@ from holdfast.applications.settled import settle
 from holdfast.assembly.assembly import assemble
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
-from holdfast.base.machine_code import ready, saved
+from holdfast.base.machine_code import ready, saved, shipped_folder, version_folder
 from holdfast.base.progress import report, reported
 from holdfast.base.text import quoted
 from holdfast.elastic.sparse import MOST_DENSE
@@ -38,6 +39,7 @@ from holdfast.scene.shapes import Box, Cylinder
 from holdfast.scene.shipped import shipped_scene
 
 STAGE = "compiling, question by question"
+COMPILED = "all-compiled"  # marker file in the folder of machine code of this version: everything is compiled
 ALL = "all"
 
 
@@ -47,6 +49,25 @@ def compile_all(group: str = ALL, processes: int = 1) -> int:
     In this process, or in several that share the folder: only what two of them need at the same time is compiled twice.
     Raises HoldfastError if there is no such group.
     """
+    count = _compiled(group, processes)
+    if group == ALL:
+        with suppress(OSError):  # if the folder is not writable, every process compiles for itself
+            (version_folder() / COMPILED).touch()
+    return count
+
+
+def all_compiled() -> bool:
+    """Whether everything was compiled for this version, or came with the package."""
+    return (version_folder() / COMPILED).exists() or shipped_folder() is not None
+
+
+def compile_once() -> None:
+    """Compile everything, unless that was done for this version, so that it does not count as time of a question."""
+    if not all_compiled():
+        compile_all()
+
+
+def _compiled(group: str, processes: int) -> int:
     if group not in (*GROUPS, ALL):
         problem, remedy = f"there is no group {quoted(group)}", f"name one of: {', '.join((*GROUPS, ALL))}"
         raise HoldfastError(message("warmup", problem, remedy))

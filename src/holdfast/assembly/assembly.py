@@ -16,7 +16,7 @@ from holdfast.assembly.axes import contact_axes, own_frame
 from holdfast.assembly.caution import (
     check_copies,
     check_units,
-    doubts,
+    doubts_of_scene,
     warn_of_centres,
     warn_of_gap,
     warn_of_huge,
@@ -473,10 +473,10 @@ def assemble(
         check_units(scene.movable)
         warn_of_huge(scene.movable)
     warn_of_centres(scene.movable)
-    scene = with_notes(scene, doubts(scene.movable))
     if not tolerances.by_pair:
         warn_of_gap(scene.movable, tolerances.gap)
     if interfaces is not None:
+        scene = with_notes(scene, doubts_of_scene(scene))
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)
     return _search(scene, tolerances, ())
 
@@ -492,8 +492,8 @@ def _search(
     """Detect all contacts of the scene and return the assembly; warn of overlaps that are not among ``known``."""
     found = search(scene, tolerances, before)
     new = [overlap for overlap in found.overlaps if overlap not in known]
-    if new:
-        warn_of_overlaps(new)
+    warn_of_overlaps(new)
+    scene = with_notes(scene, doubts_of_scene(scene, found.interfaces, new) if before is None else ())
     assembly = Assembly(scene, found.interfaces, tolerances, found.overlaps, found.occluded, absent=absent)
     assembly.__dict__["found"] = found
     return assembly

@@ -1,4 +1,4 @@
-"""Warnings about a scene: sizes, masses and gaps that suggest wrong units, and bodies that overlap."""
+"""Warnings about a scene: numbers that suggest wrong units or another origin, and bodies that overlap."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import numpy as np
 
 from holdfast.base.errors import HoldfastError, SceneError, message, warn
 from holdfast.base.text import listed, quoted
+from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import MISPLACED, Overlap
 from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.level import like_radians
 from holdfast.scene.scene import Scene
 
 HUGE = 50.0  # [m] the units of a movable body larger than this are probably wrong
@@ -25,6 +27,7 @@ HEAVIEST, LIGHTEST = 25_000.0, 0.9
 # [-] ratio to the largest other movable body above which a size is suspicious. A body in millimetres among others in
 # metres is a thousand times too large, but may be smaller than the others in reality
 OUTSIZE = 300.0
+STRONGEST = 3.0  # [-] friction above this is a mistake: clean rubber, metal in a vacuum and the like have less
 
 
 def check_units(bodies: Iterable[Body]) -> None:
@@ -60,6 +63,21 @@ def _across(body: Body) -> float:
     return float((body.box[1] - body.box[0]).max())
 
 
+def doubts_of_scene(
+    scene: Scene, interfaces: Sequence[Interface] = (), overlaps: Sequence[Overlap] = ()
+) -> tuple[str, ...]:
+    """Return notes on what looks like a mistake.
+
+    Densities, sizes and angles that suggest other units; at ``interfaces``, more friction than there is; and at
+    ``overlaps``, bodies with their middle where their foot should be.
+    """
+    mu = {i.bodies: scene.mu(*i.bodies) if i.mu is None else i.mu for i in interfaces}
+    rough = [f"{a} and {b} ({mu[a, b]:g})" for a, b in mu if mu[a, b] > STRONGEST]
+    notes = [f"friction is above {STRONGEST:g}, which hardly any pair has, of {listed(rough, WORST)}"] if rough else []
+    sunk = [text for overlap in overlaps if (text := _sunk(scene, overlap))]
+    return (*doubts(scene.movable), *_doubts_of_angles(scene.bodies), *notes, *sunk[:WORST])
+
+
 def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return notes on movable bodies whose density or size suggests that they are given in other units."""
     across = {body.name: _across(body) for body in bodies}
@@ -72,6 +90,30 @@ def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
         times = f"{across[widest[1]] / across[widest[0]]:,.0f} times as large as any other body that can move"
         notes.append(f"{widest[1]}: {across[widest[1]]:.3g} m across, {times}: is its size in millimetres?")
     return tuple(notes)
+
+
+def _doubts_of_angles(bodies: Sequence[Body]) -> tuple[str, ...]:
+    """Return a note if the roll, pitch and yaw of all bodies look like radians where degrees are meant."""
+    turns = np.array([body.pose[:3, :3] for body in bodies])
+    x, y, z = turns[:, 2, 1], turns[:, 2, 0], turns[:, 2, 2]
+    angles = np.degrees([np.arctan2(x, z), -np.arcsin(np.clip(y, -1, 1)), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])])
+    if not like_radians(angles.ravel()):
+        return ()
+    k = int(np.argmax(np.abs(angles).max(0)))
+    largest = float(np.abs(angles[:, k]).max())
+    said = f"{bodies[k].name} is turned by {largest:.5g} degrees: are these radians? {largest:.5g} rad are"
+    return (f"{said} {np.degrees(largest):.3g} degrees",)
+
+
+def _sunk(scene: Scene, overlap: Overlap) -> str:
+    """Return what is odd if one of two bodies lies on the other with its middle, not its foot; else ""."""
+    for name, below in (overlap.bodies, overlap.bodies[::-1]):
+        own, under = (scene.body(each).surface_world.vertices @ scene.up for each in (name, below))
+        half = float(np.ptp(own)) / 2
+        if not scene.body(name).fixed and abs(own.min() + half - under.max()) <= overlap.tolerance:
+            what = f"{name} sinks by half its height into {below}: the origin of a shape is its middle"
+            return f"{what}: put it {half:.4g} m higher, or read the file with on_floor=True (--on-floor)"
+    return ""
 
 
 def _dense(body: Body) -> str:
@@ -131,7 +173,9 @@ def warn_of_gap(bodies: Iterable[Body], gap: float) -> None:
 
 
 def warn_of_overlaps(overlaps: Sequence[Overlap]) -> None:
-    """Issue one warning for all overlapping pairs: each one if they are few, else their number and the deepest."""
+    """Issue one warning for all overlapping pairs, if any: each one if they are few, else how many and the deepest."""
+    if not overlaps:
+        return
     worst = sorted(overlaps, key=lambda overlap: -overlap.depth)[:WORST]
     named = [
         f"{quoted(a)} and {quoted(b)} by {'about ' if o.estimated else ''}{o.depth * 1e3:.3g} mm"

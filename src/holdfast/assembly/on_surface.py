@@ -29,7 +29,8 @@ def check_on_surface(assembly: Assembly, name: str, points: Float, where: str) -
         place = np.array2string(points[worst], precision=4, separator=", ")
         away = f"{distance[worst] * 1e3:.3g} mm" if distance[worst] < 1 else f"{distance[worst]:.3g} m"
         problem = f"point {worst} at {place} is {away} from the surface"
-        remedy = f"needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in world coordinates"
+        units = "are these millimetres? " if distance[worst] > 10 * body.size else ""  # or of quite another body
+        remedy = f"{units}needs points on the body (tolerance {tolerance * 1e3:.3g} mm), in m and world coordinates"
         raise SceneError(message(where, problem, remedy))
 
 

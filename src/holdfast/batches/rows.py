@@ -10,12 +10,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from holdfast.applications.transport import TransportLimits, transport_limits
-from holdfast.applications.warmup import compile_all
+from holdfast.applications.warmup import compile_once
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
-from holdfast.base.machine_code import machine_code_folder
 from holdfast.batches.job import Job, Push
 from holdfast.batches.keys import Digests, Touched, key_of_files
 from holdfast.batches.outcomes import ANSWERED, ERROR, MEMORY
@@ -29,7 +28,6 @@ from holdfast.scene.formats.registry import load_scene
 from holdfast.scene.scene import Scene
 from holdfast.scene.shipped import shipped_scene
 
-COMPILED = "compiled-for-batches"  # marker file in the folder of machine code: everything is compiled
 Tell = Callable[[Tables], None]
 
 
@@ -60,11 +58,8 @@ def answered(job: Job, tell: Tell) -> Tables:
 
 def warm(job: Job) -> None:
     """Compile, import and load everything that a question needs, so that it does not count as time of a scene."""
-    mark = machine_code_folder() / COMPILED
-    with suppress(HoldfastError, OSError):  # if the folder is not writable, every worker compiles for itself
-        if not mark.exists():
-            compile_all()
-            mark.touch()
+    with suppress(HoldfastError):
+        compile_once()
     options = {name: own for name, own in job.question.options.items() if name not in ("load", "assemble")}
     asked = type(job.question)(job.question.verbs, options)
     push = Push("", "cube", (0.0, 0.0, 0.1), (1.0, 0.0, -1.0))

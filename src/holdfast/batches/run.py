@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any
 
+from holdfast.applications.warmup import all_compiled
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.field_hints import hinting
@@ -33,7 +34,7 @@ from holdfast.batches.schema import TABLES, Row
 from holdfast.batches.supervisor import Limits, Reply
 
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
-STAGE = "scenes"
+STAGE, FIRST = "scenes", "compiling once for this version, then scenes"
 
 
 @hinting(resources=Resources)
@@ -208,7 +209,8 @@ class Driver:
             size, part = self.folder.shard_size, self.folder.part
             starts = range(part.number * size, self.inputs.count, part.of * size)
             total = sum(min(size, self.inputs.count - first) for first in starts)
-        report(STAGE, self.asked + self.reused, total)
+        done = self.asked + self.reused
+        report(STAGE if done or all_compiled() else FIRST, done, total)
 
 
 def record_of(job: Job, reply: Reply) -> Record:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from holdfast.applications.carrying.carry import carry as carried
+from holdfast.applications.carrying.carry import unknown_profile
 from holdfast.applications.carrying.profile import Profile
 from holdfast.applications.carrying.standards import STANDARDS
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, check_suffix, engine_with
@@ -49,6 +51,8 @@ def carry(
         assembly = assembly.tilted(tilt_degrees)
     if profile in STANDARDS:
         motion = Profile.named(profile, heading=heading, up=up)
+    elif not os.path.lexists(profile):
+        raise unknown_profile(profile)
     else:
         motion = Profile.from_file(profile, pivot=pivot)
     loads = strap_loads(straps, assembly)

@@ -84,7 +84,8 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer's own types
         """Treat ``--at 0.1,0,0.2`` and ``--at=0.1,0,0.2`` like ``--at 0.1 0 0.2``.
 
-        If words are left over after an option that may be repeated, the error says to repeat it before each of them.
+        If words are left over after an option that may be repeated, the error says to repeat it before each of them. If
+        a vector has too few numbers, it says how many it needs.
         """
         several = {flag: each.nargs for each in self.params for flag in each.opts if each.nargs > 1}
         spread: list[str] = []
@@ -104,6 +105,12 @@ class Command(TyperCommand):
         except Exception as error:  # typer's own
             if given is not None and "unexpected extra argument" in getattr(error, "message", ""):
                 error.message += f"; say {given} before each: {given} A {given} B"  # type: ignore[attr-defined]
+            vector = getattr(error, "param", None)
+            if vector is not None and vector.nargs > 1 and hasattr(error, "message"):
+                form = vector.metavar or " ".join(["NUMBER"] * vector.nargs)
+                error.message = (
+                    f"{error.message.removesuffix('.')}; needs {vector.nargs} numbers: {vector.opts[0]} {form}"
+                )
             raise
 
 

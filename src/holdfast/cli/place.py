@@ -15,6 +15,7 @@ from holdfast.applications.placement.placed_friction import with_own
 from holdfast.applications.placement.plan import plan_placement
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
+from holdfast.assembly.caution import doubts
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.assignments import of_all_and_each
 from holdfast.cli.common import (
@@ -90,14 +91,14 @@ def place(
     }
     cone = approach.cone_degrees
     rest = with_notes(rest, [f"--cone-degrees: the way in may lean by {cone:g}°"] if cone else [])
-    assembly = scene.assembled(rest)
+    assembly = scene.assembled(with_notes(rest, doubts(bodies)))
     with progress():
         result: Placement | Placements
         if len(bodies) == 1:
             result = plan_placement(assembly, bodies[0], **asked)
         else:
             result = place_all(assembly, bodies, **asked)
-    _tell(result, _written(result, png, save), rest, rest.name or scene.scene, as_json)
+    _tell(result, _written(result, png, save), assembly.scene, rest.name or scene.scene, as_json)
 
 
 def _friction(rest: Scene, bodies: list[Body], known: Friction, given: Sequence[str]) -> Friction:

@@ -18,6 +18,7 @@ from holdfast.base.errors import HoldfastError, SceneError, located, message, ne
 from holdfast.base.text import quoted
 from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and_each, poses, turns
 from holdfast.cli.fields import options_of, value_of
+from holdfast.scene.formats.floor import on_the_floor
 from holdfast.scene.formats.registry import format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.scene import Scene, with_notes
@@ -61,6 +62,9 @@ class SceneGiven:
     without: Annotated[Several, _reading("--without", "leave this body out of the scene", "BODY")] = None
     free: Annotated[Several, _reading("--free", "this body of a model of single objects moves freely", "BODY")] = None
     floor: Annotated[bool, _reading("--floor", "add a floor: all that is below z = 0")] = False
+    on_floor: Annotated[bool, _reading("--on-floor", "lift or lower all, so that the lowest point is on the floor")] = (
+        False
+    )
     rigid: Annotated[bool, _reading("--rigid", "joints between bodies that move hold")] = False
     joints: Annotated[Several, _reading("--joints", "position of a joint that holds: rad or m", "NAME=VALUE")] = None
     hold_torques: Annotated[
@@ -148,9 +152,10 @@ class SceneGiven:
 
         def after(scene: Scene) -> Scene:
             given = paired(_fixed(scene, held).moved(moved), pairs, "--friction")
-            return with_notes(
+            left = with_notes(
                 given.without(gone) if gone else given, [*turned, *(f"--without {name}" for name in gone)]
             )
+            return on_the_floor(left) if self.on_floor else left
 
         return options, after
 

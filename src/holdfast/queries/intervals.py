@@ -11,9 +11,11 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Float, checked, checked_number
 from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import PLACE
-from holdfast.base.text import quoted
+from holdfast.base.text import listed, quoted
 from holdfast.queries.request import body_number
 from holdfast.scene.pairs import checked_pair, names_between
+
+NAMED = 3  # the most coefficients that a note names
 
 Pair: TypeAlias = tuple[str, str]
 MuRange: TypeAlias = float | tuple[float, float] | Mapping[Pair, tuple[float, float]]
@@ -52,6 +54,14 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
         return dict.fromkeys(pairs, _interval(mu, f"{where}: mu_range"))
     width = _width(mu, f"{where}: mu_range")
     return {p: (m * (1 - width), m * (1 + width)) for p, m in pairs.items()}
+
+
+def width_notes(assembly: Assembly, mu: MuRange | None) -> tuple[str, ...]:
+    """Return a note on what a relative width means for the coefficients that there are; none for intervals."""
+    if mu is None or isinstance(mu, Mapping | tuple | list):
+        return ()
+    each = [f"{m * (1 - mu):.4g} to {m * (1 + mu):.4g} of {m:.4g}" for m in sorted(set(assembly.mu))]
+    return (f"mu_range {mu:g} is relative: friction {listed(each, NAMED)}",)
 
 
 def _first(ways: list[list[Pair]], given: Mapping[Pair, tuple[float, float]]) -> list[Pair]:

@@ -23,7 +23,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.imperfect_bounds import Covering, covering
-from holdfast.queries.intervals import Pair, friction_intervals, mass_intervals
+from holdfast.queries.intervals import Pair, friction_intervals, mass_intervals, width_notes
 from holdfast.queries.request import Load, total_wrench
 from holdfast.queries.result import Columns
 from holdfast.queries.uncertain import Uncertain
@@ -61,7 +61,7 @@ class Sampler:
 
     ``deviation`` holds the standard deviations [m, deg] of the poses, and ``friction`` and ``masses`` the intervals of
     coefficients and of masses [kg]; each is None if it is known. ``absences`` decides which uncertain contacts may be
-    left out, and ``covers`` makes imperfect faces.
+    left out, and ``covers`` makes imperfect faces. ``notes`` say what was understood.
     """
 
     assembly: Assembly
@@ -74,6 +74,7 @@ class Sampler:
     covers: Covering | None
     samples: int
     seed: int
+    notes: tuple[str, ...]
 
     def drawn(self) -> Iterator[Sample]:
         """Draw the samples.
@@ -162,7 +163,11 @@ class Sampler:
             overlapping += bool(sample.assembly.overlaps)
         report("samples", self.samples, self.samples)
         verdicts = [answers.verdict.status for answers in found]
-        known = (*nominal.notes, *unchecked_limits(self.assembly.bodies))  # samples do not ask who is crushed
+        known = (
+            *nominal.notes,
+            *self.notes,
+            *unchecked_limits(self.assembly.bodies),
+        )  # samples do not ask who is crushed
         notes = (*known, *_sample_notes(found, 0 if self.deviation is None else overlapping))
         table = joined([nominal.answers.rows(slice(0)), *found])
         return {
@@ -195,6 +200,7 @@ def sampler(assembly: Assembly, uncertain: object, engine: Engine, standing: Seq
         None if asked.faces is None else covering(asked.faces, engine, assembly),
         asked.samples,
         asked.seed,
+        width_notes(assembly, asked.mu_range),
     )
 
 

@@ -37,6 +37,7 @@ from holdfast.queries.intervals import (
     com_boxes,
     friction_intervals,
     mass_intervals,
+    width_notes,
 )
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
@@ -169,7 +170,8 @@ def worst_case(
     rough = [(end, assembly if mu_range is None else assembly.with_friction(end)) for end in ends]
     found = region.existing(engine, *rough[0]) if exists else region.holding(engine, rough, nominal.answers)
     weakest = found.cases[found.worst[int(found.answers.ranking[0])]]
-    notes = (*nominal.notes, *unchecked_limits(assembly.bodies))  # the corners do not ask who is crushed
+    # the corners do not ask who is crushed
+    notes = (*nominal.notes, *width_notes(assembly, mu_range), *unchecked_limits(assembly.bodies))
     return WorstCase(
         answers=replace(found.answers, verdict=nominal.verdict, notes=notes),
         body=body,

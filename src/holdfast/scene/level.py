@@ -1,4 +1,4 @@
-"""Horizontal directions in a scene, and the gravity in the frame of a tilted carrier."""
+"""Horizontal directions in a scene, the gravity in the frame of a tilted carrier, and angles that look like radians."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from holdfast.base.ranges import ANGLE
 from holdfast.base.rigid import tangents
 
 MOST_DIRECTIONS = 1_000_000  # more answers would not fit into memory
+# Parts of a turn in radians, such as 1.5708, are multiples of pi / 12; they are often given with three digits, as 1.57
+PART, DIGITS_OFF = np.pi / 12, 6e-4
+ANGLE_ZERO = 1e-6  # [deg] of rounding in poses
 
 
 def directions_around(up: Float, count: int) -> Float:
@@ -33,4 +36,17 @@ def tilted_gravity(gravity: Float, tilt_degrees: ArrayLike) -> tuple[Float, str]
     angle = float(np.linalg.norm(vector))
     axis = ", ".join(f"{v + 0.0:.3g}" for v in np.round(vector / angle, 9)) if angle else "any axis"
     note = f"the carrier is tilted by {angle:.4g}° about ({axis})" if angle else ""
+    if like_radians(given):
+        note += f": are these degrees? {angle:.5g} rad are {np.degrees(angle):.3g}°"
     return turn.T @ gravity, note
+
+
+def like_radians(degrees: Float) -> bool:
+    """Tell whether angles (n,) [deg] look as if they were in radians.
+
+    None is larger than a turn in radians, and half of those that are not zero are its usual parts, 30, 45, 60, 90 ...
+    """
+    angles = np.abs(degrees[np.abs(degrees) > ANGLE_ZERO])
+    number = np.round(angles / PART)
+    part = (np.abs(angles - number * PART) <= DIGITS_OFF * angles) & ((number % 2 == 0) | (number % 3 == 0))
+    return bool(len(angles) and angles.max() <= 24.1 * PART and 2 * part.sum() >= len(angles))

@@ -10,7 +10,8 @@ of several pairs adds up at the same pressure. It is an approximation where the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -31,20 +32,22 @@ EQUAL = 1e-3  # difference of log-likelihoods that says nothing: of two such pla
 class Fit:
     """Pushes beside the scans of their predicted forces along K coefficients.
 
-    ``base`` (n,) and ``scans`` (K, steps, n) are logarithms of the predicted forces where the scans cross and along
-    each of them, at STEPS. ``force`` (n,) are logarithms of the measured forces, and ``moved`` (n,) says which of them
-    moved something. ``given`` is the scatter, or None to estimate it; then ``freedom`` must be positive.
+    ``base`` (n,) are logarithms of the predicted forces where the scans cross, and ``scans`` those along each of them,
+    (m, n) at the ``steps`` (m,) of each from there. ``force`` (n,) are logarithms of the measured forces, and ``moved``
+    (n,) says which of them moved something. ``given`` is the scatter, or None to estimate it; then ``freedom`` must be
+    positive.
     """
 
     base: Float
-    scans: Float
+    steps: tuple[Float, ...]
+    scans: tuple[Float, ...]
     force: Float
     moved: Bool
     given: float | None
 
     @cached_property
     def _along(self) -> list[PchipInterpolator]:
-        return [PchipInterpolator(STEPS, scan) for scan in self.scans]
+        return [PchipInterpolator(*scan) for scan in zip(self.steps, self.scans, strict=True)]
 
     @property
     def freedom(self) -> int:
@@ -101,7 +104,7 @@ class Fit:
         if not free:
             return x
         for ways in (free, *([k] for k in free if len(free) > 1)):
-            trials = np.array([x, *(self._with(x, k, step) for k in ways for step in STEPS)])
+            trials = np.array([x, *(self._with(x, k, step) for k in ways for step in self.steps[k])])
             found = np.array([self.log_likelihood(trial) for trial in trials])
             likely = trials[found >= found.max() - EQUAL]
             x = likely[np.argmin(np.abs(likely - x).sum(1))]
@@ -125,6 +128,18 @@ class Fit:
         other[k] = value
         return other
 
+    def among(self, kept: Sequence[int]) -> Fit:
+        """Return the fit of these coefficients alone."""
+        return replace(self, steps=tuple(self.steps[k] for k in kept), scans=tuple(self.scans[k] for k in kept))
+
+    def with_step(self, k: int, step: float, forces: Float) -> Fit:
+        """Return the fit with one more step in the scan of coefficient ``k``, where the forces are ``forces`` (n,)."""
+        row = int(np.searchsorted(self.steps[k], step))
+        forces = np.where(np.isfinite(forces), forces, self._along[k](step))
+        steps, scans = list(self.steps), list(self.scans)
+        steps[k], scans[k] = np.insert(steps[k], row, step), np.insert(scans[k], row, forces, axis=0)
+        return replace(self, steps=tuple(steps), scans=tuple(scans))
+
     def interval(self, k: int, best: Float, confidence: float) -> tuple[float, float]:
         """Return the ends of the interval of coefficient ``k`` about the ``best``, -inf or inf if a scan ends in it.
 
@@ -139,7 +154,8 @@ class Fit:
 
         ends = []
         for side in (-1, 1):
-            places = side * np.sort(side * np.append(STEPS[side * STEPS > side * best[k]], best[k]))
+            steps = self.steps[k]
+            places = side * np.sort(side * np.append(steps[side * steps > side * best[k]], best[k]))
             inside = [excess(at) <= 0 for at in places]
             last = max(number for number, is_in in enumerate(inside) if is_in or number == 0)
             if last == len(places) - 1:

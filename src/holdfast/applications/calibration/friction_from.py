@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
@@ -44,9 +44,10 @@ from holdfast.queries.request import (
 )
 from holdfast.scene.scene import Scene
 
+BEGIN = 0.3  # coefficient where scans begin, whatever the file says: they reach from 0.06 to 1.5, all dry materials
 ROUNDS = 8  # scans of all coefficients, each from where the last one found the most likely ones
 ARRIVED = STEPS[STEPS > 0][0]  # step of ln mu below which a scan is not repeated: the finest one of it
-SMOOTH = 0.3  # a coefficient of 0 has no logarithm: the scans begin here
+CLOSE, MOST_ENDS = 2e-3, 8  # of ln mu, to which ends of intervals are sharp, and the most scans towards them
 DEPENDS = 1e-3  # relative change of a force along a scan below which it does not depend on the coefficient
 WIDE = 0.3  # scatter beyond twice what real pushes had (docs/howto/friction.md), where a note tells of it
 UNLIKELY = 1e-3  # probability below which pushes contradict each other
@@ -91,7 +92,8 @@ def friction_from(
 
     **Unknowns.** Each pair of touching bodies has a coefficient of its own; pairs of the same two materials share one.
     ``robustness`` is solved on a grid of each coefficient, up and down by a factor of five from the most likely ones,
-    so it need not grow with friction; an interval that reaches an end of its grid is open there. Where a push depends
+    so it need not grow with friction; an interval that reaches an end of its grid is open there. The search begins at
+    0.3 for every pair, so that intervals do not depend on the coefficients of the scene. Where a push depends
     on several coefficients their effects are added up, and a note says so. Pairs that no push depends on are
     ``undetermined``: a push that topples a body says at most that friction is not lower. If no coefficients explain the
     pushes within a given scatter, the answer is undecided.
@@ -113,20 +115,20 @@ def friction_from(
     pairs = _unknowns(given, pushes.bodies)
     at, fit, used, notes = _settled(forces, pairs, scatter)
     depends = [k for k, scan in enumerate(fit.scans) if (np.ptp(scan, axis=0) > DEPENDS).any()]
-    fit = replace(fit, scans=fit.scans[depends])
+    fit = fit.among(depends)
     if scatter is None and used.any() and fit.freedom < 1:
         _refuse_scatter(int(fit.moved.sum()), len(depends))
     best = fit.best()
     undecided = _undecided(fit, best, pushes, used, given.weight)
-    several = int(((np.ptp(fit.scans, axis=1) > DEPENDS).sum(0) > 1).sum())
+    several = int((np.sum([np.ptp(scan, axis=0) > DEPENDS for scan in fit.scans], axis=0) > 1).sum())
     if several:
         notes = (*notes, f"{several} pushes depend on several coefficients, whose effects are added up")
-    known = {}
+    known: dict[int, tuple[float, float, float]] = {}
     if not undecided:
-        for place, k in enumerate(depends):
-            low, high = fit.interval(place, best, confidence)
-            if np.isfinite([low, high]).any():
-                known[k] = (best[place], low, high)
+        fit, best, ends = _intervals(
+            fit, best, lambda place, step: forces.beside(pairs, at, depends[place], step)[used], confidence
+        )
+        known = {k: (best[n], *ends[n]) for n, k in enumerate(depends) if np.isfinite(ends[n]).any()}
         undecided = "" if known else "the pushes exclude no coefficient of friction"
     notes = (*notes, *_plateaus([pairs[k][0] for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]))
     off = fit.predicted(best) - fit.force
@@ -214,22 +216,21 @@ class _Forces:
         force = np.log(np.clip(found.force / a.weight, 1 / REACH, REACH)) + np.log(a.weight)
         return np.where(found.decided, force, np.nan)
 
+    def beside(self, pairs: Sequence[Sequence[Pair]], at: Float, k: int, step: float) -> Float:
+        """Return the logarithms (n,) of the forces at coefficients exp(``at``) (K,), with a step of the k-th."""
+        x = at + step * (np.arange(len(at)) == k)
+        return self.log({pair: float(np.exp(value)) for one, value in zip(pairs, x, strict=True) for pair in one})
+
     def scanned(self, pairs: Sequence[Sequence[Pair]], at: Float) -> tuple[Float, Float]:
         """Return the logarithms of the forces (n,) at coefficients exp(``at``) (K,), and along scans of each of them.
 
         The scans are (K, steps, n). A force that is undecided along a scan is taken from its neighbours there.
         """
-
-        def coefficients(x: Float) -> dict[Pair, float]:
-            return {pair: float(np.exp(value)) for one, value in zip(pairs, x, strict=True) for pair in one}
-
-        base = self.log(coefficients(at))
+        base = self.beside(pairs, at, 0, 0.0)
         scans = np.zeros((len(pairs), len(STEPS), len(base)))
         for k in range(len(pairs)):
             for row, step in enumerate(STEPS):
-                x = at.copy()
-                x[k] += step
-                scans[k, row] = base if step == 0 else self.log(coefficients(x))
+                scans[k, row] = base if step == 0 else self.beside(pairs, at, k, step)
             for column in scans[k].T:
                 told = np.isfinite(column)
                 if told.any():
@@ -244,15 +245,20 @@ def _settled(
 
     Returns the logarithms (K,) at which they cross, the fit, which pushes (n,) are in it, and notes.
     """
-    given = forces.assembly
-    own = dict(zip((tuple(sorted(i.bodies)) for i in given.interfaces), given.mu, strict=True))
-    at = np.log([own[one[0]] or SMOOTH for one in pairs])
-    pushes, notes = forces.pushes, list(given.scene.notes)
+    at = np.full(len(pairs), np.log(BEGIN))
+    pushes, notes = forces.pushes, list(forces.assembly.scene.notes)
     for count in range(ROUNDS):
         report("friction", count, ROUNDS)
         base, scans = forces.scanned(pairs, at)
         used = np.isfinite(base)
-        fit = Fit(base[used], scans[:, :, used], np.log(pushes.force[used]), pushes.moved[used], scatter)
+        fit = Fit(
+            base[used],
+            (STEPS,) * len(pairs),
+            tuple(scans[:, :, used]),
+            np.log(pushes.force[used]),
+            pushes.moved[used],
+            scatter,
+        )
         step = fit.best() if used.any() else np.zeros(len(pairs))
         if (np.abs(step) <= ARRIVED).all():
             break
@@ -263,6 +269,26 @@ def _settled(
     if not used.all():
         notes.append(f"{int((~used).sum())} pushes do not count, because the force that they take is undecided")
     return at, fit, used, tuple(notes)
+
+
+def _intervals(
+    fit: Fit, best: Float, predict: Callable[[int, float], Float], confidence: float
+) -> tuple[Fit, Float, list[tuple[float, float]]]:
+    """Return the interval of each coefficient, the most likely ones, and the fit with more steps where intervals end.
+
+    Between the steps of a scan, which are wide far from its middle, a force that no longer grows has a kink. So the
+    forces at the ends are predicted, ``predict(coefficient, step)``, until the ends no longer move.
+    """
+    for count in range(MOST_ENDS + 1):
+        found = [fit.interval(place, best, confidence) for place in range(len(fit.scans))]
+        ends = [(place, end) for place, both in enumerate(found) for end in both]
+        coarse = [(place, end) for place, end in ends if CLOSE < np.abs(fit.steps[place] - end).min() < np.inf]
+        if not coarse or count == MOST_ENDS:
+            break
+        for place, end in coarse:
+            fit = fit.with_step(place, end, predict(place, end))
+        best = fit.best()
+    return fit, best, found
 
 
 def _undecided(fit: Fit, best: Float, pushes: _Pushes, used: Bool, weight: float) -> str:

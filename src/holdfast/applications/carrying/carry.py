@@ -43,6 +43,7 @@ ProfileChoice: TypeAlias = Profile | str | os.PathLike[str] | ArrayLike
 
 DIGITS = 14  # decimals to which accelerations are compared; the times of one ramp differ by rounding only
 ONSET = 1e-3  # share of a step of the profile to which the onset of motion is located
+WITH_GRAVITY = 0.1  # [g] by which a mean upward acceleration may miss g and still be gravity: slopes, drifting sensors
 STAGE = "the motion of the carrier"
 WHEN = "when something moves"
 
@@ -72,6 +73,7 @@ def carry(
     motion = checked_profile(profile, given)
     question = _Question(given, standing, engine_of(engine), bounds, imperfect)
     answers = question.over(motion, motion.gravity(given.scene.gravity))
+    answers = replace(answers, notes=(*answers.notes, *_doubts(motion, given.scene.gravity)))
     time: float = np.inf
     first: tuple[str, ...] = ()
     if moved(answers).any():
@@ -85,14 +87,34 @@ def checked_profile(profile: ProfileChoice, assembly: Assembly) -> Profile:
         return profile
     if isinstance(profile, str) and (profile in STANDARDS or not os.path.exists(profile)):
         if profile not in STANDARDS:
-            problem = "there is no such file, and no standard profile of this name"
-            raise HoldfastError(message(f"profile {quoted(profile)}", problem, nearest_of(profile, STANDARDS)))
+            raise unknown_profile(profile)
         up = assembly.scene.up
         heading = (1, 0, 0) if abs(up[0]) < 0.9 else (0, 1, 0)
         return Profile.named(profile, heading=heading, up=up)
     if isinstance(profile, str | os.PathLike):
         return Profile.from_file(profile)
     return Profile.from_table(profile)
+
+
+def unknown_profile(name: str) -> HoldfastError:
+    """Return the error for a name that is neither a file nor a standard profile."""
+    problem = "there is no such file, and no standard profile of this name"
+    return HoldfastError(message(f"profile {quoted(name)}", problem, nearest_of(name, STANDARDS)))
+
+
+def _doubts(motion: Profile, gravity: Float) -> tuple[str, ...]:
+    """Return a note if the accelerations of a motion seem to contain gravity (3,) [m/s²], as an accelerometer has it.
+
+    A carrier does not accelerate upwards by g on average: it would be 5 m higher after a second.
+    """
+    usual = float(np.linalg.norm(gravity))
+    upwards = motion.acceleration @ -gravity / usual
+    span = motion.time[-1] - motion.time[0]
+    mean = float(np.trapezoid(upwards, motion.time) / span) if span > 0 else float(upwards[0])
+    if abs(mean - usual) > WITH_GRAVITY * usual:
+        return ()
+    what = f"the carrier accelerates upwards by {mean:.4g} m/s² on average"
+    return (f"{what}: do these accelerations contain gravity? Take it off, a carrier at rest has 0",)
 
 
 class _Question:

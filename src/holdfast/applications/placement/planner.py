@@ -13,7 +13,7 @@ are our own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -32,10 +32,11 @@ from holdfast.applications.placement.result import Candidate, Placement
 from holdfast.applications.placement.support import SupportPoints, scene_map, support_points, unmapped_points
 from holdfast.applications.standing_faces import Face, Standing, rolls_on
 from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.caution import doubts
 from holdfast.base.progress import OutOfTimeError, report, until
 from holdfast.base.text import listed
 from holdfast.base.values import Table
-from holdfast.engines.answers import Answers
+from holdfast.engines.answers import Answers, joined_notes
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.rest import undecided
@@ -294,5 +295,6 @@ class Planner:
         return self._placement(search, clock, answers=none, status=status, reason=reason, best=search.nearest)
 
     def _placement(self, search: Trials, clock: Clock, **found: Any) -> Placement:  # noqa: ANN401 - fields
-        faults = Table(search.faults)
+        faults, answers = Table(search.faults), found["answers"]
+        found["answers"] = replace(answers, notes=joined_notes([doubts([self.body]), answers.notes]))
         return Placement(name=self.body.name, attempts=search.tried, faults=faults, elapsed=clock.elapsed, **found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Collection
 from typing import NoReturn
 
@@ -24,9 +25,21 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box
 
 MOST_ROWS = 100_000  # boxes of one table; contact detection would take hours for more
-SIZES = (("size_x", "size_y", "size_z"), ("length", "width", "height"), ("dx", "dy", "dz"))  # names of three columns
-CENTRES = (("x", "y", "z"), ("position_x", "position_y", "position_z"))
-CORNERS = (("corner_x", "corner_y", "corner_z"), ("x_min", "y_min", "z_min"))
+
+
+def _along(*names: str) -> tuple[tuple[str, str, str], ...]:
+    """Return the names of three columns for each of these names, where a star stands for the axis."""
+    return tuple((name.replace("*", "x"), name.replace("*", "y"), name.replace("*", "z")) for name in names)
+
+
+# Names of three columns, as tables of packing programs and spreadsheets have them
+SIZES = (*_along("size_*", "s*", "size*", "d*", "dim_*", "extent_*", "*_size"), ("length", "width", "height"),
+         ("length", "depth", "height"), ("width", "depth", "height"), ("l", "w", "h"), ("w", "d", "h"))  # fmt: skip
+CENTRES = _along("*", "position_*", "pos_*", "p*", "centre_*", "center_*", "c*", "*_centre", "*_center")
+CORNERS = _along("corner_*", "*_min", "min_*", "*min", "*0", "origin_*")
+ALSO = {"id": "name", "label": "name", "box": "name", "item": "name", "weight": "mass", "m": "mass", "kg": "mass",
+        "yaw_deg": "yaw", "yaw_degrees": "yaw"}  # fmt: skip
+UNITS = re.compile(r"\s*[\[(]\s*(?:m|kg|deg|°|n|pa)\s*[\])]$|_(?:m|kg)$")  # behind a name, as in "size_x [m]"
 LIMITS = ("top_load", "pressure")
 OTHERS = ("name", "mass", "yaw", "fixed", "material", *LIMITS)
 WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False, "": False}
@@ -45,11 +58,11 @@ def read(
 ) -> Scene:
     """Return the scene of a table of boxes, whose first line names the columns.
 
-    A row has its size (``size_x``, ``size_y``, ``size_z``; or ``length``, ``width``, ``height``; or ``dx``, ``dy``,
-    ``dz``) and the place of its centre (``x``, ``y``, ``z``) or of its least corner (``corner_x``, ``corner_y``,
-    ``corner_z``; or ``x_min``, ``y_min``, ``z_min``), all in metres. It may have ``name`` (or else its number),
-    ``mass`` [kg], ``yaw`` [deg] about the vertical through its centre, ``fixed``, ``material``, and what it may bear,
-    ``top_load`` [N] and ``pressure`` [Pa].
+    A row has its size (``size_x``, ``size_y``, ``size_z``; ``sx`` ...; ``dx`` ...; ``length``, ``width``, ``height``)
+    and the place of its centre (``x``, ``y``, ``z``; ``cx`` ...; ``pos_x`` ...) or of its least corner (``corner_x``
+    ...; ``x_min`` ...), all in metres; a unit may stand behind a name, as in ``x [m]`` or ``x_m``. It may have ``name``
+    or ``id`` (or else its number), ``mass`` or ``weight`` [kg], ``yaw`` [deg] about the vertical through its centre,
+    ``fixed``, ``material``, and what it may bear, ``top_load`` [N] and ``pressure`` [Pa].
 
     ``mass`` and ``density`` [kg/m³] are for boxes without one, ``fixed`` names further boxes that never move, and
     ``floor`` adds the half space below z = 0. Raises SceneError or GeometryError if the table is malformed, or if
@@ -106,7 +119,8 @@ class _Table:
         lines = source.text.splitlines()
         header = lines[0] if lines else ""
         between = max(",;\t", key=header.count)
-        columns = [word.strip().lower() for word in header.split(between)]
+        columns = [_column(word) for word in header.split(between)]
+        columns = [word if ALSO.get(word, word) in columns else ALSO[word] for word in columns]
         repeated = [word for word in columns if columns.count(word) > 1]
         if repeated:
             raise SceneError(message(f"{where}:1", f"two columns are named {quoted(repeated[0])}", "keep one"))
@@ -148,6 +162,11 @@ class _Table:
             problem = f"has no columns for {what} among {listed([quoted(word, 40) for word in columns], 8)}"
             raise SceneError(message(f"{where}:1", problem, f"begin the table with {HEADER}"))
         return found
+
+
+def _column(title: str) -> str:
+    """Return the name of a column without its unit."""
+    return re.sub(r"[ .-]", "_", UNITS.sub("", title.strip().strip('"').lower()))
 
 
 def _number(text: str, column: str, where: str) -> float:

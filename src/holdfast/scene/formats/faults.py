@@ -90,6 +90,8 @@ def _problem(fault: ErrorDetails, tags: list[str]) -> tuple[str, str]:
 
 
 def _hint(name: str, known: list[str]) -> str:
+    if name.lower() == "diameter" and "radius" in known:
+        return "write half of it as 'radius'; "
     other = OTHER_NAMES.get(name.lower())
     near = [other] if other in known else difflib.get_close_matches(name.lower(), known, n=1, cutoff=ALIKE)
     return f"did you mean {near[0]!r}? " if near else ""

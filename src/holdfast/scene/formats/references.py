@@ -1,4 +1,4 @@
-"""Files that a scene file refers to: they must be in its folder or in packages, never elsewhere."""
+"""Files that a scene file refers to: they must be in its folder, in ``../meshes`` or in packages, never elsewhere."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ VARIABLES = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH")  # in which Gazebo loo
 FUEL = re.compile(
     r"https?://(?:[\w-]+\.)*(?:gazebosim|ignitionrobotics)\.org/(?:[\d.]+/)?[^/]+/models/([^/]+)(?:/\d+|/tip)?(?:/files)?(?:/(.*))?"
 )
+BESIDE = re.compile(r"\.\./(mesh[\w-]*)/")  # a folder of meshes beside that of a file, as packages of ROS have it
+MODELS = "models/"  # folder of models in the addresses of files that Gazebo looks for in all of its folders
 
 
 @dataclass(frozen=True)
@@ -31,9 +33,9 @@ class References:
     """Resolves names of files for the scene file at ``path``.
 
     ``packages`` maps names of packages to folders, or is a function that does. Files must be in the folder of the scene
-    file, in a package or in one of ``models``. ``option`` is the keyword of ``load_scene`` that allows further folders,
-    for error messages. ``models`` are folders of models: a package or model, also one of Gazebo's at an address, may be
-    a folder in them.
+    file, in a folder of meshes beside it (``../meshes``), in a package or in one of ``models``. ``option`` is the
+    keyword of ``load_scene`` that allows further folders, for error messages. ``models`` are folders of models: a
+    package or model, also one of Gazebo's at an address, may be a folder in them.
     """
 
     path: Path
@@ -53,7 +55,8 @@ class References:
     def file(self, name: str, where: str) -> Path:
         """Return the path of the file with this name: relative, absolute, ``file://``, ``package://``, ``model://``.
 
-        The address of a model of Gazebo counts as ``model://`` and its name.
+        The address of a model of Gazebo counts as ``model://`` and its name. So does ``file://models/`` and its name
+        where there is no such file.
 
         Raises SceneError for another scheme, an unknown package, or a path outside the folders that may be read.
         """
@@ -61,10 +64,11 @@ class References:
         if fetched:
             return self.file(f"model://{fetched[1]}/{fetched[2] or ''}", where)
         scheme, split, rest = name.partition("://")
-        if not split:
-            return self._inside(self.path.parent / name, [self.path.parent, *self._folders()], name, where)
-        if scheme == "file":
-            return self._inside(self.path.parent / unquote(rest), [self.path.parent, *self._folders()], name, where)
+        if not split or scheme == "file":
+            path = self.path.parent / (unquote(rest) if split else name)
+            if split and rest.startswith(MODELS) and not os.path.exists(path):
+                return self.file(f"model://{rest.removeprefix(MODELS)}", where)
+            return self._inside(path, [self.path.parent, *self._beside_it(name), *self._folders()], name, where)
         if scheme not in ("package", "model"):
             raise SceneError(message(where, f"names {quoted(name)}", "needs a path, file://, package:// or model://"))
         package, _, inner = unquote(rest).partition("/")
@@ -77,6 +81,18 @@ class References:
         The folders beside the file, above it, and beside its own folder are searched. The name of a package is that in
         package.xml, or else that of its folder.
         """
+        found = self.known_package(name)
+        if found is not None:
+            return found
+        known = [] if callable(self.packages) or not self.packages else list(self.packages)
+        hint = f"{nearest_of(name, known)} " if known else ""
+        remedy = f"{hint}give {self.option}={{{quoted(name)}: folder}}"
+        if self.option == "package":
+            remedy += ", or model_path=[the folder in which it lies]"
+        raise SceneError(message(where, f"names the package {quoted(name)}, whose folder is unknown", remedy))
+
+    def known_package(self, name: str) -> Path | None:
+        """Return the folder of a package like ``package``; None if it is unknown."""
         given = self.packages(name) if callable(self.packages) else (self.packages or {}).get(name)
         if given is not None:
             return Path(given)
@@ -91,12 +107,13 @@ class References:
             if _is_package(folder, name):
                 self._found[name] = folder
                 return folder
-        known = [] if callable(self.packages) or not self.packages else list(self.packages)
-        hint = f"{nearest_of(name, known)} " if known else ""
-        remedy = f"{hint}give {self.option}={{{quoted(name)}: folder}}"
-        if self.option == "package":
-            remedy += ", or model_path=[the folder in which it lies]"
-        raise SceneError(message(where, f"names the package {quoted(name)}, whose folder is unknown", remedy))
+        return None
+
+    def _beside_it(self, name: str) -> list[Path]:
+        """Return the folder of meshes beside that of the file to which a relative name leads; no link to elsewhere."""
+        found = BESIDE.match(name)
+        folder = self.path.parent / ".." / found[1] if found else None
+        return [] if folder is None or os.path.islink(folder) else [folder]
 
     def _folders(self) -> list[Path]:
         given = [] if callable(self.packages) or not self.packages else self.packages.values()

@@ -11,16 +11,25 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
+from holdfast.base.arrays import checked_truth
 from holdfast.base.by_name import Registry
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.scene.formats import FORMATS
+from holdfast.scene.formats.floor import on_the_floor
 from holdfast.scene.formats.source import Source
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
 T = TypeVar("T")
+
+# What to do instead of an option, for a format that has none because its files say all
+STANDS = {
+    "friction": "it has none: write `friction: 0.3` into the file, or say --friction A:B=0.3 for a pair",
+    "density": "it has none: write `density: 700` or `mass: 0.3` at the body in the file",
+    "floor": "it has none: add `{name: floor, shape: {type: halfspace}, fixed: true}` to the bodies in the file",
+}
 
 
 @dataclass(frozen=True)
@@ -98,17 +107,19 @@ def writable() -> tuple[Format, ...]:
     return tuple(each for each in _formats().values() if each.write is not None)
 
 
-def load_scene(path: str | Path, **options: Any) -> Scene:  # noqa: ANN401 - each format has its own
+def load_scene(path: str | Path, *, on_floor: bool = False, **options: Any) -> Scene:  # noqa: ANN401 - of each format
     """Read a scene file in any known format.
 
     The suffix and the content of the file decide its format. ``options`` are passed on to the reader of that format.
-    Raises SceneError if no format recognises the file, if the file is invalid, or if the format does not have an
-    option.
+    ``on_floor`` moves what was read vertically, as one, so that its lowest point is on the floor: on the level half
+    space of the scene or, without one, on its only fixed body. Raises SceneError if no format recognises the file, if
+    the file is invalid, if the format does not have an option, or if there is no such floor.
     """
     path = checked_path(path, "scene file")
     with located(str(path)):
         source = Source(path)
-        return read_as(format_of(source), source, options)
+        scene = read_as(format_of(source), source, options)
+        return on_the_floor(scene) if checked_truth(on_floor, "on_floor") else scene
 
 
 def read_as(chosen: Format, source: Source, options: Mapping[str, Any]) -> Scene:
@@ -193,7 +204,7 @@ def _check_options(chosen: Format, known: Sequence[str], options: Iterable[str],
         if option not in known:
             near = difflib.get_close_matches(option, known, n=1)
             hint = f"did you mean {near[0]!r}? " if near else ""
-            having = f"its options: {', '.join(known)}" if known else "it has none"
+            having = f"its options: {', '.join(known)}" if known else STANDS.get(option, "it has none")
             with_it = ", ".join(each.name for each in others if option in each.options)
             formats = f"; formats with {option!r}: {with_it}" if with_it else ""
             problem = f"is unknown to the format {chosen.name!r}"

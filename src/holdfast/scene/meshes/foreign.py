@@ -53,7 +53,7 @@ def load_nodes(content: bytes, kind: str) -> list[Node]:
 
     Raises ValueError whatever goes wrong in there.
     """
-    return _guarded(content, kind, nodes_of, merge_primitives=True)
+    return _guarded(content, kind, nodes_of)
 
 
 def nodes_of(scene: Any) -> list[Node]:  # noqa: ANN401 - a trimesh.Scene, whose types are not followed
@@ -73,16 +73,14 @@ def _as_one(scene: Any) -> tuple[Float, Int]:  # noqa: ANN401
     return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
 
 
-def _guarded(content: bytes, kind: str, taken: Callable[[Any], T], **options: bool) -> T:
+def _guarded(content: bytes, kind: str, taken: Callable[[Any], T]) -> T:
     import trimesh
 
     logging.getLogger("trimesh").addHandler(_QUIET)
     resolver: Any = _Nothing()
     try:
         stream = io.BytesIO(content)
-        return taken(
-            trimesh.load_scene(stream, file_type=kind, resolver=resolver, process=False, skip_materials=True, **options)
-        )
+        return taken(trimesh.load_scene(stream, file_type=kind, resolver=resolver, process=False, skip_materials=True))
     except ImportError as cause:  # for text that is not UTF-8, trimesh needs an optional package
         raise ValueError("neither text nor a complete binary file") from cause
     except MemoryError as cause:

@@ -6,6 +6,8 @@ import json
 import math
 from typing import Any
 
+import numpy as np
+
 from holdfast.base.arrays import Float, Int
 from holdfast.base.text import quoted
 from holdfast.geometry.gltf import BINARY_CHUNK, JSON_CHUNK, MAGIC, container
@@ -16,8 +18,13 @@ PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MA
 MOST_JSON = 64_000_000  # bytes
 MOST_SHARED = 20  # the views of a file may use each byte this many times on average
 MOST_CORNERS = 20_000_000  # largest number of vertices and indices of all instances of all meshes
+OF_NODE = 100  # corners that take as much memory as the node of a further primitive
 MOST_STEPS = 1_000_000  # largest sum of the depths of all nodes
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+# Beginnings of the names of extensions that look, or that all readers of meshes need
+LOOKING = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "EXT_lights_", "KHR_mesh_quantization",
+           "KHR_xmp", "KHR_animation_", "KHR_draco", "EXT_meshopt")  # fmt: skip
+TRIANGLES, STRIP, FAN = 4, 5, 6  # modes of primitives that are surfaces; trimesh leaves out the last
 
 
 def read(content: bytes) -> tuple[Float, Int]:
@@ -40,12 +47,46 @@ def read_nodes(content: bytes) -> tuple[list[Node], Any, dict[str, Any]]:
     nodes = _maps(header, "nodes")
     names = _distinct([str(node.get("name", number)) for number, node in enumerate(nodes)])
     said = [node.get("extras") for node in nodes]
-    # trimesh reserves one name and changes others, so it is given numbers as names
-    header["nodes"] = [{key: item for key, item in node.items() if key not in ("name", "extras")} for node in nodes]
-    found = sorted(load_nodes(container(header, binary), "glb"), key=lambda node: int(node.name))
+    owner = _divide(header)
+    parts: dict[int, list[Node]] = {}
+    for node in sorted(load_nodes(container(header, binary), "glb"), key=lambda node: int(node.name)):
+        parts.setdefault(owner[int(node.name)], []).append(node)
     scenes, chosen = _maps(header, "scenes"), header.get("scene", 0)
     about = scenes[chosen].get("extras") if isinstance(chosen, int) and 0 <= chosen < len(scenes) else None
-    return [node._replace(name=names[int(node.name)], extras=said[int(node.name)]) for node in found], about, whole
+    return [_joined(parts[k])._replace(name=names[k], extras=said[k]) for k in sorted(parts)], about, whole
+
+
+def _divide(header: dict[str, Any]) -> list[int]:
+    """Give each surface of a header a mesh of its own, and return the number of the node to which each node belongs.
+
+    trimesh cannot join primitives whose materials it does not read, so all but the first of a mesh go to new children
+    of its node. It reserves one name and changes others, so it is given nodes without names, which it numbers.
+    """
+    divided: list[dict[str, Any]] = []
+    of_mesh: list[list[int]] = []
+    for mesh in _maps(header, "meshes"):
+        primitives = [each for each in _maps(mesh, "primitives") if each.get("mode", TRIANGLES) in (TRIANGLES, STRIP)]
+        of_mesh.append(list(range(len(divided), len(divided) + len(primitives))))
+        divided += [{"primitives": [each]} for each in primitives]
+    nodes = [{key: v for key, v in node.items() if key not in ("name", "extras")} for node in _maps(header, "nodes")]
+    owner = list(range(len(nodes)))
+    for number, node in enumerate(nodes[:]):
+        own = of_mesh[_whole(node, "mesh")] if "mesh" in node else []
+        node.pop("mesh", None)
+        if own:
+            node["mesh"] = own[0]
+            node["children"] = [*_list(node, "children"), *range(len(nodes), len(nodes) + len(own) - 1)]
+            nodes += [{"mesh": each} for each in own[1:]]
+            owner += [number] * (len(own) - 1)
+    header["meshes"], header["nodes"] = divided, nodes
+    return owner
+
+
+def _joined(parts: list[Node]) -> Node:
+    """Return the parts of one node as one mesh."""
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
+    return parts[0]._replace(vertices=np.concatenate([part.vertices for part in parts]), faces=np.concatenate(faces))
 
 
 def _distinct(names: list[str]) -> list[str]:
@@ -68,7 +109,11 @@ def _check(content: bytes) -> None:
         for extension in _list(header, name):
             if extension in COMPRESSED:
                 raise ValueError(f"is compressed with {extension}: export it without")
+    for extension in _list(header, "extensionsRequired"):
+        if not str(extension).startswith(LOOKING):
+            raise ValueError(f"requires the extension {quoted(extension)}, which is not read: export it without")
     views = _views(header, len(binary))
+    _check_primitives(header)
     counts = _counts(header, views, len(content))
     _check_instances(header, counts)
 
@@ -134,6 +179,16 @@ def _counts(header: dict[str, Any], views: list[int], size: int) -> list[int]:
     return counts
 
 
+def _check_primitives(header: dict[str, Any]) -> None:
+    """Raise ValueError for surfaces that trimesh would leave out, or read in another size."""
+    accessors = _maps(header, "accessors")
+    for part in (part for mesh in _maps(header, "meshes") for part in _maps(mesh, "primitives")):
+        if part.get("mode") == FAN:
+            raise ValueError("has a fan of triangles: export lists of triangles")
+        if "POSITION" in part["attributes"] and accessors[_whole(part["attributes"], "POSITION")].get("normalized"):
+            raise ValueError("has positions as fractions of whole numbers: export them as floating-point numbers")
+
+
 def _check_instances(header: dict[str, Any], counts: list[int]) -> None:
     """Raise ValueError if a small file would become a huge mesh because its parts are used many times."""
     corners = []
@@ -142,7 +197,8 @@ def _check_instances(header: dict[str, Any], counts: list[int]) -> None:
         of_parts = [
             counts[_whole(part["attributes"], "POSITION")] for part in parts if "POSITION" in part["attributes"]
         ]
-        corners.append(sum(of_parts) + sum(counts[_whole(part, "indices")] for part in parts if "indices" in part))
+        of_indices = sum(counts[_whole(part, "indices")] for part in parts if "indices" in part)
+        corners.append(max(OF_NODE * (len(parts) - 1), sum(of_parts) + of_indices))
     nodes = _maps(header, "nodes")
     total = sum(corners) + sum(corners[_whole(node, "mesh")] for node in nodes if "mesh" in node)
     if total > MOST_CORNERS:

@@ -121,7 +121,7 @@ class ModelReader:
         for joint, value in directive.map("default_joint_positions").items():
             if any(checked_number(each, f"{directive.where}: {joint}") for each in _list(value)):
                 directive.fail(f"joint {quoted(joint)} of an SDF model has a position", "reads those of URDF models")
-        top = ScopeReader().world(models[0], references)
+        top = ScopeReader(self.notes).world(models[0], references)
         self.notes.unread([scope.element for scope in top.within()], SDF_KNOWN, SDF_ATTRIBUTES)
         links = SdfLinks("drake", self.surfaces, self.friction, self.density, self.meshes, self.notes)
         frames = Frames()
@@ -191,7 +191,7 @@ def _urdf_link(
         pieces = reader.pieces(link)
         inertial = None if fixed else reader.inertial(link, pieces, density)
         if pieces and not fixed and inertial is None:
-            link.fail("has no <inertial>", "give density=")
+            link.fail("has no mass", "give density=")
         return Content(pieces, [], inertial)
 
     return read

@@ -7,6 +7,7 @@ from typing import Any
 
 from holdfast.scene.formats.gltf.extras import KEY
 from holdfast.scene.formats.rigid_parts import unknown_keys
+from holdfast.scene.meshes.glb import LOOKING
 
 # What glTF has for each kind of its objects; what only looks or moves is ignored
 KEYS = {
@@ -20,9 +21,6 @@ KEYS = {
         "images", "samplers", "cameras", "skins", "animations", "extensionsUsed", "extensionsRequired", "extras",
     ),
 }  # fmt: skip
-# Beginnings of the names of extensions that look, or that all readers of meshes need
-LOOKING = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "EXT_lights_", "KHR_mesh_quantization",
-           "KHR_xmp", "KHR_animation_", "KHR_draco", "EXT_meshopt")  # fmt: skip
 
 
 def unknown_words(header: dict[str, Any]) -> Iterator[str]:

@@ -71,7 +71,7 @@ def read(
     root = _world(whole, world)
     notes, meshes = Notes(), MeshRules(up_axis, collision)
     references = References(source.path, package, models=model_folders(model_path, notes))
-    top = ScopeReader().world(root, references)
+    top = ScopeReader(notes).world(root, references)
     meshes.check_names(_names_of(top))
     if density is not None:
         density = checked_number(density, "density", above=0, within=DENSITY)

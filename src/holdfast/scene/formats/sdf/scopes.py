@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from urllib.parse import unquote
 
 from holdfast.base.errors import nearest_of
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
-from holdfast.scene.formats.references import References
+from holdfast.scene.formats.references import FUEL, References
 from holdfast.scene.xml import MAX_BYTES, Element, parsed
 
 MOST_STEPS = 200  # longest chain of frames that are relative or attached to each other
@@ -19,7 +20,15 @@ MOST_INCLUDES = 2_000  # largest number of included models of a scene
 MOST_NAMES = 200_000  # largest number of links, frames, joints and models of a scene, with repetitions
 MOST_LEVELS = 30  # largest depth of models in models
 NAMED = ("link", "frame", "joint")
+OWNER = "/openrobotics/"  # of Gazebo's own models in addresses of models
 UNFELT = ("light", "actor")  # included elements that have no contacts
+# The models that every world of Gazebo names, as they come with it; they are taken where no folder has them
+GAZEBOS = {
+    "sun": '<sdf version="1.5"><light type="directional" name="sun"/></sdf>',
+    "ground_plane": """<sdf version="1.5"><model name="ground_plane"><static>true</static><link name="link">
+      <collision name="collision"><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
+        <surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface></collision></link></model></sdf>""",
+}
 
 
 @dataclass(eq=False, repr=False)
@@ -92,9 +101,10 @@ def truth(element: Element, tag: str, default: bool = False) -> bool:
 
 
 class ScopeReader:
-    """Builds scopes, and counts and caches the files that they include."""
+    """Builds scopes, counts and caches the files that they include, and adds what it assumes to ``notes``."""
 
-    def __init__(self) -> None:
+    def __init__(self, notes: list[str]) -> None:
+        self.notes = notes
         self._files: dict[Path, Element] = {}
         self._included = self._named = 0
 
@@ -143,13 +153,16 @@ class ScopeReader:
             include.fail("is one too many", f"the limit is {MOST_INCLUDES:,} included models")
         if include.attributes.get("merge", "").strip().lower() in ("true", "1"):
             include.fail("merges a model into another one", "write its links out, or include it without merge")
-        path = _model_file(scope.references, include)
+        known = _gazebos(scope.references, include)
+        if known == "ground_plane":
+            self.notes.append("ground_plane is in no folder: Gazebo's is taken, a plane with a friction of 50")
+        path = Path(known) if known else _model_file(scope.references, include)
         real = path.resolve()
         if real in files:
             include.fail(f"includes {quoted(str(path))}, in which it lies", "break the circle")
         if real not in self._files:
-            content = read_ordinary(path, "model file", most=MAX_BYTES).decode("utf-8", "replace")
-            self._files[real] = parsed(content, path)
+            content = GAZEBOS[known].encode() if known else read_ordinary(path, "model file", most=MAX_BYTES)
+            self._files[real] = parsed(content.decode("utf-8", "replace"), path)
         root = self._files[real]
         models = root.all("model")
         if not models and any(root.all(tag) for tag in UNFELT):
@@ -165,6 +178,15 @@ class ScopeReader:
         model = Scope(name, element, include if overrides else element, references, scope, static)
         self._add(scope, name, model, include)
         self._fill(model, (*files, real), level + 1)
+
+
+def _gazebos(references: References, include: Element) -> str:
+    """Return the name of the model of Gazebo that is included and has no folder; "" for any other."""
+    uri = include.needed("uri").text.strip()
+    fetched = FUEL.fullmatch(uri) if OWNER in uri.lower() else None
+    folder = unquote(fetched[1] if fetched else uri.partition("model://")[2].strip("/"))
+    name = folder.lower().replace(" ", "_") if fetched else folder
+    return name if name in GAZEBOS and references.known_package(folder) is None else ""
 
 
 def _model_file(references: References, include: Element) -> Path:

@@ -182,7 +182,7 @@ def _body(
         return None
     fixed = fixed or (group.top == WORLD and not links[WORLD].children)
     if unknown and not fixed:
-        unknown[0].fail("has no <inertial>", "give density=, or fixed=True")
+        unknown[0].fail("has no mass", "give density=, or fixed=True")
     if not massive and not fixed:
         reader.notes.of(quoted(group.top), "mass 0, so it is fixed, as in Bullet")
         fixed = True

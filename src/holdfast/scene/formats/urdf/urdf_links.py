@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from holdfast.base.arrays import checked_number, checked_word
-from holdfast.base.ranges import FRICTION, MASS
+from holdfast.base.ranges import DENSITY, FRICTION, MASS
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Solid
 from holdfast.scene.formats.made_meshes import MeshRules
@@ -24,7 +24,7 @@ from holdfast.scene.xml import Element
 KNOWN = {
     "robot": ("link", "joint", "drake:joint", "material", "transmission", "gazebo", "sensor", "version"),
     "link": ("inertial", "visual", "collision", "contact", "sensor", "drake:self_collision_filter_group"),
-    "inertial": ("origin", "mass", "inertia"),
+    "inertial": ("origin", "mass", "inertia", "density"),
     "geometry": ("box", "sphere", "cylinder", "capsule", "drake:capsule", "drake:ellipsoid", "mesh"),
     "collision": ("origin", "geometry", "verbose", "drake:proximity_properties", "material"),
     "contact": ("lateral_friction", "rolling_friction", "spinning_friction", "stiffness", "damping", "restitution",
@@ -153,13 +153,17 @@ class LinkReader:
     def inertial(self, link: Element, pieces: list[Piece], density: float | None) -> Inertial | None:
         """Return the inertial of a link in its frame, by ``density`` [kg/m³] if the file has none; None if unknown."""
         element = link.child("inertial")
-        if element is None:
+        mass_element = None if element is None else element.child("mass")
+        if element is None or mass_element is None:
+            given = None if element is None else element.child("density")  # as Isaac Gym reads it
+            if given is not None:
+                density = checked_number(given.number("value"), f"{given.place}: value", above=0, within=DENSITY)
             if not pieces or density is None:
                 return None
-            self.notes.of(_called(link), f"mass from density {density:g} kg/m³")
+            said = "" if given is None else ", as the file says"
+            self.notes.of(_called(link), f"mass from density {density:g} kg/m³{said}")
             with link.located():
                 return filled(pieces, density)
-        mass_element = element.needed("mass")
         place = f"{mass_element.place}: value"
         mass = checked_number(mass_element.number("value"), place, minimum=0, within=MASS)
         origin = origin_of(element)
