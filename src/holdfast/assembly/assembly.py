@@ -32,7 +32,7 @@ from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, shortened
 from holdfast.contacts.contact_search import Found, search
-from holdfast.contacts.detect import box_distance, neighbours
+from holdfast.contacts.detect import neighbours
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, distance
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
@@ -402,19 +402,32 @@ class Assembly(Value):
 
         Returns (name inside, name outside, distance [m]), or None if there is no body outside.
         """
-        inside = [self.scene.body(name) for name in group]
-        outside = [body for body in self.bodies if body.name not in group]
+        within = np.array([body.name in group for body in self.bodies])
+        low, high = self._boxes[:, 0], self._boxes[:, 1]
         best: tuple[str, str, float] | None = None
-        limit = float(np.linalg.norm(np.ptp(np.vstack([b.surface_world.vertices for b in self.bodies]), axis=0)))
-        pairs = list(itertools.product(inside, outside))
-        for least, k in sorted((box_distance(a, b), k) for k, (a, b) in enumerate(pairs)):
-            if least > limit:
+        limit = self._extent
+        inside, outside = np.flatnonzero(within), np.flatnonzero(~within)
+        apart = np.maximum(low[inside][:, None] - high[outside], low[outside] - high[inside][:, None])
+        least = np.linalg.norm(np.maximum(apart, 0), axis=2).ravel()
+        for k in np.argsort(least, kind="stable").tolist():
+            if least[k] > limit:
                 break
-            a, b = pairs[k]
+            a, b = self.bodies[inside[k // len(outside)]], self.bodies[outside[k % len(outside)]]
             found = distance(a, b, 1.001 * limit)
             if found is not None and (best is None or found < best[2]):
                 best, limit = (a.name, b.name, found), found
         return best
+
+    @cached_property
+    def _boxes(self) -> Float:
+        """The bounding boxes (n, 2, 3) of all bodies, fixed ones included."""
+        return np.array([body.box for body in self.bodies]).reshape(-1, 2, 3)
+
+    @cached_property
+    def _extent(self) -> float:
+        """The diagonal [m] of the box around all bodies."""
+        corners = np.vstack([body.surface_world.vertices for body in self.bodies])
+        return float(np.linalg.norm(np.ptp(corners, axis=0)))
 
 
 def assemble(

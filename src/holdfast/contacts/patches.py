@@ -25,6 +25,7 @@ SAME_WAY = float(np.cos(np.radians(15)))  # cosine of the largest angle between 
 BLENDED = float(np.cos(SMOOTH))  # the same if one of the normals is a mean, which deviates more from those of faces
 STRAIGHT = float(np.cos(np.radians(2)))  # cosine of the largest angle between lines that may be joined
 MOST_POINTS = 16  # largest number of points with similar normals of a pair: corners of their hull, then farthest ones
+MOST_PARTS = 1_000  # largest number of parts of a contact in one plane, likewise: fine cones meet in 20,000 needles
 
 
 def face_patches(pieces: Sequence[Piece], gap: float, angles: Angles, negligible: float) -> list[Patch]:
@@ -63,7 +64,10 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
     middles = np.array([piece[0].sum(0) / len(piece[0]) for piece in flats])
     all_heights = np.array([piece.heights for piece in pieces])
     patches = []
-    for outline, *holes in flat.union(flats, HAIRLINE * negligible, negligible):
+    parts = flat.union(flats, HAIRLINE * negligible, negligible)
+    if len(parts) > MOST_PARTS:
+        parts = [parts[k] for k in thinned(np.array([outline.mean(0) for outline, *_ in parts]), MOST_PARTS)]
+    for outline, *holes in parts:
         mine = flat.inside(flat.shapely_polygon([outline, *holes]), middles)
         heights = all_heights[mine] if mine.any() else all_heights
         separation = (float(heights[:, 0].min()), float(heights[:, 1].max()))
@@ -145,7 +149,7 @@ class Cover:
         if k not in self._shapes:
             rings = self.patches[k].rings
             thin = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
-            self._shapes[k] = thin.buffer(self.gap, quad_segs=4)
+            self._shapes[k] = flat.widened(thin, self.gap)
             shapely.prepare(self._shapes[k])
         return self._shapes[k]
 
