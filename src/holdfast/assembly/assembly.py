@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -403,9 +402,9 @@ class Assembly(Value):
         Returns (name inside, name outside, distance [m]), or None if there is no body outside.
         """
         within = np.array([body.name in group for body in self.bodies])
-        low, high = self._boxes[:, 0], self._boxes[:, 1]
+        low, high = np.array([body.box for body in self.bodies]).swapaxes(0, 1)
         best: tuple[str, str, float] | None = None
-        limit = self._extent
+        limit = np.inf
         inside, outside = np.flatnonzero(within), np.flatnonzero(~within)
         apart = np.maximum(low[inside][:, None] - high[outside], low[outside] - high[inside][:, None])
         least = np.linalg.norm(np.maximum(apart, 0), axis=2).ravel()
@@ -417,17 +416,6 @@ class Assembly(Value):
             if found is not None and (best is None or found < best[2]):
                 best, limit = (a.name, b.name, found), found
         return best
-
-    @cached_property
-    def _boxes(self) -> Float:
-        """The bounding boxes (n, 2, 3) of all bodies, fixed ones included."""
-        return np.array([body.box for body in self.bodies]).reshape(-1, 2, 3)
-
-    @cached_property
-    def _extent(self) -> float:
-        """The diagonal [m] of the box around all bodies."""
-        corners = np.vstack([body.surface_world.vertices for body in self.bodies])
-        return float(np.linalg.norm(np.ptp(corners, axis=0)))
 
 
 def assemble(

@@ -16,9 +16,9 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
 from holdfast.base.machine_code import machine_code_folder
+from holdfast.base.outcomes import ANSWERED, ERROR, MEMORY
 from holdfast.batches.job import Job, Push
 from holdfast.batches.keys import Digests, Touched, key_of_files
-from holdfast.batches.outcomes import ANSWERED, ERROR, MEMORY
 from holdfast.batches.schema import Row, Tables
 from holdfast.engines.answers import Answers
 from holdfast.engines.verdict import ContactForces, Status

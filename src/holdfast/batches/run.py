@@ -15,8 +15,10 @@ from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.field_hints import hinting
 from holdfast.base.files import checked_path
+from holdfast.base.outcomes import DONE, OUTCOMES
 from holdfast.base.parallel import cores
 from holdfast.base.progress import lines, report
+from holdfast.base.supervisor import Limits, Reply
 from holdfast.base.text import quoted
 from holdfast.batches.earlier_answers import EarlierAnswers
 from holdfast.batches.folder import Folder, Part, opened
@@ -25,12 +27,10 @@ from holdfast.batches.job import Job, Question
 from holdfast.batches.journal import Journal, Record, name_of
 from holdfast.batches.keys import Digests, key_of_files, key_of_value
 from holdfast.batches.local_workers import answered_here
-from holdfast.batches.outcomes import DONE, OUTCOMES
 from holdfast.batches.question import question
 from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.schema import TABLES, Row
-from holdfast.batches.supervisor import Limits, Reply
 
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
 STAGE = "scenes"

@@ -161,7 +161,7 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
 def widened(shape: shapely.Geometry, by: float) -> shapely.Geometry:
     """Return all points of the plane that are within ``by`` of a line or a polygon, with round corners."""
     for share in STEPS if shapely.get_num_coordinates(shape) > NEEDLES else (1.0,):
-        shape = shape.buffer(share * by, quad_segs=4)
+        shape = shapely.buffer(shape, share * by, quad_segs=4)
     return shape
 
 

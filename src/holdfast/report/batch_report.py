@@ -14,10 +14,10 @@ from typing import Any
 
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
+from holdfast.base.outcomes import ANSWERED, OUTCOMES
 from holdfast.base.public import number
 from holdfast.base.text import escaped, listed, many
 from holdfast.batches.folder import about, reading
-from holdfast.batches.outcomes import ANSWERED, OUTCOMES
 from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
 from holdfast.drawing.charts import bar, histogram

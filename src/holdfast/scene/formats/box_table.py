@@ -24,6 +24,7 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box
 
 MOST_ROWS = 100_000  # boxes of one table; contact detection would take hours for more
+MOST_COLUMNS = 1_000  # of one table; no program writes as many
 SIZES = (("size_x", "size_y", "size_z"), ("length", "width", "height"), ("dx", "dy", "dz"))  # names of three columns
 CENTRES = (("x", "y", "z"), ("position_x", "position_y", "position_z"))
 CORNERS = (("corner_x", "corner_y", "corner_z"), ("x_min", "y_min", "z_min"))
@@ -106,7 +107,9 @@ class _Table:
         lines = source.text.splitlines()
         header = lines[0] if lines else ""
         between = max(",;\t", key=header.count)
-        columns = [word.strip().lower() for word in header.split(between)]
+        columns = [word.strip().lower() for word in header.split(between, MOST_COLUMNS)]
+        if len(columns) > MOST_COLUMNS:
+            raise SceneError(message(f"{where}:1", "has too many columns", f"the limit is {MOST_COLUMNS:,}"))
         repeated = [word for word in columns if columns.count(word) > 1]
         if repeated:
             raise SceneError(message(f"{where}:1", f"two columns are named {quoted(repeated[0])}", "keep one"))

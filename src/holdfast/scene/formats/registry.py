@@ -15,6 +15,7 @@ from holdfast.base.by_name import Registry
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
+from holdfast.base.foreign import counted
 from holdfast.scene.formats import FORMATS
 from holdfast.scene.formats.source import Source
 from holdfast.scene.hold import refuse_holds
@@ -115,7 +116,8 @@ def read_as(chosen: Format, source: Source, options: Mapping[str, Any]) -> Scene
     """Read a file as the format that ``format_of`` found, with the options of its reader."""
     assert chosen.read is not None
     chosen.check_options(options)
-    return _called(chosen, partial(chosen.read, source, **options))
+    with counted():
+        return _called(chosen, partial(chosen.read, source, **options))
 
 
 def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa: ANN401 - each format has its own
