@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 import holdfast as hf
-from holdfast.base import foreign
+from holdfast.base.borders import foreign
 from holdfast.base.files import read_ordinary, write_atomically
 
 

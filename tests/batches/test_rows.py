@@ -13,8 +13,8 @@ from reproduced import reproducible
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.base.outcomes import TIME
-from holdfast.base.supervisor import Reply
+from holdfast.base.borders.outcomes import TIME
+from holdfast.base.borders.supervisor import Reply
 from holdfast.batches.job import Job, Question
 from holdfast.batches.rows import answered
 from holdfast.batches.run import record_of

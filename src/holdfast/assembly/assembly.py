@@ -33,7 +33,7 @@ from holdfast.base.values import Value, shortened
 from holdfast.contacts.contact_search import Found, search
 from holdfast.contacts.detect import neighbours
 from holdfast.contacts.interface import Interface
-from holdfast.contacts.overlap import Overlap, distance
+from holdfast.contacts.overlap import Overlap, distance, nearest_outside
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
 from holdfast.scene.hold import AnyHold, hold_ends, jointed
@@ -401,21 +401,7 @@ class Assembly(Value):
 
         Returns (name inside, name outside, distance [m]), or None if there is no body outside.
         """
-        within = np.array([body.name in group for body in self.bodies])
-        low, high = np.array([body.box for body in self.bodies]).swapaxes(0, 1)
-        best: tuple[str, str, float] | None = None
-        limit = np.inf
-        inside, outside = np.flatnonzero(within), np.flatnonzero(~within)
-        apart = np.maximum(low[inside][:, None] - high[outside], low[outside] - high[inside][:, None])
-        least = np.linalg.norm(np.maximum(apart, 0), axis=2).ravel()
-        for k in np.argsort(least, kind="stable").tolist():
-            if least[k] > limit:
-                break
-            a, b = self.bodies[inside[k // len(outside)]], self.bodies[outside[k % len(outside)]]
-            found = distance(a, b, 1.001 * limit)
-            if found is not None and (best is None or found < best[2]):
-                best, limit = (a.name, b.name, found), found
-        return best
+        return nearest_outside(self.bodies, group)
 
 
 def assemble(

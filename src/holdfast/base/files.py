@@ -10,8 +10,8 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
+from holdfast.base.borders.foreign import BYTES, spend
 from holdfast.base.errors import HoldfastError, SceneError, message
-from holdfast.base.foreign import BYTES, spend
 from holdfast.base.text import quoted
 
 _unfinished: set[Path] = set()  # temporary files that are being written

@@ -9,7 +9,7 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from holdfast.base.outcomes import ANSWERED
+from holdfast.base.borders.outcomes import ANSWERED
 from holdfast.base.public import number
 from holdfast.base.text import listed
 from holdfast.batches.result import BatchTables

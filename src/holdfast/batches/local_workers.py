@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from multiprocessing.connection import wait
 
-from holdfast.base.supervisor import Limits, Reply, Supervisor
+from holdfast.base.borders.supervisor import Limits, Reply, Supervisor
 from holdfast.batches.job import Job, Question
 
 ANSWERED_BY = "holdfast.batches.rows:answered"

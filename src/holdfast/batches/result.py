@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from holdfast.base.archive import archived
+from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message, nearest_of
-from holdfast.base.outcomes import ANSWERED, OUTCOMES
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import many
 from holdfast.base.values import Table

@@ -11,9 +11,9 @@ from typing import Annotated, Any
 
 import typer
 
+from holdfast.base.borders.outcomes import ANSWERED
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
-from holdfast.base.outcomes import ANSWERED
 from holdfast.batches.inputs import inputs_of
 from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport

@@ -40,7 +40,6 @@ from holdfast.scene.scene import Scene
 
 T = TypeVar("T")
 NEGLIGIBLE_WIDTH = 1e-6  # width, relative to the size of the smaller body, below which a patch is a rounding error
-LARGE_FACE = 16  # number of pairs of triangles that are compared in the time that a large face and a triangle take
 NOMINAL_BREADTH = 1e-3  # width of a line or a point in the weights of nodes, relative to the size of the smaller body
 
 
@@ -281,7 +280,7 @@ def find_patches(
     """Find the patches where two bodies touch, with normals that point into ``b``.
 
     Faces come first, then lines where no face touches, then points where neither touches. Raises TooFineError if there
-    are more than ``most`` pairs of triangles to compare; a large face counts as LARGE_FACE triangles.
+    are more than ``most`` pairs of triangles to compare; a pair with a large face counts as 16.
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     breadth = NOMINAL_BREADTH * size
@@ -322,7 +321,7 @@ def _on_triangles(
     if not len(pairs) and not facets:
         return None
     mixed, small = facing_pairs(mesh_a, mesh_b, pairs, cos_angle=float(np.cos(np.radians(angles.flat))))
-    if LARGE_FACE * len(mixed) + len(small) > most:
+    if 16 * len(mixed) + len(small) > most:
         raise TooFineError
     also, _ = facing_polygons(mesh_a, mesh_b, *locals_, mixed, gap=gap, depth=depth, angles=angles)
     large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]

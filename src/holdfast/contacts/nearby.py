@@ -13,11 +13,12 @@ from holdfast.contacts.detect import by_friction, find_patches, of_cuboids
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, Tolerances, doubtful_gap
+from holdfast.geometry.polygon import MANY
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
 WIDE = 5.0  # [deg] angle between faces that would be parallel if the poses were slightly different
-MOST_FACING = 20_000  # pairs of triangles that are compared for one pair of bodies; they take about a second
+MOST_FACING = 20 * MANY  # pairs of triangles that are compared for one pair of bodies; they take about a second
 GROWS = 1.2  # a contact whose area grows by this factor at twice the angle is on a curved surface, which can roll
 
 

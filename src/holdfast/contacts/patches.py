@@ -25,7 +25,6 @@ SAME_WAY = float(np.cos(np.radians(15)))  # cosine of the largest angle between 
 BLENDED = float(np.cos(SMOOTH))  # the same if one of the normals is a mean, which deviates more from those of faces
 STRAIGHT = float(np.cos(np.radians(2)))  # cosine of the largest angle between lines that may be joined
 MOST_POINTS = 16  # largest number of points with similar normals of a pair: corners of their hull, then farthest ones
-MOST_PARTS = 1_000  # largest number of parts of a contact in one plane, likewise: fine cones meet in 20,000 needles
 
 
 def face_patches(pieces: Sequence[Piece], gap: float, angles: Angles, negligible: float) -> list[Patch]:
@@ -65,8 +64,8 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
     all_heights = np.array([piece.heights for piece in pieces])
     patches = []
     parts = flat.union(flats, HAIRLINE * negligible, negligible)
-    if len(parts) > MOST_PARTS:
-        parts = [parts[k] for k in thinned(np.array([outline.mean(0) for outline, *_ in parts]), MOST_PARTS)]
+    if len(parts) > flat.MANY:  # fine cones meet in 20,000 needles
+        parts = [parts[k] for k in thinned(np.array([outline.mean(0) for outline, *_ in parts]), flat.MANY)]
     for outline, *holes in parts:
         mine = flat.inside(flat.shapely_polygon([outline, *holes]), middles)
         heights = all_heights[mine] if mine.any() else all_heights

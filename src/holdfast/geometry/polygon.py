@@ -16,9 +16,9 @@ from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.tiling import tiled
 
 SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
-MANY = 1_000  # of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13
-NEEDLES = 500  # an outline with more corners is widened in several steps: one step takes 8 s for a star of 720 needles
-STEPS = (1 / 256, 3 / 256, 3 / 64, 3 / 16, 3 / 4)  # shares of the width that these steps add
+# of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13; an outline with
+# more corners is widened in steps: a single one takes 8 s for a star of 720 needles
+MANY = 32 * SCATTERED
 
 
 def turned(ring: Float, first: int) -> Float:
@@ -160,7 +160,8 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
 
 def widened(shape: shapely.Geometry, by: float) -> shapely.Geometry:
     """Return all points of the plane that are within ``by`` of a line or a polygon, with round corners."""
-    for share in STEPS if shapely.get_num_coordinates(shape) > NEEDLES else (1.0,):
+    steps = (1 / 256, 3 / 256, 3 / 64, 3 / 16, 3 / 4) if shapely.get_num_coordinates(shape) > MANY else (1.0,)
+    for share in steps:
         shape = shapely.buffer(shape, share * by, quad_segs=4)
     return shape
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import NoReturn
 from xml.parsers import expat
 
+from holdfast.base.borders.foreign import ELEMENTS, foreign, spend
 from holdfast.base.errors import HoldfastError, SceneError, message
-from holdfast.base.foreign import ELEMENTS, foreign, spend
 from holdfast.base.text import quoted
 
 MAX_BYTES = 20_000_000  # largest number of characters of a file

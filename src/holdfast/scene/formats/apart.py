@@ -11,9 +11,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from holdfast.base.borders.outcomes import DONE
+from holdfast.base.borders.supervisor import Limits, Supervisor
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message, warn
-from holdfast.base.outcomes import DONE
-from holdfast.base.supervisor import Limits, Supervisor
 from holdfast.scene.formats.source import Source
 from holdfast.scene.scene import Scene
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, message
-from holdfast.base.foreign import foreign
 from holdfast.base.ranges import PLACE, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own, scene_of_nodes

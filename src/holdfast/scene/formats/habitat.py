@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked, checked_number, checked_truth
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.files import read_ordinary
-from holdfast.base.foreign import foreign
 from holdfast.base.ranges import FRICTION, MASS, PLACE, SCALE
 from holdfast.base.rigid import UNIT_LENGTH, Y_TO_Z, pose_from, transform
 from holdfast.base.text import listed, quoted

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from holdfast.base.arrays import Float, checked_number, checked_word
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, message, nearest_of
 from holdfast.base.files import check_ordinary
-from holdfast.base.foreign import foreign
 from holdfast.base.ranges import LENGTH
 from holdfast.base.rigid import Y_TO_Z, transform
 from holdfast.base.text import quoted

@@ -9,8 +9,8 @@ from typing import Any
 
 import yaml
 
+from holdfast.base.borders.foreign import MAX_DEPTH, foreign
 from holdfast.base.errors import SceneError, message
-from holdfast.base.foreign import MAX_DEPTH, foreign
 from holdfast.base.text import quoted
 
 SUFFIXES = (".yaml", ".yml", ".json")  # suffixes of files that hold JSON or YAML

@@ -13,8 +13,8 @@ import manifold3d
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, checked, checked_number
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError
-from holdfast.base.foreign import foreign
 from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted

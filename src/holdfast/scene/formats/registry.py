@@ -11,11 +11,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
+from holdfast.base.borders.foreign import counted
 from holdfast.base.by_name import Registry
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
-from holdfast.base.foreign import counted
 from holdfast.scene.formats import FORMATS
 from holdfast.scene.formats.source import Source
 from holdfast.scene.hold import refuse_holds

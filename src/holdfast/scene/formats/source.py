@@ -8,9 +8,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from holdfast.base.borders.foreign import JSON, YAML, foreign, spend
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import check_ordinary, read_ordinary
-from holdfast.base.foreign import JSON, YAML, foreign, spend
 from holdfast.base.text import listed, quoted
 from holdfast.scene.formats import plain_data
 

@@ -43,7 +43,7 @@ class Node(NamedTuple):
 def load(content: bytes, kind: str) -> tuple[Float, Int]:
     """Return the vertices and triangles that trimesh reads from the content of a file of this kind, as one mesh.
 
-    Raises whatever the parser of the format does; who calls has it behind ``holdfast.base.foreign``.
+    Raises whatever the parser of the format does; who calls has it behind ``holdfast.base.borders.foreign``.
     """
     return _guarded(content, kind, _as_one)
 

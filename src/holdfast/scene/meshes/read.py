@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, checked_word
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.files import check_ordinary, read_ordinary
-from holdfast.base.foreign import foreign
 from holdfast.base.rigid import Y_TO_Z, transform
 from holdfast.scene.meshes import dae, glb, obj, off, ply, stl
 

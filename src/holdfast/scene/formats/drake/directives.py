@@ -11,9 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float, checked, checked_number
+from holdfast.base.borders.foreign import YAML, spend
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.files import check_ordinary
-from holdfast.base.foreign import YAML, spend
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import quoted
 from holdfast.scene.formats import plain_data

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from holdfast.base.arrays import checked_mapping, checked_truth
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
-from holdfast.base.foreign import foreign
 from holdfast.geometry.gltf import MAGIC
 from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.floor import FLOOR

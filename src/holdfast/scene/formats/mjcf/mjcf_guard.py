@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree as Xml
 
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import check_ordinary
-from holdfast.base.foreign import foreign
 from holdfast.base.text import quoted
 from holdfast.scene.formats.source import Source
 from holdfast.scene.xml import root_name

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked
+from holdfast.base.borders.foreign import foreign
+from holdfast.base.borders.worker import is_limited
 from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of, warn
 from holdfast.base.files import checked_path, read_ordinary
-from holdfast.base.foreign import foreign
 from holdfast.base.text import listed, one_line, quoted
-from holdfast.base.worker import is_limited
 from holdfast.scene.formats.apart import read_apart
 from holdfast.scene.formats.joint_holds import Torques
 from holdfast.scene.formats.joint_limits import check_within

@@ -6,8 +6,8 @@ from collections.abc import Collection
 
 from numpy.typing import ArrayLike
 
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
-from holdfast.base.foreign import foreign
 from holdfast.base.text import listed, quoted
 from holdfast.scene.formats.moveit import Planned, scene_of_objects
 from holdfast.scene.formats.named_meshes import Numbers

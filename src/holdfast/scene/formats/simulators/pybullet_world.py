@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, checked_mapping, checked_truth
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, located, message, nearest_of
-from holdfast.base.foreign import foreign
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Compound, Solid, as_shape

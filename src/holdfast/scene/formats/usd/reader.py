@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from holdfast.base.arrays import Float, checked_number, checked_truth, checked_word, unit
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, located, message
-from holdfast.base.foreign import foreign
 from holdfast.base.ranges import DENSITY, FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body

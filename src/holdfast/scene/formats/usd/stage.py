@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, checked_number
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import check_ordinary
-from holdfast.base.foreign import foreign
 from holdfast.base.ranges import SCALE
 from holdfast.base.rigid import Y_TO_Z
 from holdfast.base.text import quoted

@@ -1,4 +1,4 @@
-"""A process that answers one item after the other: ``python -P -m holdfast.base.worker MODULE:FUNCTION MB SECONDS``.
+"""A process that answers items: ``python -P -m holdfast.base.borders.worker MODULE:FUNCTION MB SECONDS``.
 
 Its supervisor (supervisor.py) is at the other end of its stdin and stdout. The first message is the argument of the
 module's ``warm``; the others are items. For each item, ``function(item, tell)`` is called. Its result is sent back, and
@@ -21,7 +21,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from holdfast.base.outcomes import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
+from holdfast.base.borders.outcomes import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
 
 STATUS = Path("/proc/self/status")
 PATIENCE = 2.0  # a worker ends itself after this multiple of SECONDS, plus 30 s, in case its supervisor is gone
