@@ -13,12 +13,12 @@ from reproduced import reproducible
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
+from holdfast.base.borders.outcomes import TIME
+from holdfast.base.borders.supervisor import Reply
 from holdfast.batches.job import Job, Question
-from holdfast.batches.outcomes import TIME
 from holdfast.batches.rows import answered
 from holdfast.batches.run import record_of
 from holdfast.batches.schema import TABLES, Tables
-from holdfast.batches.supervisor import Reply
 from holdfast.batches.tables import completed
 
 CUBE = """

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from holdfast.base.borders.outcomes import CRASH, DONE, MEMORY, TIME
+from holdfast.base.borders.supervisor import Limits, Supervisor
 from holdfast.base.errors import HoldfastError
-from holdfast.batches.outcomes import CRASH, DONE, MEMORY, TIME
-from holdfast.batches.supervisor import Limits, Supervisor
 
 HERE = (str(Path(__file__).parent),)
 FUNCTION = "batch_drill:drilled"

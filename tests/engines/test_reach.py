@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 import holdfast as hf
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.nearby import Nearby
+from holdfast.engines import near_falls
 from holdfast.scene.shipped.blocks import at, box, floor
 
 ENGINES = ("compliant", "limit", "graph")
@@ -267,3 +268,43 @@ def test_what_might_hold_a_falling_body_is_sought_once(engine: str, monkeypatch:
     push = hf.Load("high", (-0.05, 0, 0.16), (1.0, 0, 0))
     hf.robustness(assembly, "high", (-0.05, 0, 0.16), ALONG_X, engine=engine, standing=[push])
     assert len(sought) > asked
+
+
+def leaves(count: int) -> list[hf.Body]:
+    """Sheets that hover 2 mm above each other, and the lowest above the floor."""
+    return [box(f"l{k}", (0.2, 0.1, 0.001), 0.1, (0, 0, 0.0025 + 0.003 * k)) for k in range(count)]
+
+
+def test_remarks_on_leaves_that_hover_over_each_other_grow_with_their_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is tried again only when something next to it has come to rest: not all of them whenever one has."""
+    tried, found = [], near_falls.Reach._remark
+    monkeypatch.setattr(near_falls.Reach, "_remark", lambda *given: (tried.append(1), found(*given))[1])
+    counts = []
+    for count in (10, 20, 40):
+        tried.clear()
+        answer = stability(*leaves(count))
+        assert answer.status is hf.Status.UNDECIDED
+        assert "l0 is 2 mm above 'floor'" in answer.reason
+        counts.append(len(tried))
+    assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])
+
+
+def cone(count: int, name: str, z: float, *, down: bool) -> hf.Body:
+    """A flat cone of ``count`` needles and its base, apex up or down."""
+    angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    ring = np.column_stack([0.15 * np.cos(angle), 0.15 * np.sin(angle), np.zeros(count)])
+    i, j = np.arange(count), (np.arange(count) + 1) % count
+    faces = np.vstack(
+        [np.column_stack([i, j, np.full(count, count)]), np.column_stack([j, i, np.full(count, count + 1)])]
+    )
+    vertices = np.vstack([ring, [[0, 0, 0.003], [0, 0, 0]]])
+    mesh = hf.Mesh(vertices * [1, 1, -1], faces[:, ::-1]) if down else hf.Mesh(vertices, faces)
+    return hf.Body(name, mesh, mass=1, position=(0.003, 0, z) if down else (0, 0, z))
+
+
+def test_where_too_many_faces_are_near_each_other_it_is_said_that_nothing_was_searched() -> None:
+    """One cone hovers 1 mm over another: few needles are compared, and it is told what the many would cost."""
+    for count, said in ((20, "would rest there"), (200, "was not searched: too many faces are near")):
+        found = stability(cone(count, "low", 0, down=False), cone(count, "high", 0.007, down=True))
+        assert found.status is hf.Status.UNDECIDED
+        assert said in found.reason

@@ -9,8 +9,8 @@ from types import TracebackType
 from typing import Any
 
 from fuzz.outcome import Ending, Outcome
-from holdfast.batches import supervisor
-from holdfast.batches.outcomes import DONE, TIME
+from holdfast.base.borders import supervisor
+from holdfast.base.borders.outcomes import DONE, TIME
 
 SECONDS = 20.0  # the longest trial
 MEGABYTES = 2000  # the most memory that a trial may take

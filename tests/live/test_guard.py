@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.batches.worker import taken
+from holdfast.base.borders.worker import taken
 from holdfast.live.guard import MOST_BYTES, MOST_SAID
 from holdfast.scene.shipped.blocks import box, floor
 

@@ -8,13 +8,14 @@ import sys
 import time
 from itertools import pairwise
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 import trimesh
 
 import holdfast as hf
 from holdfast.cli.main import run
-from holdfast.scene.formats import source
+from holdfast.scene.formats import plain_data, source
 
 HEAD = "format: holdfast-scene/1\n"
 FLOOR = "  - {name: floor, shape: {type: box, size: [1, 1, 0.1]}, fixed: true}\n"
@@ -242,11 +243,13 @@ def test_a_damaged_mesh_file_is_called_damaged(suffix: str, damage: str, tmp_pat
     assert "ModuleNotFoundError" not in str(caught.value)
 
 
-@pytest.mark.parametrize(("limit", "name"), [("MAX_YAML_BYTES", "s.yaml"), ("MAX_BYTES", "s.json")])
+@pytest.mark.parametrize(
+    ("home", "limit", "name"), [(plain_data, "MAX_YAML", "s.yaml"), (source, "MAX_BYTES", "s.json")]
+)
 def test_a_file_that_is_too_large_is_refused_unread(
-    limit: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    home: ModuleType, limit: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(source, limit, 1000)
+    monkeypatch.setattr(home, limit, 1000)
     (tmp_path / name).write_text("x" * 1001)
     with pytest.raises(
         hf.errors.SceneError, match=rf"{name}: is 1,001 bytes; the limit is 1,000: keep meshes in files"

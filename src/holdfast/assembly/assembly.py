@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -32,9 +31,8 @@ from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, shortened
 from holdfast.contacts.contact_search import Found, search
-from holdfast.contacts.detect import box_distance
 from holdfast.contacts.interface import Interface
-from holdfast.contacts.overlap import Overlap, distance
+from holdfast.contacts.overlap import Overlap, nearest_outside
 from holdfast.contacts.sharp_contacts import meeting_sharply, sharp_interface
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.scene.body import Body
@@ -409,19 +407,7 @@ class Assembly(Value):
 
         Returns (name inside, name outside, distance [m]), or None if there is no body outside.
         """
-        inside = [self.scene.body(name) for name in group]
-        outside = [body for body in self.bodies if body.name not in group]
-        best: tuple[str, str, float] | None = None
-        limit = float(np.linalg.norm(np.ptp(np.vstack([b.surface_world.vertices for b in self.bodies]), axis=0)))
-        pairs = list(itertools.product(inside, outside))
-        for least, k in sorted((box_distance(a, b), k) for k, (a, b) in enumerate(pairs)):
-            if least > limit:
-                break
-            a, b = pairs[k]
-            found = distance(a, b, 1.001 * limit)
-            if found is not None and (best is None or found < best[2]):
-                best, limit = (a.name, b.name, found), found
-        return best
+        return nearest_outside(self.bodies, group)
 
 
 def assemble(

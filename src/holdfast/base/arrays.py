@@ -259,7 +259,7 @@ def checked_name(value: Any, where: str) -> str:  # noqa: ANN401 - anything a ca
         raise SceneError(
             message(where, f"is {quoted(value)}", "needs a text without lone surrogates: check its encoding")
         )
-    return value
+    return str(value)  # a text of NumPy is a plain one here, and in files
 
 
 def objects(values: Sequence[Any]) -> Objects:

@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
+from holdfast.base.borders.foreign import BYTES, spend
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.text import quoted
 
@@ -75,6 +76,7 @@ def read_ordinary(
 ) -> bytes:
     """Return the content of an ordinary file of at most ``most`` bytes; raise ``error`` for any other."""
     size = check_ordinary(path, what, error=error, remedy=remedy)
+    spend(BYTES, size, str(path))
     if size <= most:
         try:
             with open(path, "rb") as stream:
@@ -93,8 +95,9 @@ def read_ordinary(
 def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
     """Replace the file at ``path`` by ``content`` in one step.
 
-    If ``path`` is a symbolic link, the link stays, and the file to which it leads is replaced. A failure leaves the old
-    file as it was, and raises HoldfastError. Whatever is not a file, such as a pipe or a device, is not replaced.
+    If ``path`` is a symbolic link, the link stays, and the file to which it leads is replaced. The mode of the file
+    stays. A failure leaves the old file as it was, and raises HoldfastError. Whatever is not a file, such as a pipe or
+    a device, is not replaced.
     """
     try:
         target = _target(Path(path))
@@ -104,6 +107,8 @@ def write_atomically(path: str | os.PathLike[str], content: bytes) -> None:
             with temporary.open("xb") as stream:
                 stream.write(content)
                 stream.flush()
+                with suppress(FileNotFoundError):
+                    os.fchmod(stream.fileno(), stat.S_IMODE(os.stat(target).st_mode))
                 os.fsync(stream.fileno())
             os.replace(temporary, target)
         finally:

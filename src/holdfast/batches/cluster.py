@@ -10,12 +10,12 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from holdfast import __version__
+from holdfast.base.borders.supervisor import Limits, Reply, Supervisor
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
 from holdfast.batches.job import Job, Question
 from holdfast.batches.local_workers import supervisor_for
-from holdfast.batches.supervisor import Limits, Reply, Supervisor
 
 if TYPE_CHECKING:
     from distributed import Client, Future

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from multiprocessing.connection import wait
 
+from holdfast.base.borders.supervisor import Limits, Reply, Supervisor
 from holdfast.batches.job import Job, Question
-from holdfast.batches.supervisor import Limits, Reply, Supervisor
 
 ANSWERED_BY = "holdfast.batches.rows:answered"
 

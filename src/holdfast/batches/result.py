@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from holdfast.base.archive import archived
+from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import many
 from holdfast.base.values import Table
 from holdfast.batches.folder import Folder, reading
-from holdfast.batches.outcomes import ANSWERED, OUTCOMES
 from holdfast.batches.schema import TABLES, Row
 from holdfast.engines.verdict import Status
 

@@ -13,11 +13,11 @@ from holdfast.applications.transport import TransportLimits, transport_limits
 from holdfast.applications.warmup import compile_once
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
+from holdfast.base.borders.outcomes import ANSWERED, ERROR, MEMORY
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
 from holdfast.batches.job import Job, Push
 from holdfast.batches.keys import Digests, Touched, key_of_files
-from holdfast.batches.outcomes import ANSWERED, ERROR, MEMORY
 from holdfast.batches.schema import Row, Tables
 from holdfast.engines.answers import Answers
 from holdfast.engines.verdict import ContactForces, Status

@@ -13,6 +13,8 @@ from typing import Any
 
 from holdfast.applications.warmup import all_compiled
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
+from holdfast.base.borders.outcomes import DONE, OUTCOMES
+from holdfast.base.borders.supervisor import Limits, Reply
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.field_hints import hinting
 from holdfast.base.files import checked_path
@@ -26,12 +28,10 @@ from holdfast.batches.job import Job, Question
 from holdfast.batches.journal import Journal, Record, name_of
 from holdfast.batches.keys import Digests, key_of_files, key_of_value
 from holdfast.batches.local_workers import answered_here
-from holdfast.batches.outcomes import DONE, OUTCOMES
 from holdfast.batches.question import question
 from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.schema import TABLES, Row
-from holdfast.batches.supervisor import Limits, Reply
 
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
 STAGE, FIRST = "scenes", "compiling once for this version, then scenes"

@@ -139,7 +139,7 @@ def _parquet_of(table: str, rows: Sequence[Row]) -> bytes:
 
     stream = io.BytesIO()
     whole = pa.Table.from_pylist([completed(table, row) for row in rows], schema=arrow_schema(table))
-    parquet.write_table(whole, stream, compression="zstd")
+    parquet.write_table(whole, stream, compression="zstd", write_page_checksum=True)
     return stream.getvalue()
 
 
@@ -147,7 +147,7 @@ def _rows_in_parquet(table: str, path: Path, columns: Sequence[str] | None) -> l
     from pyarrow import parquet
 
     with path.open("rb") as stream:  # Arrow's threads are off, because they can block the end of a process
-        file = parquet.ParquetFile(stream, pre_buffer=False)
+        file = parquet.ParquetFile(stream, pre_buffer=False, page_checksum_verification=True)
         rows: list[Row] = file.read(columns=columns, use_threads=False).to_pylist()
     return rows
 

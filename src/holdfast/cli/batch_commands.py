@@ -11,10 +11,10 @@ from typing import Annotated, Any
 
 import typer
 
+from holdfast.base.borders.outcomes import ANSWERED
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.batches.inputs import inputs_of
-from holdfast.batches.outcomes import ANSWERED
 from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport
 from holdfast.batches.run import batch as asked

@@ -271,14 +271,21 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
         yield from scene.touching(bodies[i], bodies[j])
 
 
-def find_patches(a: Body, b: Body, mesh_a: SearchMesh, mesh_b: SearchMesh, tolerances: Tolerances) -> tuple[Patch, ...]:
+class TooFineError(Exception):
+    """More faces of two bodies are near each other than ``find_patches`` was allowed to compare."""
+
+
+def find_patches(
+    a: Body, b: Body, mesh_a: SearchMesh, mesh_b: SearchMesh, tolerances: Tolerances, most: float = np.inf
+) -> tuple[Patch, ...]:
     """Find the patches where two bodies touch, with normals that point into ``b``.
 
-    Faces come first, then lines where no face touches, then points where neither touches.
+    Faces come first, then lines where no face touches, then points where neither touches. Raises TooFineError if there
+    are more than ``most`` pairs of triangles to compare; a pair with a large face counts as 16.
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     breadth = NOMINAL_BREADTH * size
-    found = [] if meet_smoothly(a, b) else _on_triangles(a, b, mesh_a, mesh_b, tolerances)
+    found = [] if meet_smoothly(a, b) else _on_triangles(a, b, mesh_a, mesh_b, tolerances, most)
     if found is None:
         return ()
     exact = feet(a, b, gap=gap, depth=depth, breadth=breadth, angles=tolerances.angles)
@@ -290,7 +297,7 @@ def find_patches(a: Body, b: Body, mesh_a: SearchMesh, mesh_b: SearchMesh, toler
 
 
 def _on_triangles(
-    a: Body, b: Body, mesh_a: SearchMesh, mesh_b: SearchMesh, tolerances: Tolerances
+    a: Body, b: Body, mesh_a: SearchMesh, mesh_b: SearchMesh, tolerances: Tolerances, most: float
 ) -> list[Patch] | None:
     """Find the patches of two tessellated bodies; None if no faces are near each other.
 
@@ -316,6 +323,8 @@ def _on_triangles(
     if not len(pairs) and not facets:
         return None
     mixed, small = facing_pairs(mesh_a, mesh_b, pairs, cos_angle=float(np.cos(np.radians(angles.flat))))
+    if 16 * len(mixed) + len(small) > most:
+        raise TooFineError
     also, _ = facing_polygons(mesh_a, mesh_b, *locals_, mixed, gap=gap, depth=depth, angles=angles)
     large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]
     pairs = np.concatenate([pairs, *(near_faces(mesh_a, mesh_b, gap, two) for two in left)])

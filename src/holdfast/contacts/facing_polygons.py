@@ -121,7 +121,10 @@ def _shared(
 
     (slope_a, level_a), (slope_b, level_b) = plane(rings_a, normal_a), plane(rings_b, normal_b)
     seen_a, seen_b = (flat.shapely_polygon([(r - origin) @ frame.T for r in rings]) for rings in (rings_a, rings_b))
-    shared: shapely.Geometry = shapely.intersection(seen_a, seen_b)
+    try:
+        shared: shapely.Geometry = shapely.intersection(seen_a, seen_b)
+    except shapely.GEOSException:  # a face of a damaged mesh may cross itself
+        shared = shapely.intersection(seen_a.buffer(0), seen_b.buffer(0))
     slope, level = slope_b - slope_a, level_b - level_a
     for sign, bound in ((-1.0, gap), (1.0, depth)):
         shared = _kept(shared, sign * slope, sign * level + bound)

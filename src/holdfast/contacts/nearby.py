@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from holdfast.contacts.detect import box_distance, by_friction, find_patches, of_cuboids
+import numpy as np
+
+from holdfast.base.arrays import Float
+from holdfast.contacts.detect import by_friction, find_patches, of_cuboids
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.search_mesh import SearchMesh
-from holdfast.contacts.tolerances import Tolerances, doubtful_gap
+from holdfast.contacts.tolerances import DOUBTFUL_GAP, Tolerances, doubtful_gap
+from holdfast.geometry.polygon import MANY
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
 WIDE = 5.0  # [deg] angle between faces that would be parallel if the poses were slightly different
+MOST_FACING = 20 * MANY  # pairs of triangles that are compared for one pair of bodies; they take about a second
 GROWS = 1.2  # a contact whose area grows by this factor at twice the angle is on a curved surface, which can roll
 
 
@@ -26,28 +32,48 @@ class Nearby:
     scene: Scene
     tolerances: Tolerances
     touching: Collection[frozenset[str]]
+    _beside: dict[str, list[Body]] = field(default_factory=dict, init=False, repr=False)
     _meshes: dict[int, SearchMesh] = field(default_factory=dict, init=False, repr=False)
     _known: dict[tuple[str, str, float, bool], tuple[Interface, ...]] = field(
         default_factory=dict, init=False, repr=False
     )
 
+    @cached_property
+    def _boxes(self) -> Float:
+        """The bounding boxes (n, 2, 3) of all bodies."""
+        return np.array([body.box for body in self.scene.bodies])
+
+    def beside(self, name: str) -> list[Body]:
+        """Return the bodies within ``doubtful_gap`` of a body that may touch it, in the order of the scene."""
+        if name not in self._beside:
+            own = self.scene.body(name)
+            low, high = self._boxes[:, 0], self._boxes[:, 1]
+            apart = np.linalg.norm(np.maximum(np.maximum(low - own.box[1], own.box[0] - high), 0), axis=1)
+            near = [(self.scene.bodies[k], float(apart[k])) for k in np.flatnonzero(apart <= DOUBTFUL_GAP)]
+            self._beside[name] = [
+                body
+                for body, gap in near
+                if body.name != name and gap <= doubtful_gap(own, body) and self.scene.touching(own, body)
+            ]
+        return self._beside[name]
+
     def pairs(self, names: Collection[str], others: Collection[str]) -> list[tuple[Body, Body]]:
         """Return the pairs of a body in ``names`` and one in ``names`` or ``others`` within ``doubtful_gap``."""
-        inside, among = frozenset(names), frozenset((*names, *others))
-        bodies = [body for body in self.scene.bodies if body.name in among]
-        found = []
-        for a in (body for body in bodies if body.name in inside):
-            for b in bodies:
-                new = b.name not in inside or a.name < b.name
-                if new and box_distance(a, b) <= doubtful_gap(a, b) and self.scene.touching(a, b):
-                    found.append((a, b))
-        return found
+        inside = {name for name in names if name in self.scene.names}
+        found = [(self.scene.body(name), other) for name in inside for other in self.beside(name)]
+        found = [(a, b) for a, b in found if (a.name < b.name if b.name in inside else b.name in others)]
+        return sorted(found, key=lambda pair: [self._place[body.name] for body in pair])
+
+    @cached_property
+    def _place(self) -> dict[str, int]:
+        return {body.name: k for k, body in enumerate(self.scene.bodies)}
 
     def contacts(self, a: Body, b: Body, gap: float, *, wide: bool) -> tuple[Interface, ...]:
         """Return each patch of two bodies at ``gap`` [m], limited to ``doubtful_gap``, as an interface of its own.
 
         The angle tolerance is that of the pair or, if ``wide``, at least WIDE. If the bodies touch already, a wide
-        angle does not count on curved surfaces: otherwise a body that can roll would seem to rest on its side.
+        angle does not count on curved surfaces: otherwise a body that can roll would seem to rest on its side. Raises
+        TooFineError if more than MOST_FACING triangles are near each other.
         """
         key = a.name, b.name, gap, wide
         if key not in self._known:
@@ -74,7 +100,7 @@ class Nearby:
         for body in (a, b):
             if id(body) not in self._meshes:
                 self._meshes[id(body)] = SearchMesh.of(body)
-        return find_patches(a, b, self._meshes[id(a)], self._meshes[id(b)], own)
+        return find_patches(a, b, self._meshes[id(a)], self._meshes[id(b)], own, MOST_FACING)
 
 
 def _area(patches: tuple[Patch, ...]) -> float:

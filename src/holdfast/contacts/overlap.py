@@ -141,6 +141,25 @@ def distance(a: Body, b: Body, search: float) -> float | None:
     return gap if gap < search else None
 
 
+def nearest_outside(bodies: Sequence[Body], group: Collection[str]) -> tuple[str, str, float] | None:
+    """Return the names of a body in ``group`` and of the nearest body outside, and their distance [m]; None if none."""
+    within = np.array([body.name in group for body in bodies])
+    low, high = np.array([body.box for body in bodies]).swapaxes(0, 1)
+    best: tuple[str, str, float] | None = None
+    limit = np.inf
+    inside, outside = np.flatnonzero(within), np.flatnonzero(~within)
+    apart = np.maximum(low[inside][:, None] - high[outside], low[outside] - high[inside][:, None])
+    least = np.linalg.norm(np.maximum(apart, 0), axis=2).ravel()
+    for k in np.argsort(least, kind="stable").tolist():
+        if least[k] > limit:
+            break
+        a, b = bodies[inside[k // len(outside)]], bodies[outside[k % len(outside)]]
+        found = distance(a, b, 1.001 * limit)
+        if found is not None and (best is None or found < best[2]):
+            best, limit = (a.name, b.name, found), found
+    return best
+
+
 def _corner_distance(a: Body, b: Body, search: float) -> float:
     """Return the smallest distance from a corner of a to b [m], or inf if it is larger than ``search`` [m]."""
     surface, corners = b.surface_world, a.surface_world.vertices

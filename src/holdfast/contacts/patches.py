@@ -63,7 +63,10 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
     middles = np.array([piece[0].sum(0) / len(piece[0]) for piece in flats])
     all_heights = np.array([piece.heights for piece in pieces])
     patches = []
-    for outline, *holes in flat.union(flats, HAIRLINE * negligible, negligible):
+    parts = flat.union(flats, HAIRLINE * negligible, negligible)
+    if len(parts) > flat.MANY:  # fine cones meet in 20,000 needles
+        parts = [parts[k] for k in thinned(np.array([outline.mean(0) for outline, *_ in parts]), flat.MANY)]
+    for outline, *holes in parts:
         mine = flat.inside(flat.shapely_polygon([outline, *holes]), middles)
         heights = all_heights[mine] if mine.any() else all_heights
         separation = (float(heights[:, 0].min()), float(heights[:, 1].max()))
@@ -145,7 +148,7 @@ class Cover:
         if k not in self._shapes:
             rings = self.patches[k].rings
             thin = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
-            self._shapes[k] = thin.buffer(self.gap, quad_segs=4)
+            self._shapes[k] = flat.widened(thin, self.gap)
             shapely.prepare(self._shapes[k])
         return self._shapes[k]
 

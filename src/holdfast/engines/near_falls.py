@@ -13,6 +13,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.base.text import quoted
+from holdfast.contacts.detect import TooFineError
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.nearby import WIDE, Nearby
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, doubtful_gap
@@ -55,35 +56,31 @@ class Reach:
         """
         groups = self.assembly.groups
         supports = {body.name for body in self.assembly.bodies if body.fixed}
-        falling, seen, left = [], {number}, [number]
+        falling, seen, left = dict[int, set[int]](), {number}, [number]  # the groups that fall, with those near each
         while left:
             one = left.pop()
             if verdict_of(one).status is not Status.UNSTABLE:
                 supports.update(groups[one])
                 continue
-            falling.append(one)
-            for other in range(len(groups)):
-                if other not in seen and self._near(groups[one], groups[other]):
-                    seen.add(other)
-                    left.append(other)
+            beside = {body.name for name in groups[one] for body in self._nearby.beside(name) if not body.fixed}
+            falling[one] = {int(self.assembly.group_of[self.assembly.index[name]]) for name in beside}
+            left += falling[one] - seen
+            seen |= falling[one]
         said = dict.fromkeys(sorted(falling), "")
         for gap in LEVELS:  # the nearest support comes first, even if it is held up by another that is as near
-            while True:
-                tried = ((k, self._remark(groups[k], supports, gap)) for k, text in said.items() if not text)
-                new = {k: text for k, text in tried if text}
-                if not new:
-                    break
+            tried = set(said)
+            while tried:
+                found = {k: self._remark(groups[k], supports, gap) for k in sorted(tried) if not said[k]}
+                new = {k: text for k, text in found.items() if text}
                 said |= new
                 supports.update(name for k in new for name in groups[k])
+                tried = {k for k in said if not falling[k].isdisjoint(new)}  # nothing else has new supports
         return said
-
-    def _near(self, names: Collection[str], others: Collection[str]) -> bool:
-        """Tell whether one of the bodies ``others`` comes within reach of one of the bodies ``names``."""
-        return any(b.name in others for _, b in self._nearby.pairs(names, others))
 
     def _remark(self, names: Sequence[str], supports: Collection[str], gap: float) -> str:
         """Say what is within ``gap`` [m] of a group that falls and would hold it, or "" if nothing is.
 
+        If there is too much to compare, say so: words must not cost more than verdicts.
         ``supports`` are the names of the bodies that may hold it: all fixed ones, and those of groups that may stand.
         """
         pairs = self._nearby.pairs(names, supports)
@@ -95,7 +92,11 @@ class Reach:
             rests = self._by_engine  # which may know of a fall where limit analysis does not, but not under loads
             verdict = rests(part)
         for wide in (False, True):
-            found = [c for a, b in pairs for c in self._nearby.contacts(a, b, gap, wide=wide)]
+            try:
+                found = [c for a, b in pairs for c in self._nearby.contacts(a, b, gap, wide=wide)]
+            except TooFineError:
+                problem = f"whether it would rest on something within {gap * 1e3:g} mm was not searched"
+                return f"{problem}: too many faces are near each other there: settle, or give simpler meshes"
             met = self._met(part, verdict, found, rests)
             if met:
                 return self._words(names, met, gap, wide=wide)

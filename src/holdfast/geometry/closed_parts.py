@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -12,10 +11,8 @@ from scipy.sparse.csgraph import connected_components
 from holdfast.base.arrays import Bool, Float, Int, unit
 from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import Value, seal
+from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import Edges
-
-if TYPE_CHECKING:
-    import manifold3d
 
 SAME_ANGLE = 1e-6  # [rad] faces around an edge that are closer than this lie on each other
 NEEDLE = 1e-9  # height over length of a triangle; for a thinner one the direction across its edge is undefined
@@ -142,19 +139,25 @@ def joined(vertices: Float, faces: Int) -> Joined | None:
     np.fill_diagonal(meets, val=False)
     if not meets.any():
         return None
-    solids = [_solid(vertices, shells[k]) for k in np.flatnonzero(outer)]
+    made = []
+    for shell, out in zip(shells, outer, strict=True):
+        used, numbers = np.unique(shell if out else shell[:, ::-1], return_inverse=True)
+        solid = closed_solid(vertices[used], numbers.reshape(-1, 3))
+        if solid is None:
+            return None
+        made.append(solid)
+    solids = [made[k] for k in np.flatnonzero(outer)]
     for k in np.flatnonzero(~outer):
         around = np.flatnonzero(((low < boxes[k, 0]) & (boxes[k, 1] < high)).all(1))
         if not len(around):
             return None
         holder = around[np.argmin((high[around] - low[around]).prod(1))]
-        cavity = _solid(vertices, shells[k][:, ::-1])
-        hollow = solids[holder] - cavity
-        if hollow.volume() > solids[holder].volume() - (1 - COORDINATES) * cavity.volume():  # it is not inside
+        hollow = solids[holder] - made[k]
+        if hollow.volume() > solids[holder].volume() - (1 - COORDINATES) * made[k].volume():  # it is not inside
             return None
         solids[holder] = hollow
     whole = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
-    if whole.status() != manifold3d.Error.NoError or any(solid.is_empty() for solid in solids):
+    if whole.status() != manifold3d.Error.NoError:
         return None
     if whole.surface_area() >= (1 - COORDINATES) * sum(solid.surface_area() for solid in solids):
         return None
@@ -167,14 +170,6 @@ def joined(vertices: Float, faces: Int) -> Joined | None:
         int(meets.any(1).sum()),
         shared if shared > COORDINATES * volume else 0.0,
     )
-
-
-def _solid(vertices: Float, faces: Int) -> manifold3d.Manifold:
-    import manifold3d
-
-    used, numbers = np.unique(faces, return_inverse=True)
-    mesh = manifold3d.Mesh64(np.array(vertices[used], order="C"), numbers.reshape(-1, 3).astype(np.uint64))
-    return manifold3d.Manifold(mesh)
 
 
 def _connected(count: int, one: Int, other: Int) -> tuple[int, Int]:

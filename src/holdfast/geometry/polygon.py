@@ -16,6 +16,9 @@ from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.tiling import tiled
 
 SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
+# of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13; an outline with
+# more corners is widened in steps: a single one takes 8 s for a star of 720 needles
+MANY = 32 * SCATTERED
 
 
 def turned(ring: Float, first: int) -> Float:
@@ -134,10 +137,10 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
         return [[without_collinear(outline, tolerance)]]
     whole = _polygons(pieces)
     solid = np.where(shapely.is_valid(whole), whole, shapely.convex_hull(whole))
-    merged = shapely.union_all(solid, grid_size=tolerance / 8)
-    if shapely.get_num_geometries(merged) > SCATTERED:
+    merged = None if len(pieces) > MANY else shapely.union_all(solid, grid_size=tolerance / 8)
+    if merged is None or shapely.get_num_geometries(merged) > SCATTERED:
         wide = shapely.buffer(solid, tolerance, join_style="mitre", mitre_limit=100)
-        merged = shapely.union_all(wide, grid_size=tolerance / 8)
+        merged = shapely.union_all(wide, grid_size=None if merged is None else tolerance / 8)
     else:
         merged = merged.buffer(tolerance, join_style="mitre", mitre_limit=100)
     merged = merged.buffer(-tolerance, join_style="mitre", mitre_limit=100)
@@ -153,6 +156,14 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
         ):  # otherwise a sliver between pieces
             result.append(rings)
     return result
+
+
+def widened(shape: shapely.Geometry, by: float) -> shapely.Geometry:
+    """Return all points of the plane that are within ``by`` of a line or a polygon, with round corners."""
+    steps = (1 / 256, 3 / 256, 3 / 64, 3 / 16, 3 / 4) if shapely.get_num_coordinates(shape) > MANY else (1.0,)
+    for share in steps:
+        shape = shapely.buffer(shape, share * by, quad_segs=4)
+    return shape
 
 
 def _polygons(pieces: Sequence[Sequence[Float]]) -> NDArray[np.object_]:

@@ -18,6 +18,7 @@ class Hit(NamedTuple):
     distance: float
 
 
+@np.errstate(over="ignore", invalid="ignore")  # rays beyond what numbers can hold meet nothing
 def first_hit(vertices: Float, triangles: Int, origin: Float, direction: Float) -> Hit | None:
     """Return where a ray from ``origin`` (3,) along ``direction`` (3,) first meets ``triangles`` (T, 3), or None.
 

@@ -12,12 +12,12 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
 from holdfast.base.public import number
 from holdfast.base.text import escaped, listed, many
 from holdfast.batches.folder import about, reading
-from holdfast.batches.outcomes import ANSWERED, OUTCOMES
 from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
 from holdfast.drawing.charts import bar, histogram

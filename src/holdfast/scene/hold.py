@@ -30,6 +30,7 @@ from holdfast.base.values import Value, altered, seal
 from holdfast.scene.body import Body
 
 RING, MOST_SIDES = 16, 1000  # points of the seal of a suction cup
+MOST_POINTS = 10_000  # of one grip
 
 Range: TypeAlias = tuple[float, float]
 Bounds: TypeAlias = float | tuple[Range, Range, Range]  # the radius of a ball, or a range for each axis
@@ -119,6 +120,8 @@ class Grip(Value):
         where = f"grip of {quoted(self.body)}"
         places = checked_rows(points, 3, f"{where}: points", within=PLACE)[0]
         ways = checked_directions(normals, f"{where}: normals")
+        if len(places) > MOST_POINTS:
+            raise SceneError(message(where, f"has {len(places):,} points", f"the limit is {MOST_POINTS:,}"))
         if not len(places) or len(places) != len(ways):
             problem = f"{len(places)} points and {len(ways)} normals"
             raise SceneError(message(where, problem, "needs as many of each, one or more"))

@@ -306,6 +306,7 @@ class Mesh(Value):
         return self._flattened[0].shared()
 
     @cached_property
+    @np.errstate(all="ignore")  # trimesh warns of what is flat before it is refused
     def mass_properties(self) -> MassProperties:
         """The mass properties of the enclosed volume; raises GeometryError if the mesh does not enclose one."""
         if not self.is_closed:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NoReturn
 from xml.parsers import expat
 
+from holdfast.base.borders.foreign import ELEMENTS, foreign, spend
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.text import quoted
 
@@ -138,11 +139,9 @@ def parsed(text: str, path: Path) -> Element:
     if declaration is not None:  # keep the line numbers
         text = "\n" * declaration.group().count("\n") + text[declaration.end() :]
     builder = _Builder(where)
-    try:
+    with foreign(where, "is not XML", "check the file"):
         builder.parser.Parse(without_comments(text), True)
-    except expat.ExpatError as cause:
-        problem = f"is not XML: {expat.ErrorString(cause.code)}"
-        raise SceneError(message(f"{where}:{cause.lineno}", problem, "check the file")) from cause
+    spend(ELEMENTS, builder.count, where)
     assert builder.root is not None  # the parser raises an error if there is no element
     return builder.root
 

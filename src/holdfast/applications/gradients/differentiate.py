@@ -129,6 +129,7 @@ class _Rows:
         same = differ & ~kinked & ~apart & np.isfinite(before) & np.isfinite(after)
         return self._result(before, after, own, differ & ~same, same)
 
+    @np.errstate(invalid="ignore")  # what jumps has an infinite slope on one side
     def _result(self, before: Float, after: Float, own: Bool, kinks: Bool, same: Bool) -> Derivatives:
         middle = np.where(same, (before + after) / 2, before)
         before, after = np.where(same, middle, before), np.where(same, middle, after)

@@ -156,6 +156,7 @@ class Balance:
             unheld |= ~(along <= BALANCED).all(0)
         return forces, np.where(unheld, np.inf, change)
 
+    @np.errstate(under="ignore")  # what vanishes is taken up by the error beside it
     def change(self, left: Float) -> Float:
         """Bound the room (I, k) [N] that nodes lose where imbalances of at most ``left`` (6J, k) are taken away."""
         scaled = self.share[:, None] * left * UP

@@ -25,6 +25,7 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box
 
 MOST_ROWS = 100_000  # boxes of one table; contact detection would take hours for more
+MOST_COLUMNS = 1_000  # of one table; no program writes as many
 
 
 def _along(*names: str) -> tuple[tuple[str, str, str], ...]:
@@ -119,7 +120,9 @@ class _Table:
         lines = source.text.splitlines()
         header = lines[0] if lines else ""
         between = max(",;\t", key=header.count)
-        columns = [_column(word) for word in header.split(between)]
+        columns = [_column(word) for word in header.split(between, MOST_COLUMNS)]
+        if len(columns) > MOST_COLUMNS:
+            raise SceneError(message(f"{where}:1", "has too many columns", f"the limit is {MOST_COLUMNS:,}"))
         columns = [word if ALSO.get(word, word) in columns else ALSO[word] for word in columns]
         repeated = [word for word in columns if columns.count(word) > 1]
         if repeated:

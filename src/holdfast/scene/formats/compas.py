@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, message
 from holdfast.base.ranges import PLACE, SCALE
 from holdfast.base.text import listed, quoted
@@ -19,7 +20,7 @@ from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.rigid_parts import checked_fixed, not_read, unknown_keys
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
-from holdfast.scene.meshes.foreign import Node
+from holdfast.scene.meshes.by_trimesh import Node
 from holdfast.scene.scene import Scene
 
 Data = Mapping[str, Any]
@@ -69,15 +70,10 @@ def read(
     Raises SceneError or GeometryError if the file is malformed, or if friction or masses are missing.
     """
     where = str(source.path)
-    try:
+    with foreign(where, "is no assembly of COMPAS", "needs blocks with meshes: save it again with compas.json_dump"):
         blocks, supports, edges = _blocks(source.data)
         unknown = list(_unknown(source.data, [mesh for mesh, _ in blocks.values()]))
         nodes = [_node(name, mesh, matrix, where) for name, (mesh, matrix) in blocks.items()]
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as cause:
-        problem = f"is no assembly of COMPAS: {type(cause).__name__}: {cause}"
-        raise SceneError(
-            message(where, problem, "needs blocks with meshes: save it again with compas.json_dump")
-        ) from cause
     if friction is None:
         raise SceneError(message(where, "says nothing of friction", "give friction="))
     names = list(blocks)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked, checked_number, checked_truth
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.files import read_ordinary
 from holdfast.base.ranges import FRICTION, MASS, PLACE, SCALE
@@ -295,11 +296,8 @@ class _Thing(NamedTuple):
         turn = self._axes()
         if self.asset.suffix.lower() == ".glb":
             content = read_ordinary(self.asset, "mesh file", most=MAX_BYTES)
-            try:
+            with foreign(str(self.asset), error=GeometryError):
                 nodes, _, _ = glb.read_nodes(content)
-            except (ValueError, TypeError, LookupError, OverflowError, RecursionError, MemoryError) as cause:
-                problem = f"cannot be read: {cause or type(cause).__name__}"
-                raise GeometryError(message(str(self.asset), problem, "export it again")) from cause
             found = [(transform(node.matrix, node.vertices), node.faces) for node in nodes]
         else:
             mesh = Mesh.from_file(self.asset, up_axis="z")

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from holdfast.base.arrays import Float, checked_number, checked_word
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, message, nearest_of
 from holdfast.base.files import check_ordinary
 from holdfast.base.ranges import LENGTH
@@ -69,11 +70,8 @@ def hull_of(mesh: Mesh) -> Mesh:
     """Return the convex hull of a mesh; raises GeometryError if it is flat."""
     import trimesh
 
-    try:
+    with foreign(mesh.label, "is flat, so it has no convex hull", 'give collision="mesh"', GeometryError):
         hull = trimesh.convex.convex_hull(mesh.vertices)
-    except Exception as cause:  # Qhull has errors of its own
-        problem = "is flat, so it has no convex hull"
-        raise GeometryError(message(mesh.label, problem, 'give collision="mesh"')) from cause
     return Mesh(np.array(hull.vertices), np.array(hull.faces), label=mesh.label)
 
 
@@ -123,11 +121,8 @@ class MeshRules:
         if path.suffix.lower() != ".gltf":
             return self.taken(Mesh.from_file(path, scale=scale, up_axis=up), notes, *names)
         check_ordinary(path, "mesh file", error=GeometryError, remedy="paths are relative to the scene file")
-        try:
+        with foreign(str(path), error=GeometryError):
             vertices, faces = glb.read(packed(Source(path)))
-        except (ValueError, TypeError, LookupError, OverflowError, RecursionError, MemoryError) as cause:
-            problem = f"cannot be read: {cause or type(cause).__name__}"
-            raise GeometryError(message(str(path), problem, "check the file, or export it again")) from cause
         turned = transform(Y_TO_Z, vertices) if up == "y" else vertices
         return self.taken(Mesh(turned * np.array(scale), faces, label=str(path)), notes, *names)
 

@@ -24,6 +24,7 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
 MOST_SHAPES = 10_000  # largest number of shapes of one object
+MOST_DIGITS = 20  # of a whole number; the time to read one grows with the square
 
 
 def sniff(source: Source) -> bool:
@@ -127,7 +128,7 @@ class _Lines:
     def whole(self, most: int) -> int:
         """Return the whole number on the next line."""
         text = self.line()
-        if not text.isdecimal() or int(text) > most:
+        if not text.isdecimal() or len(text) > MOST_DIGITS or int(text) > most:
             self.fail(f"holds {quoted(text)}", f"needs a whole number of at most {most:,}")
         return int(text)
 

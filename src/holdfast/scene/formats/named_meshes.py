@@ -20,7 +20,7 @@ from holdfast.scene.excluded import Excluded
 from holdfast.scene.formats.floor import with_floor
 from holdfast.scene.formats.rigid_parts import checked_fixed, scene_of
 from holdfast.scene.friction import Friction
-from holdfast.scene.meshes.foreign import Node, nodes_of
+from holdfast.scene.meshes.by_trimesh import Node, nodes_of
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 

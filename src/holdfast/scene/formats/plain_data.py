@@ -9,11 +9,12 @@ from typing import Any
 
 import yaml
 
+from holdfast.base.borders.foreign import MAX_DEPTH, foreign
 from holdfast.base.errors import SceneError, message
 from holdfast.base.text import quoted
 
 SUFFIXES = (".yaml", ".yml", ".json")  # suffixes of files that hold JSON or YAML
-MAX_DEPTH = 40  # the deepest nesting that is accepted
+MAX_YAML = 2_000_000  # largest number of characters of YAML; parsing takes up to 3 s for 1 MB
 
 _INT, _FLOAT = "tag:yaml.org,2002:int", "tag:yaml.org,2002:float"
 _WHOLE = re.compile(r"[-+]?(?:0|[1-9][0-9]*)$")
@@ -66,17 +67,11 @@ def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
             result[name] = value
         return result
 
-    try:
+    with foreign(where, "is not JSON", "check the file"):
         data = json.loads(text, object_pairs_hook=no_repeats)
-        if _is_deep(data):
-            raise RecursionError
-        return data
-    except json.JSONDecodeError as cause:
-        raise SceneError(message(f"{where}:{cause.lineno}", f"is not JSON: {cause.msg}", "check the file")) from cause
-    except RecursionError as cause:
-        raise SceneError(message(where, "is nested too deeply", f"the limit is {MAX_DEPTH} levels")) from cause
-    except ValueError as cause:
-        raise SceneError(message(where, f"is not JSON: {cause}", "check the file")) from cause
+    if _is_deep(data):
+        raise SceneError(message(where, "is nested too deeply", f"the limit is {MAX_DEPTH} levels"))
+    return data
 
 
 class _TaggedLoader(_Loader):
@@ -99,18 +94,12 @@ def from_yaml(text: str, where: str, *, tags: bool = False) -> Any:  # noqa: ANN
 
     With ``tags``, a mapping with a tag of its own is a dict with the tag as its only key; otherwise tags are refused.
     """
-    try:
+    if len(text) > MAX_YAML:
+        remedy = f"the limit is {MAX_YAML:,}: keep meshes in files of their own"
+        raise SceneError(message(where, f"is {len(text):,} characters of YAML", remedy))
+    with foreign(where, "is not a YAML scene", "check the file"):
         _refuse_aliases_and_depth(text, where)
         return yaml.load(text, Loader=_TaggedLoader if tags else _Loader)
-    except yaml.YAMLError as cause:
-        mark = getattr(cause, "problem_mark", None)
-        line = f"{where}:{mark.line + 1}" if mark is not None else where
-        problem = getattr(cause, "problem", None) or str(cause).splitlines()[0]
-        raise SceneError(message(line, f"is not a YAML scene: {problem}", "check the file")) from cause
-    except RecursionError as cause:
-        raise SceneError(message(where, "is nested too deeply", f"the limit is {MAX_DEPTH} levels")) from cause
-    except ValueError as cause:
-        raise SceneError(message(where, f"is not a YAML scene: {cause}", "check the file")) from cause
 
 
 def _is_deep(data: Any) -> bool:  # noqa: ANN401 - plain data
@@ -160,4 +149,5 @@ class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[mi
 
 
 _Dumper.add_representer(list, _Dumper.represent_list)
+_Dumper.add_multi_representer(str, lambda dumper, text: dumper.represent_str(str(text)))  # of NumPy, for example
 _Dumper.add_implicit_resolver(_FLOAT, _DECIMAL, list("-+.0123456789"))  # so that a name such as 1e3 gets quotes

@@ -13,7 +13,8 @@ import manifold3d
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, checked, checked_number
-from holdfast.base.errors import GeometryError, SceneError, message
+from holdfast.base.borders.foreign import foreign
+from holdfast.base.errors import GeometryError
 from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
@@ -27,6 +28,7 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 
 KEYS = ("name", "source", "licence", "units", "friction", "gravity", "blocks", "interfaces", "expected")
+NEEDED = "needs blocks (name, vertices, faces, mass, fixed), friction, gravity"
 BLOCK_KEYS = ("name", "vertices", "faces", "mass", "fixed")
 
 
@@ -42,18 +44,13 @@ def read(source: Source) -> Scene:
     Raises SceneError if the file is not a valid block assembly.
     """
     data, path = source.data, source.path
-    try:
+    with foreign(str(path), "is not a block assembly", NEEDED):
         bodies = [_body(block, path) for block in data["blocks"]]
         friction = checked_number(data["friction"], f"{path}: friction", minimum=0, within=FRICTION)
         found = Counter(unknown_keys(data, KEYS, "the file"))
         for block in data["blocks"]:
             found.update(unknown_keys(block, BLOCK_KEYS, "blocks"))
         return Scene(bodies, friction, data["gravity"], data.get("name", path.stem), notes=not_read(found))
-    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as cause:
-        problem = f"is not a block assembly: {type(cause).__name__}: {cause}"
-        raise SceneError(
-            message(str(path), problem, "needs blocks (name, vertices, faces, mass, fixed), friction, gravity")
-        ) from cause
 
 
 def _body(block: dict[str, Any], path: Path) -> Body:

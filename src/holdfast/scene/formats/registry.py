@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from holdfast.base.arrays import checked_truth
+from holdfast.base.borders.foreign import counted
 from holdfast.base.by_name import Registry
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
@@ -126,7 +127,8 @@ def read_as(chosen: Format, source: Source, options: Mapping[str, Any]) -> Scene
     """Read a file as the format that ``format_of`` found, with the options of its reader."""
     assert chosen.read is not None
     chosen.check_options(options)
-    return _called(chosen, partial(chosen.read, source, **options))
+    with counted():
+        return _called(chosen, partial(chosen.read, source, **options))
 
 
 def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa: ANN401 - each format has its own

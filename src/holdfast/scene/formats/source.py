@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from holdfast.base.borders.foreign import JSON, YAML, foreign, spend
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.text import listed, quoted
@@ -15,7 +16,6 @@ from holdfast.scene.formats import plain_data
 
 MAX_BYTES = 200_000_000  # size of the largest file that is read
 MAX_JSON_BYTES = 32_000_000  # size of the largest JSON file; parsed data may take twenty times the memory
-MAX_YAML_BYTES = 2_000_000  # size of the largest YAML file; parsing takes up to 3 s for 1 MB
 HEAD_BYTES = 4096  # length of the first part of a file, by which its format is recognised
 
 
@@ -63,10 +63,8 @@ class Source:
         remedy = "needs a readable UTF-8 text file"
         if b"\0" in self.head:  # checked before a large file is read
             raise SceneError(message(str(self.path), "cannot be read: has zero bytes, which no text has", remedy))
-        try:
+        with foreign(str(self.path), remedy=remedy):
             return self.content.decode("utf-8-sig")
-        except UnicodeDecodeError as cause:
-            raise SceneError(message(str(self.path), f"cannot be read: {cause}", remedy)) from cause
 
     @property
     def data(self) -> Any:  # noqa: ANN401 - plain data
@@ -83,7 +81,8 @@ class Source:
     def _parsed(self) -> tuple[Any, SceneError | None]:
         """The data, or the error if there is none; errors are cached, too, so that parsing is tried only once."""
         try:
-            self._check_size(MAX_JSON_BYTES if self._is_json else MAX_YAML_BYTES)
+            size = self._check_size(MAX_JSON_BYTES if self._is_json else plain_data.MAX_YAML)
+            spend(JSON if self._is_json else YAML, size, str(self.path))
             if self._is_json:
                 return plain_data.from_json(self.text, str(self.path)), None
             return plain_data.from_yaml(self.text, str(self.path)), None
@@ -97,11 +96,12 @@ class Source:
             return self.suffix == ".json"
         return self.head.removeprefix(BOM_UTF8).lstrip()[:1] in (b"{", b"[")
 
-    def _check_size(self, limit: int) -> None:
+    def _check_size(self, limit: int) -> int:
         size = check_ordinary(self.path, "scene file") if self.given is None else len(self.given)
         if size > limit:
             remedy = f"the limit is {limit:,}: keep meshes in files of their own"
             raise SceneError(message(str(self.path), f"is {size:,} bytes", remedy))
+        return size
 
     def described(self) -> str:
         """Describe the content in a few words, for the error message if no format recognises it."""

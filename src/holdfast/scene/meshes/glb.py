@@ -11,7 +11,7 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.text import quoted
 from holdfast.geometry.gltf import BINARY_CHUNK, JSON_CHUNK, MAGIC, container
-from holdfast.scene.meshes.foreign import Node, load, load_nodes
+from holdfast.scene.meshes.by_trimesh import Node, load, load_nodes
 
 BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # size of each type of number
 PARTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}  # numbers in an item

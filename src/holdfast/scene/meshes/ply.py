@@ -7,7 +7,7 @@ from codecs import BOM_UTF8
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.text import quoted
-from holdfast.scene.meshes.foreign import load
+from holdfast.scene.meshes.by_trimesh import load
 
 LONGEST_HEADER = 100_000  # bytes
 END = re.compile(rb"^end_header[ \t]*\r?\n", re.MULTILINE)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, checked_word
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.rigid import Y_TO_Z, transform
@@ -42,12 +43,8 @@ def triangles_of(path: Path, up_axis: str | None = None) -> tuple[Float, Int]:
     if reader is None:
         raise GeometryError(message(where, f"suffix {path.suffix!r}", f"reads {', '.join(SUFFIXES)}"))
     content = read_ordinary(path, "mesh file", most=MAX_BYTES, error=GeometryError, too_large="simplify the mesh")
-    try:
-        with np.errstate(invalid="ignore"):  # NaN in integers; it raises an error when a mesh is made
-            vertices, faces = dae.read(content, any_up=True) if up_axis and reader is dae.read else reader(content)
-    except (ValueError, TypeError, LookupError, OverflowError, RecursionError, MemoryError) as cause:
-        problem = f"cannot be read: {cause or type(cause).__name__}"
-        raise GeometryError(message(where, problem, "check the file, or export it again")) from cause
+    with foreign(where, error=GeometryError), np.errstate(invalid="ignore"):  # NaN in integers is an error of the mesh
+        vertices, faces = dae.read(content, any_up=True) if up_axis and reader is dae.read else reader(content)
     if not len(faces):
         raise GeometryError(message(where, "holds no triangles", "needs a surface mesh, not points or lines"))
     if up_axis == "y":

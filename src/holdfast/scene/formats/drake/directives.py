@@ -11,7 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float, checked, checked_number
+from holdfast.base.borders.foreign import YAML, spend
 from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.files import check_ordinary
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import quoted
 from holdfast.scene.formats import plain_data
@@ -148,6 +150,10 @@ class _Files:
             raise SceneError(message(where, "has no list of directives", "needs `directives:` with a list"))
         unread = [key for key in data if key != "directives"]
         self.notes += not_read(Counter(map(str, unread)))
+        for each in found:  # before the first one is parsed
+            added = each.get("add_directives") if isinstance(each, dict) else None
+            if isinstance(added, dict) and isinstance(added.get("file"), str):
+                spend(YAML, check_ordinary(references.file(added["file"], where), "file of directives"), where)
         for number, each in enumerate(found):
             one = Directive("", each if isinstance(each, dict) else {}, namespace, f"{where}: directives[{number}]",
                             references)  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from functools import cached_property
 from itertools import combinations
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -115,6 +116,7 @@ class _Build:
         self.groups: dict[str, set[str]] = {}
         self.ignored: list[tuple[str, str, Directive]] = []
         self.instances: dict[str, list[Clump]] = {}
+        self._poses: dict[Clump, Float] = {}
 
     def add(self, directive: Directive) -> None:
         """Carry out one directive."""
@@ -212,7 +214,7 @@ class _Build:
     def bodies(self, clump: Clump, name: str, held: bool) -> list[tuple[Body, list[str]]]:
         """Return the bodies of a clump (each plane is one), each with the name of the link of each of its parts."""
         fixed = held or clump.fixed
-        home = self._pose(clump, ())
+        home = self._pose(clump)
         pieces, links, planes, inertials = [], [], [], []
         for member in clump.members:
             content = member.read(fixed)
@@ -235,17 +237,28 @@ class _Build:
             self.models.notes.of(name, "has no shape, so it is left out")
         return found
 
-    def _pose(self, clump: Clump, asking: tuple[Clump, ...]) -> Float:
-        """Return the pose (4, 4) of a clump in the world: as a directive says, else as its file does."""
-        given = [free for free in self.free if self._now(free.child).clump is clump]
-        if clump.fixed or not given:
-            return clump.pose
-        last = given[-1]
-        if clump in asking:
-            last.directive.fail("the pose of a body is relative to itself, by others", "break the circle")
-        base = self._now(self.models.frame(last.base, last.directive))
-        over = np.eye(4) if base.clump is self.world else self._pose(base.clump, (*asking, clump))
-        return np.asarray(over @ base.pose @ last.pose @ np.linalg.inv(self._now(last.child).pose))
+    @cached_property
+    def _given(self) -> dict[Clump, _Free]:
+        """What the last directive says of the pose of each clump; asked once all directives are carried out."""
+        return {self._now(free.child).clump: free for free in self.free}
+
+    def _pose(self, clump: Clump) -> Float:
+        """Return the pose (4, 4) of a clump in the world: as a directive says, else as its file does.
+
+        Poses may be relative to others in a long chain and in any order.
+        """
+        chain: dict[Clump, Float] = {}  # the poses of clumps, each in the next
+        while clump not in self._poses and clump is not self.world and not clump.fixed and clump in self._given:
+            last = self._given[clump]
+            if clump in chain:
+                last.directive.fail("the pose of a body is relative to itself, by others", "break the circle")
+            base = self._now(self.models.frame(last.base, last.directive))
+            chain[clump] = base.pose @ last.pose @ np.linalg.inv(self._now(last.child).pose)
+            clump = base.clump
+        pose = np.eye(4) if clump is self.world else self._poses.get(clump, clump.pose)
+        for above, within in reversed(chain.items()):
+            pose = self._poses[above] = np.asarray(pose @ within)
+        return pose
 
     def excluded(self, bodies: list[Body], owners: list[list[str]]) -> list[Excluded]:
         """Return the pairs that collision filter groups keep apart."""

@@ -23,7 +23,7 @@ from holdfast.scene.formats.friction_entries import FrictionModel, friction_data
 from holdfast.scene.formats.models_shared import Matrix3, Model, Number, Triple, Truth
 from holdfast.scene.formats.named_meshes import Known
 from holdfast.scene.formats.native import FORMAT, AnyModel, EndModel, excluded_data, limits_data, shape_data, shape_of
-from holdfast.scene.meshes.foreign import Node
+from holdfast.scene.meshes.by_trimesh import Node
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 

@@ -17,7 +17,7 @@ from holdfast.scene.formats.friction_entries import friction_of
 from holdfast.scene.formats.gltf.extras import BodyWords, SceneWords, body_words, checksum, known_of, scene_words
 from holdfast.scene.formats.named_meshes import Known, Weight, split
 from holdfast.scene.friction import STRENGTHS, Friction
-from holdfast.scene.meshes.foreign import Node
+from holdfast.scene.meshes.by_trimesh import Node
 from holdfast.scene.scene import Scene
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from holdfast.base.arrays import checked_mapping, checked_truth
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
 from holdfast.geometry.gltf import MAGIC
 from holdfast.scene.formats.faults import first_fault
@@ -92,13 +93,10 @@ def read(
     Raises SceneError or GeometryError if the file is malformed, or if masses or friction are not given.
     """
     beside, path = _sidecar(source), str(source.path)
-    try:
+    with foreign(path):
         content = source.content if source.head.startswith(MAGIC) else packed(source)
         nodes, about, header = glb.read_nodes(content)
         notes = not_read(Counter(unknown_words(header)))
-    except (ValueError, TypeError, LookupError, OverflowError, RecursionError, MemoryError) as cause:
-        problem = f"cannot be read: {cause or type(cause).__name__}"
-        raise SceneError(message(path, problem, "check the file, or export it again")) from cause
     names = [node.name for node in nodes]
     check_weights(mass, density, names)
     check_names(str(_beside(source)), beside.nodes, names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections import Counter
@@ -10,18 +11,22 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree as Xml
 
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import check_ordinary
 from holdfast.base.text import quoted
 from holdfast.scene.formats.source import Source
+from holdfast.scene.xml import root_name
 
 ROOT = "mujoco"
-ELEMENTS = "elements"
+ELEMENTS, MADE = "elements", "made"
 MOST_ELEMENTS = 100_000  # largest number of elements of a file with all that it includes
+MOST_DEEP = 200  # largest depth of elements
 MOST_NESTED = 20  # largest depth of models attached to models
 MOST = {  # limits of a model with all its attachments; a height field cell needs up to 3 kB
     ELEMENTS: (MOST_ELEMENTS, "elements with all copies of its <replicate> and <attach>"),
     "hfield": (300_000, "cells of heightfields"),
+    MADE: (20_000, "corners of meshes and grids that MuJoCo makes"),
 }
 PNG = b"\x89PNG\r\n\x1a\n"
 MOST_BYTES = 200_000_000  # size of the largest file that a model may refer to
@@ -31,18 +36,7 @@ UNUSED = ("njmax", "nconmax", "nstack")  # memory for the solver, which the read
 SIZED = ("hfield", "numeric", "size")
 UNSEEN = ("texture", "material", "skin")  # what only looks: the reader takes it out before MuJoCo opens its files
 DECLARED = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
-BEFORE = re.compile(r"\s*(?:<\?.*?\?>|<!--.*?-->)", re.DOTALL)  # what may precede the first element
-FIRST = re.compile(r"\s*<(?:!DOCTYPE\s+)?([A-Za-z_][\w.:-]*)", re.IGNORECASE)
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
-
-
-def root_of(text: str) -> str:
-    """Return the name of the first element of an XML text, or of its document type; "" if it is not XML."""
-    at = 0
-    while skipped := BEFORE.match(text, at):
-        at = skipped.end()
-    found = FIRST.match(text, at)
-    return found.group(1) if found else ""
 
 
 def parsed(text: str, where: str) -> Xml.Element:
@@ -52,10 +46,14 @@ def parsed(text: str, where: str) -> Xml.Element:
         line = text.count("\n", 0, declared.start()) + 1
         problem = f"line {line} declares a {declared.group(1).upper()}"
         raise SceneError(message(where, problem, "document types and entities are not read: write the values out"))
-    try:
-        return Xml.fromstring(text)
-    except Xml.ParseError as cause:
-        raise SceneError(message(where, f"is not well-formed XML: {cause}", "needs an MJCF model")) from None
+    with foreign(where, "is not well-formed XML", "needs an MJCF model"):
+        tree = Xml.fromstring(text)
+    level, depth = [tree], 0  # MuJoCo recurses
+    while level:
+        level, depth = [child for element in level for child in element], depth + 1
+        if depth > MOST_DEEP:
+            raise SceneError(message(where, "is nested too deeply", f"the limit is {MOST_DEEP} levels"))
+    return tree
 
 
 def files_of(text: str, path: Path, within: Path) -> list[Path]:
@@ -105,6 +103,7 @@ def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Co
                 places = [place for name in named for place in _places(name, folders, element, path, within)]
             files += places
             count[element.tag] += _filled(element, places)
+            count[MADE] += copies * _made(element)
             for key, amount in attached.get(element.get("model", ""), {}).items() if element.tag == "attach" else ():
                 count[key] += copies * amount
             _check_amounts(count, path)
@@ -127,7 +126,7 @@ def _attached(trees: list[Xml.Element], path: Path, so_far: _Asked, above: tuple
             raise SceneError(message(where, f"is attached more than {MOST_NESTED} levels deep", "flatten the model"))
         if here not in so_far.models:
             source = Source(place)
-            known = root_of(source.text) == ROOT  # MuJoCo reads URDF here, too, which attaches nothing
+            known = root_name(source.text) == ROOT  # MuJoCo reads URDF here, too, which attaches nothing
             so_far.models[here] = _asked(source.text, place, so_far, (*above, here)) if known else Counter()
         found[element.get("name", "")] = so_far.models[here]
     return found
@@ -186,6 +185,23 @@ def _filled(element: Xml.Element, places: list[Path]) -> int:
     if places:
         return max(_size_of(place) for place in places)
     return _whole(element.get("nrow", "")) * _whole(element.get("ncol", ""))
+
+
+def _made(element: Xml.Element) -> int:
+    """Return about how many vertices MuJoCo makes for a builtin mesh, a flexible body or a composite one."""
+    if element.tag in ("flexcomp", "composite"):
+        return math.prod(_whole(number) for number in element.get("count", "").split())
+    if element.tag != "mesh" or element.get("builtin") is None:
+        return 0
+    first, second = ([_whole(number) for number in element.get("params", "").split()] + [1, 1])[:2]
+    match element.get("builtin"):
+        case "cone":
+            return first
+        case "plate" | "wedge":
+            return first * second
+        case "sphere":
+            return 1 << 2 * min(first, 20)
+    return first * first
 
 
 def _size_of(place: Path) -> int:

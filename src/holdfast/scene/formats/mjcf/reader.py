@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,27 +16,33 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked
+from holdfast.base.borders.foreign import foreign
+from holdfast.base.borders.worker import is_limited
 from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of, warn
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import listed, one_line, quoted
+from holdfast.scene.formats.apart import read_apart
 from holdfast.scene.formats.joint_holds import Torques
 from holdfast.scene.formats.joint_limits import check_within
 from holdfast.scene.formats.mjcf.live import from_mujoco
-from holdfast.scene.formats.mjcf.mjcf_guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed, root_of
+from holdfast.scene.formats.mjcf.mjcf_guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed
 from holdfast.scene.formats.mjcf.mjcf_names import entries
 from holdfast.scene.formats.mjcf.placing import placed, renamed
 from holdfast.scene.formats.mjcf.writer import write
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.scene import Scene
+from holdfast.scene.xml import root_name
 
+# what MuJoCo makes of a few words; the guard bounds it by what it knows, and a process of its own by what it does
+MAKES = re.compile(r"<(flexcomp|composite|plugin)\b|\bbuiltin\s*=\s*[\"'](?!none|gradient|checker|flat)")
 UNNAMED = ("", "MuJoCo Model")  # names of models that MuJoCo gives to those without
 UNSAVED = "Attaching a spec with an empty prefix"  # a warning about saving a model, which is never done here
 
 
 def sniff(source: Source) -> bool:
     """Tell whether the first element of the file is ``<mujoco>``."""
-    return source.head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and root_of(source.text) == ROOT
+    return source.head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") and root_name(source.text) == ROOT
 
 
 def read(
@@ -61,14 +68,17 @@ def read(
     The files to which the model refers must be in its own folder, or in the folder ``within``. Raises SceneError with
     MuJoCo's message for a model that MuJoCo refuses.
     """
-    path = source.path
+    options, path = {name: value for name, value in locals().items() if name != "source"}, source.path
     folder = path.parent if within is None else checked_path(within, "within")
     if parsed(source.text, str(path)).tag != ROOT:
         raise SceneError(message(str(path), "its root is not <mujoco>", "needs an MJCF model"))
     files = files_of(source.text, path, folder)
+    models = [source, *(Source(each) for each in files if each.suffix.lower() == ".xml")]
+    if not is_limited() and any(MAKES.search(each.text) for each in models):
+        return read_apart(read, source, options)
     mujoco = import_module("mujoco")
     with _warnings(mujoco) as heard:
-        try:
+        with foreign(str(path), "MuJoCo refuses it", "correct the model"):
             spec = _seen(mujoco, source, files)
             with located(str(path)):
                 unseen = _weighing_unseen(spec)
@@ -78,9 +88,6 @@ def read(
             with located(str(path)):
                 _pose(mujoco, model, data, key, qpos)
             mujoco.mj_forward(model, data)
-        except (ValueError, mujoco.FatalError, MemoryError) as cause:
-            problem = f"MuJoCo refuses it: {' '.join(str(cause).split())}"
-            raise SceneError(message(str(path), problem, "correct the model")) from None
         with located(str(path)):
             scene = from_mujoco(model, data, rigid=rigid, hold_torques=hold_torques, name=_name(model, path))
             scene = renamed(scene, single)

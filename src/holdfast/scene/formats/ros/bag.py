@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from numpy.typing import ArrayLike
 
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.formats.moveit import Planned, scene_of_objects
@@ -41,21 +42,19 @@ def read(
     other options are those of ``from_planning_scene``. Raises SceneError if there is no such message, or if the bag
     lacks the definitions of messages.
     """
-    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.highlevel import AnyReader
 
     where = str(source.path)
     world, topics, others, count = World(), dict[str, None](), dict[str, None](), 0
     folder = source.suffix != ".bag" and (source.path.parent / "metadata.yaml").is_file()
-    try:
-        with AnyReader([source.path.parent if folder else source.path]) as reader:
-            wanted = [each for each in reader.connections if each.msgtype.rpartition("/")[2] in KINDS]
-            others.update(dict.fromkeys(each.topic for each in reader.connections if each not in wanted))
-            for connection, _, raw in reader.messages(connections=wanted) if wanted else ():
-                world.apply(reader.deserialize(raw, connection.msgtype))
-                topics[connection.topic] = None
-                count += 1
-    except (AnyReaderError, KeyError) as cause:
-        raise SceneError(message(where, f"cannot be read: {cause}", "needs a bag with its definitions")) from cause
+    bag = AnyReader([source.path.parent if folder else source.path])
+    with foreign(where, remedy="needs a complete bag with its definitions"), bag as reader:
+        wanted = [each for each in reader.connections if each.msgtype.rpartition("/")[2] in KINDS]
+        others.update(dict.fromkeys(each.topic for each in reader.connections if each not in wanted))
+        for connection, _, raw in reader.messages(connections=wanted) if wanted else ():
+            world.apply(reader.deserialize(raw, connection.msgtype))
+            topics[connection.topic] = None
+            count += 1
     if not count:
         problem = f"holds no message of {listed(KINDS)}, but {listed(list(others))}" if others else "holds no message"
         raise SceneError(message(where, problem, "record /planning_scene or /monitored_planning_scene"))

@@ -14,6 +14,8 @@ from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh
 from holdfast.scene.xml import Element
 
+MOST_CORNERS = 1_000  # of a polyline; where they cross, the time grows with the square or more
+
 
 def solid_of(
     scope: Scope, element: Element, link: str, meshes: MeshRules, notes: Notes
@@ -66,8 +68,8 @@ def outlined(elements: list[Element]) -> Mesh:
     outlines = []
     for element in elements:
         points = [point.values(2) for point in element.all("point")]
-        if len(points) < 3:
-            element.fail(f"has {len(points)} points", "needs three and more")
+        if not 3 <= len(points) <= MOST_CORNERS:
+            element.fail(f"has {len(points):,} points", f"needs three and more, up to {MOST_CORNERS:,}")
         outlines.append(np.array(points))
     return extruded(outlines, _number(elements[0], "height"), elements[0].place)
 

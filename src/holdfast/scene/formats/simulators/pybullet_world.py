@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, checked_mapping, checked_truth
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, located, message, nearest_of
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
@@ -191,13 +192,8 @@ class _World:
             if isinstance(shape, Compound):
                 return [Collider(part.shape, part.pose, material) for part in shape.parts]
             return [Collider(shape, np.eye(4), material)]
-        try:
+        with foreign("shape", "PyBullet does not tell it", "load it without useMaximalCoordinates, or give shapes="):
             told = self.bullet.getCollisionShapeData(uid, k)
-        except Exception as cause:
-            problem = f"PyBullet does not tell its shape ({cause})"
-            raise SceneError(
-                message("shape", problem, "load it without useMaximalCoordinates, or give shapes=")
-            ) from cause
         meshes = sum(each[2] == MESH for each in told)
         found = []
         for each in told:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from holdfast.base.arrays import Float, checked_number, checked_truth, checked_word, unit
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.ranges import DENSITY, FRICTION, SCALE
 from holdfast.base.text import listed, quoted
@@ -23,7 +24,7 @@ from holdfast.scene.formats.rigid_parts import checked_fixed, rigid_body, scene_
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
 from holdfast.scene.formats.usd.masses import Collider, inertial_of
-from holdfast.scene.formats.usd.stage import Stage, opened, usd_errors
+from holdfast.scene.formats.usd.stage import Stage, opened
 from holdfast.scene.formats.usd.unread import unread
 from holdfast.scene.formats.usd.usd_bodies import Group, groups_of, has, touching
 from holdfast.scene.formats.usd.usd_colliders import along, fail, number_of, numbers_of, piece_of, value_of
@@ -78,7 +79,7 @@ def read(
     rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
     surfaces = Surfaces(combine or "least", sole=combine is not None)
     notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
-    with usd_errors(path), located(str(path)):
+    with foreign(str(path), "is no USD"), located(str(path)):
         return _scene(opened(path, package, notes), path.stem, surfaces, friction, density, fixed, rigid, floor, notes)
 
 

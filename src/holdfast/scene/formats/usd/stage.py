@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Float, checked_number
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
 from holdfast.base.files import check_ordinary
 from holdfast.base.ranges import SCALE
@@ -21,6 +21,7 @@ from holdfast.scene.formats.usd.usd_guard import check_lengths
 
 MOST_LAYERS = 1_000  # largest number of files of a stage
 MOST_PRIMS = 200_000  # largest number of prims of a stage, with each instance
+MOST_DEEP = 200  # largest number of prims within and referring to each other
 LOOKS = ".mtlx"  # suffix of layers that only look: USD does without those that are not there
 
 
@@ -55,6 +56,7 @@ def opened(path: Path, packages: Packages | None, notes: list[str]) -> Stage:
     from pxr import Usd, UsdGeom, UsdPhysics
 
     _check_layers(path, packages)
+    _check_composed(path)
     stage: Any = _opened(path, Usd.Stage.Open)
     metres = checked_number(UsdGeom.GetStageMetersPerUnit(stage), f"{path}: metersPerUnit", above=0, within=SCALE)
     kilograms = UsdPhysics.GetStageKilogramsPerUnit(stage)
@@ -99,6 +101,53 @@ def _check_layers(path: Path, packages: Packages | None) -> None:
                 raise SceneError(message(str(path), "has too many layers", f"the limit is {MOST_LAYERS:,}"))
 
 
+def _check_composed(path: Path) -> None:
+    """Raise SceneError if the stage would have too many prims: references to references multiply.
+
+    Each prim of a layer and of those below it is counted once, with all that it refers to; variants count as the
+    largest one.
+    """
+    from pxr import Sdf
+
+    known: dict[tuple[str, str], int] = {}
+
+    def stack(layer: Any) -> list[Any]:  # noqa: ANN401
+        found = [layer]
+        for each in found:
+            below = [Sdf.Layer.FindOrOpenRelativeToLayer(each, name) for name in each.subLayerPaths]
+            found += [one for one in below if one and one not in found]
+        return found
+
+    def total(root: Any, at: Any, depth: int) -> int:  # noqa: ANN401
+        key = root.identifier, str(at)
+        if key not in known:
+            if depth > MOST_DEEP:
+                raise SceneError(message(str(path), "is nested too deeply", f"the limit is {MOST_DEEP} references"))
+            known[key] = 0  # what refers to itself is an error of USD
+            specs = [spec for spec in (layer.GetPrimAtPath(at) for layer in stack(root)) if spec]
+            known[key] = sum(1 + of(spec, root, depth + 1) for spec in specs)
+            if known[key] > MOST_PRIMS:
+                raise SceneError(message(str(path), "has too many prims", f"the limit is {MOST_PRIMS:,}"))
+        return known[key]
+
+    def of(spec: Any, root: Any, depth: int) -> int:  # noqa: ANN401
+        count = sum(total(root, child, depth) for child in {each.path for each in spec.nameChildren})
+        for arc in (*spec.referenceList.GetAddedOrExplicitItems(), *spec.payloadList.GetAddedOrExplicitItems()):
+            layer = Sdf.Layer.FindOrOpenRelativeToLayer(spec.layer, arc.assetPath) if arc.assetPath else root
+            if layer:
+                count += total(layer, arc.primPath or Sdf.Path(f"/{layer.defaultPrim}"), depth)
+        for other in (*spec.inheritPathList.GetAddedOrExplicitItems(), *spec.specializesList.GetAddedOrExplicitItems()):
+            count += total(root, other, depth)
+        for variants in spec.variantSets.values():
+            count += max((of(each.primSpec, root, depth) for each in variants.variants.values()), default=0)
+        return count
+
+    with foreign(str(path), "is no USD"):
+        layer: Any = Sdf.Layer.FindOrOpen(str(path))
+        for child in {each.path for one in stack(layer) for each in one.rootPrims}:
+            total(layer, child, 0)
+
+
 def _check_specs(layer: Any) -> None:  # noqa: ANN401
     """Raise SceneError if a binary layer names a child that it lacks; composing it would crash the process."""
     from pxr import Sdf
@@ -135,7 +184,7 @@ def _check_package(package: Path, root: Any) -> None:  # noqa: ANN401
                 raise SceneError(message(layer.identifier, problem, "put it into the package"))
             if found not in seen:
                 seen.add(found)
-                with usd_errors(package):
+                with foreign(str(package), "is no USD"):
                     waiting.append(Sdf.Layer.FindOrOpen(found))
                 if waiting[-1] is None:
                     raise SceneError(message(found, "is no USD", "check the package"))
@@ -144,25 +193,11 @@ def _check_package(package: Path, root: Any) -> None:  # noqa: ANN401
                 raise SceneError(message(str(package), "has too many layers", f"the limit is {MOST_LAYERS:,}"))
 
 
-@contextmanager
-def usd_errors(path: Path) -> Iterator[None]:
-    """Convert any error of USD in this block to SceneError."""
-    from pxr import Tf
-
-    try:
-        yield
-    except Tf.ErrorException as cause:
-        said = " ".join(str(cause).split()).rpartition(" : ")[2].strip(" '") or type(cause).__name__
-        raise SceneError(message(str(path), f"is no USD: {said}", "check the file")) from cause
-    except UnicodeDecodeError as cause:  # USD quotes text that it cannot parse
-        raise SceneError(message(str(path), f"has bytes that are not UTF-8: {cause}", "check the file")) from cause
-
-
 def _opened(path: Path, open_: Callable[[str], Any]) -> Any:  # noqa: ANN401
     """Return the result of ``open_`` for a file; raise SceneError if there is no such file, or if it is not USD."""
     check_ordinary(path, "layer", remedy="check the paths in the file")
     check_lengths(path)
-    with usd_errors(path):
+    with foreign(str(path), "is no USD"):
         found = open_(str(path))
     if not found:
         raise SceneError(message(str(path), "is no USD", "check the file"))

@@ -1,4 +1,4 @@
-"""A process that answers one item after the other: ``python -P -m holdfast.batches.worker MODULE:FUNCTION MB SECONDS``.
+"""A process that answers items: ``python -P -m holdfast.base.borders.worker MODULE:FUNCTION MB SECONDS``.
 
 Its supervisor (supervisor.py) is at the other end of its stdin and stdout. The first message is the argument of the
 module's ``warm``; the others are items. For each item, ``function(item, tell)`` is called. Its result is sent back, and
@@ -21,10 +21,11 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from holdfast.batches.outcomes import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
+from holdfast.base.borders.outcomes import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
 
 STATUS = Path("/proc/self/status")
 PATIENCE = 2.0  # a worker ends itself after this multiple of SECONDS, plus 30 s, in case its supervisor is gone
+LIMITED = "HOLDFAST_LIMITED"  # a variable of the environment that workers have
 LINES = 6  # number of lines at the end of a traceback that are reported
 
 
@@ -38,6 +39,7 @@ def main(function: str, megabytes: float, seconds: float) -> None:
     setup = items.recv()
     getattr(home, "warm", _nothing)(setup)
     _limit(megabytes)
+    os.environ[LIMITED] = "1"
     answers.send((READY, None))
     while True:
         try:
@@ -49,6 +51,11 @@ def main(function: str, megabytes: float, seconds: float) -> None:
         answers.send(_answer(asked, item, lambda part: answers.send((PART, part))))
         faulthandler.cancel_dump_traceback_later()
         signal.setitimer(signal.ITIMER_REAL, 0)
+
+
+def is_limited() -> bool:
+    """Tell whether this process is a worker, which has limits of memory and time."""
+    return LIMITED in os.environ
 
 
 def taken(entry: str) -> int:

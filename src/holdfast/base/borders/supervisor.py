@@ -14,8 +14,8 @@ from multiprocessing.connection import Connection, wait
 from types import TracebackType
 from typing import Any
 
+from holdfast.base.borders.outcomes import CRASH, DONE, MEMORY, PART, READY, TIME
 from holdfast.base.errors import HoldfastError, message
-from holdfast.batches.outcomes import CRASH, DONE, MEMORY, PART, READY, TIME
 
 STARTING = 600.0  # [s] time limit for the start of a worker, which imports and may compile
 RENEWED = 2000  # number of items after which a worker is replaced, in case its memory grows
@@ -194,7 +194,7 @@ class Supervisor:
         named = os.environ.get("PYTHONPATH", "").split(os.pathsep)  # an empty entry would mean the current folder
         path = os.pathsep.join([*self.folders, *filter(None, named)])
         self.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "holdfast.batches.worker", self.function, *limits],
+            [sys.executable, "-P", "-m", "holdfast.base.borders.worker", self.function, *limits],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,
@@ -233,7 +233,7 @@ def innermost(text: str) -> str:
     The functions of worker.py, which every traceback contains, do not count.
     """
     for line in text.splitlines():
-        if "/holdfast/" in line and " in " in line and "/batches/worker.py" not in line:
+        if "/holdfast/" in line and " in " in line and "/base/borders/worker.py" not in line:
             place, function = line.strip().split(" in ")[:2]
             module = place.split("/holdfast/")[-1].split(".py")[0].replace(os.sep, ".")
             return f"{module}:{function}"
