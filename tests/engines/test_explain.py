@@ -43,7 +43,7 @@ def test_no_amendment_raises_lower(jammed: hf.answers.RobustnessMap) -> None:
 
 def test_the_explanation_names_what_lowers_the_bound(jammed: hf.answers.RobustnessMap) -> None:
     text = jammed.explain()
-    assert "self-stress: lower" in text
+    assert "stiffness: lower" in text
     assert text.startswith("finite: force")
     assert "verdict: stable" in text
 

@@ -41,7 +41,6 @@ def check(path: Path, assembly: hf.answers.Assembly) -> None:
     assert result.status is (Status.STABLE if stands else Status.UNSTABLE)
     if stands:
         assert result.residual <= 1e-8
-        assert result.self_stress is False
         forces = result.forces
         assert (np.einsum("ix,ix->i", forces.force, forces.normal) >= 0).all()
         assert forces.usage.max() <= 1 + 1e-9

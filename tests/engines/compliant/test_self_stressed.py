@@ -90,22 +90,32 @@ def test_what_rests_by_its_weight_is_not_wedged(name: str) -> None:
     assert not any(state.group(k).state._self_stressed.possible for k in range(len(shipped(name).groups)))
 
 
-def pile(tilt: float) -> hf.answers.Assembly:
-    """Two layers of pipes on a floor, under a gravity that leans by ``tilt``: three below, kept apart by two above."""
-    floor = hf.Body("floor", hf.Box((4, 4, 0.2)), position=(0, 0, -0.1), fixed=True)
-    rows = [(0.0, 0.05, k) for k in (-1, 0, 1)] + [(0.05, 0.05 + 0.1 * np.sqrt(0.75), k) for k in (-1, 0)]
+@pytest.mark.parametrize("name", ["arch", "table", "v_groove"])
+def test_ordinary_bodies_are_not_near_their_limit(name: str) -> None:
+    assert not prepared(Compliant(), shipped(name)).group(0).state._self_stressed.near
+
+
+def cradle(angle: float) -> hf.answers.Assembly:
+    """Two pipes on a tray that leans by ``angle`` [deg], held by a wall that is as high as the lower one's middle."""
     pipes = [
-        hf.Body(f"p{n}", hf.Cylinder(0.05, 0.3), mass=2, position=(x + 0.1 * k, 0, z), rpy_degrees=(90, 0, 0))
-        for n, (x, z, k) in enumerate(rows)
+        hf.Body(f"p{k}", hf.Cylinder(0.05, 0.3), mass=2, position=(0.05 + 0.1 * k, 0, 0.05), rpy_degrees=(90, 0, 0))
+        for k in range(2)
     ]
-    return hf.assemble(hf.Scene([floor, *pipes], 0.5, gravity=(9.81 * tilt, 0, -9.81)))
+    above = hf.Body(
+        "q", hf.Cylinder(0.05, 0.3), mass=2, position=(0.1, 0, 0.05 + 0.1 * 0.75**0.5), rpy_degrees=(90, 0, 0)
+    )
+    tray = hf.Body("tray", hf.Box((4, 4, 0.2)), position=(0, 0, -0.1), fixed=True)
+    wall = hf.Body("wall", hf.Box((0.1, 4, 0.2)), position=(-0.05, 0, 0.1), fixed=True)
+    lean = np.radians(angle)
+    gravity = (-9.81 * np.sin(lean), 0, -9.81 * np.cos(lean))
+    return hf.assemble(hf.Scene([tray, wall, *pipes, above], 0.5, gravity=gravity))
 
 
-def test_bodies_near_their_limit_hold_by_their_stiffness() -> None:
-    """S5: `lower` covers stiffer and softer springs where a small slant lets go, and else it does not."""
-    for name, near in (("arch", False), ("table", False), ("v_groove", False)):
-        assert prepared(Compliant(), shipped(name)).group(0).state._self_stressed.near is near
-    assert prepared(Compliant(), pile(0.0)).group(0).state._self_stressed.near
+def test_bodies_near_their_limit_are_named_and_no_others() -> None:
+    """Pipes at a wall roll away where a slant of a twentieth leads; a box beside them in the same group does not."""
+    steep, level = (prepared(Compliant(), cradle(angle)).group(0).state for angle in (20.0, 1.0))
+    assert not steep._self_stressed.near
+    assert level._self_stressed.near == {"p0", "p1", "q"}
 
 
 CASES = Path(__file__).parents[4] / "shared" / "cases" / "v1"
@@ -118,9 +128,8 @@ def test_a_push_that_other_springs_let_go_is_not_promised(number: int) -> None:
     words = (CASES / f"pipes16_{number}.txt").read_text(encoding="utf-8")
     body, point, way = ast.literal_eval("(" + re.search(r"scene, (.*)\) force", words).group(1) + ")")
     found = hf.robustness(hf.load_scene(CASES / f"pipes16_{number}.yaml"), body, point, way)
-    assert found.force[0] > 1
     assert found.lower[0] < 1e-3
-    assert any("near their limit" in note for note in found.notes)
+    assert any("only balanced" in note for note in found.notes)  # all pipes can roll like gears
 
 
 def test_a_cube_between_two_walls_is_wedged() -> None:

@@ -21,7 +21,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import body_forces
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.engines.amendments.amendment import MATTERS, Amendment, Asked
 from holdfast.engines.answers import Answers
@@ -36,6 +36,7 @@ RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffnes
 # Nodes along a side of coarse grids, on which pressure is concentrated at edges. The pile of pipes of finding T3 holds
 # 59 N on 7 nodes a side, 50 on 2, 37 on 5, and a simulation moves it at 43
 COARSE = (2, 3, 5)
+TAKEN_ALONG = 1e-3  # displacement, relative to the largest in a motion, above which a body takes part in it
 JAMMED = 3.0  # a load above this many times the weight beside it decides itself what presses the contacts that hold it
 CORNERS = 4  # smallest number of nodes of a patch
 # Share of the weight, along one of WAYS level directions, that bodies near their limit do not bear: 0.05 along any. The
@@ -70,33 +71,34 @@ class SelfStressed(Amendment):
         return pressed is None or bool(pressed.any())
 
     @cached_property
-    def near(self) -> bool:
-        """Whether bodies that several contacts hold do not bear a small share of their weight along some level way.
+    def near(self) -> frozenset[str]:
+        """The bodies that move first where the group does not bear a small share of its weight along some level way.
 
-        Where each has one plane contact with what bears it, no force depends on stiffness.
+        None where each has one plane contact with what bears it: there no force depends on stiffness.
         """
         grid, assembly = self.grid, self.grid.assembly
         gravity = float(np.linalg.norm(assembly.scene.gravity))
         if len(grid.places.sheets.a) <= len(assembly.movable) or not gravity:
-            return False
+            return frozenset()
         ways = LEVEL * gravity * assembly.scene.horizontal_directions(WAYS)
         W = np.column_stack([body_forces(assembly.mass[:, None] * way) for way in ways])
         paths = grid.paths(W, most=1.0)
-        return bool((~np.isin(paths.outcome, (PathOutcome.REACHED, PathOutcome.ENDLESS))).any())
+        ends = ~np.isin(paths.outcome, (PathOutcome.REACHED, PathOutcome.ENDLESS))
+        motion = np.abs(paths.motion[ends]).reshape(-1, len(assembly.movable), 6).max(axis=2)
+        moved = (motion > TAKEN_ALONG * motion.max(axis=1, initial=0.0)[:, None]).any(axis=0)
+        return frozenset(body.name for body, one in zip(assembly.movable, moved, strict=True) if one)
 
     @cached_property
     def by_stiffness(self) -> bool:
-        """Whether all answers depend on stiffness."""
-        return self.possible or self.near
+        """Whether some answers depend on stiffness, whatever the load."""
+        return self.possible or bool(self.near)
 
-    def _rows(self, found: Answers, W: Float) -> Int:
-        """Return which answers depend on stiffness: all of the whole group, else those far above the weight.
+    def _stiff(self, found: Answers, rows: Int) -> Bool:
+        """Tell which of the ``rows`` (k,) depend on stiffness: all where bodies are self-stressed, or those near."""
+        return np.array([self.possible or not self.near.isdisjoint(found.moving[k]) for k in rows], dtype=bool)
 
-        There the load itself presses what holds it, and bodies are self-stressed as long as it lasts.
-        """
-        rows = np.flatnonzero((found.force > 0) & W.any(axis=0))
-        if not len(rows) or self.by_stiffness:
-            return rows
+    def _jams(self, found: Answers, W: Float, rows: Int) -> Int:
+        """Return those of the ``rows`` (k,) whose load itself presses what holds it, far above the weight beside it."""
         loads = self.grid.loads(W[:, rows])
         size = np.abs(loads).max(axis=1) * np.where(np.isfinite(found.force[rows]), found.force[rows], 0.0)
         heavy = np.flatnonzero(size > JAMMED * self.grid.lightest)
@@ -113,13 +115,24 @@ class SelfStressed(Amendment):
         A path that is lost on one of them counts as far as it was followed. An answer without an end keeps its status,
         but its lower bound is finite where others end within HUGE times the weight.
         """
-        W = asked.W
-        rows = self._rows(found, W)
+        rows = np.flatnonzero((found.force > 0) & asked.W.any(axis=0))
+        if not len(rows):
+            return found
+        stiff = self._stiff(found, rows)
+        found = self._covered(found, asked.W, rows[stiff], self._near_or_stressed, softer=True)
+        return self._covered(found, asked.W, self._jams(found, asked.W, rows[~stiff]), "self-stressed", softer=False)
+
+    @property
+    def _near_or_stressed(self) -> str:
+        return "self-stressed" if self.possible else "near their limit"
+
+    def _covered(self, found: Answers, W: Float, rows: Int, why: str, *, softer: bool) -> Answers:
+        """Return ``found`` with bounds of the ``rows`` (k,) on coarse grids, and with ``softer`` on other springs."""
         if not len(rows):
             return found
         least = found.force[rows]
         farthest = np.where(np.isinf(least), HUGE / np.abs(self.grid.loads(W[:, rows])).max(axis=1), np.inf)
-        for other in (*self._coarse, *self._softer_and_stiffer) if self.by_stiffness else self._coarse:
+        for other in (*self._coarse, *self._softer_and_stiffer) if softer else self._coarse:
             paths = other.paths(W[:, rows])
             least = np.minimum(least, np.where(paths.sure >= farthest, np.inf, paths.sure))
         with np.errstate(invalid="ignore"):  # what has no end here or there
@@ -130,10 +143,9 @@ class SelfStressed(Amendment):
         if not telling:
             return replace(found, lower=lower)
         many = f"{telling} of {len(found)} answers depend on stiffness"
-        why = "bodies are near their limit" if self.near and not self.possible else "bodies are self-stressed"
         ratios = f"between {RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, "
-        covers = f"contacts {ratios if self.by_stiffness else ''}with {COARSE[0]} or more nodes a side"
-        return replace(found, lower=lower, notes=(*found.notes, f"{many}: {why}, and lower covers {covers}"))
+        covers = f"contacts {ratios if softer else ''}with {COARSE[0]} or more nodes a side"
+        return replace(found, lower=lower, notes=(*found.notes, f"{many}: bodies are {why}, and lower covers {covers}"))
 
     @cached_property
     def _coarse(self) -> tuple[Grid, ...]:

@@ -107,9 +107,10 @@ def _near_border(points: Float, axes: Float, force: Float, moment: Float) -> boo
 def neutral_at(assembly: Assembly, wrench: Float) -> Neutral | None:
     """Return the motions that no contact resists under ``wrench`` (6J,) [N, N m]; None if that was not found out."""
     nodes, count = corner_nodes(assembly), len(assembly.movable)
-    pressed = _pressed(assembly, nodes, wrench)
+    pressed = _pressed(assembly, nodes, nodes.under(wrench))
     if pressed is None:
         return None
+    pressed |= nodes.pull > 0
     units = np.repeat(np.array([(1.0, 1 / body.size) for body in assembly.movable]), 3, axis=1).ravel()
     gather = sparse.csr_matrix(equilibrium_operator(assembly, nodes).T @ sparse.diags(units))
     held = np.repeat(pressed, 3)
