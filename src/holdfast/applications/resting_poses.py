@@ -109,7 +109,7 @@ def resting_poses(
     the height of the centre is a local minimum. The facets of a round side count as one pose, and those of a mesh do if
     the centre rises between them by no more than the gap up to which surfaces count as touching, a thousandth of the
     size of the body: a prism of 16 sides stands on each. A pose that ends if the plane tilts by 1° is left out, since
-    what falls does not stop there: its probability counts to the one where the body goes from it.
+    what falls hardly ever stops there: its probability counts to the one where the body goes from it.
 
     Raises SceneError or GeometryError if the shape has no volume, its centre of mass is not inside its hull, or a value
     is malformed.
