@@ -2,7 +2,8 @@
 
 Each object is let fall from all sides onto a plane, as its convex hull, from just above it. A drop that ends in a pose
 that is not listed is missing; a listed pose that MuJoCo does not keep for a second, from rest, is false. Poses are the
-same if the direction that points down, in the body's frame, is; on a round side, if the centre of mass is as high.
+same if the direction that points down, in the body's frame, is; on a round side, if the centre of mass is as high, and
+then the side whose facets are nearest.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from bench.baselines.mujoco import mujoco_module
 from bench.checkout import ROOT
 from bench.suite import Case, Row, Suite
 from holdfast.applications.resting_poses import RestingPose, RestingPoses
+from holdfast.applications.standing_faces import Standing
 from holdfast.scene.formats.mjcf.writer import write
 
 MESHES = ROOT.parent / "shared" / "cases" / "meshes"
@@ -92,7 +94,8 @@ def _measured(name: str, make: Callable[[], Any]) -> list[Row]:
     took = time.process_time() - begin
     world, body = World(found), found.body
     rng = np.random.default_rng(7)
-    ends: Counter[int | None] = Counter(_which(found, *world.drop(rng)) for _ in range(DROPS))
+    sides = _sides(found)
+    ends: Counter[int | None] = Counter(_which(found, sides, *world.drop(rng)) for _ in range(DROPS))
     off = [abs(pose.probability - ends[k] / DROPS) for k, pose in enumerate(found)]
     kept = [world.keeps(pose) for pose in found if not pose.rolls]
     begin = time.process_time()
@@ -114,12 +117,19 @@ def _measured(name: str, make: Callable[[], Any]) -> list[Row]:
     ]
 
 
-def _which(found: RestingPoses, down: np.ndarray, height: float) -> int | None:
-    for k, pose in enumerate(found):
-        if down @ -pose.pose[2, :3] > np.cos(np.radians(SAME_DEGREES)):
-            return k
+def _sides(found: RestingPoses) -> list[np.ndarray]:
+    """The normals (n, 3) of all facets that belong to each pose."""
+    standing = Standing(found.body)
+    own = [int(np.argmax(standing.graph.normals @ -pose.pose[2, :3])) for pose in found]
+    return [standing.graph.normals[standing.family == standing.family[k]] for k in own]
+
+
+def _which(found: RestingPoses, sides: list[np.ndarray], down: np.ndarray, height: float) -> int | None:
+    nearest = int(np.argmax([down @ -pose.pose[2, :3] for pose in found]))
+    if down @ -found[nearest].pose[2, :3] > np.cos(np.radians(SAME_DEGREES)):
+        return nearest
     alike = [k for k, pose in enumerate(found) if pose.rolls and abs(height / pose.height - 1) < SAME_HEIGHT]
-    return alike[0] if alike else None
+    return max(alike, key=lambda k: float((sides[k] @ down).max()), default=None)
 
 
 class World:

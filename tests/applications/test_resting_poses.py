@@ -106,7 +106,7 @@ def test_objects_are_placed_on_the_faces_on_which_they_rest(shape: hf.Box) -> No
 
 @pytest.mark.parametrize("seed", range(20))
 def test_each_facet_over_which_the_centre_of_mass_lies_is_a_pose(seed: int) -> None:
-    """By the margins of the facets alone: no pose is missing that a tilt of 2 degrees does not end."""
+    """By the margins of the facets alone: no pose is missing that a tilt of 2° does not end, and 1° ends none."""
     shape = _lump(seed)
     mesh = trimesh.Trimesh(shape.vertices, shape.faces)
     centre, firm = mesh.center_mass, []
@@ -116,9 +116,65 @@ def test_each_facet_over_which_the_centre_of_mass_lies_is_a_pose(seed: int) -> N
         inside, high = ((centre - corners) * inward).sum(1).min(), (corners[0] - centre) @ normal
         if np.degrees(np.arctan2(inside, high)) > 2:
             firm.append(normal)
-    downs = np.array([-pose.pose[2, :3] for pose in hf.resting_poses(shape)])
+    found = hf.resting_poses(shape)
+    assert min(pose.tipping_degrees for pose in found) > 1
+    downs = np.array([-pose.pose[2, :3] for pose in found])
     nearest = np.array([np.linalg.norm(np.cross(downs, normal), axis=1)[downs @ normal > 0].min() for normal in firm])
     assert (nearest < 1e-9).all()
+
+
+def _leaning(degrees: float) -> hf.Mesh:
+    """A block 0.1 m high, that leans so far that its centre is within its foot by so many degrees."""
+    lean = 0.1 - 0.1 * np.tan(np.radians(degrees))
+    return hf.Mesh(*_prism([(0, 0), (0.1, 0), (0.1 + lean, 0.1), (lean, 0.1)], 0.3))
+
+
+@pytest.mark.parametrize("degrees", [0.2, 0.5, 0.9])
+def test_what_a_small_tilt_ends_counts_to_where_the_body_goes(degrees: float) -> None:
+    """A block that leans almost too far is like one that leans a little too far, not like one that stands."""
+    stands, almost, falls = (hf.resting_poses(_leaning(one)) for one in (1.5, degrees, -degrees))
+    assert (len(stands), len(almost), len(falls)) == (6, 4, 4)
+    assert sorted(pose.tipping_degrees for pose in stands)[:2] == pytest.approx([1.5, 1.5])
+    shares = [[pose.probability for pose in found] for found in (almost, falls)]
+    assert shares[0] == pytest.approx(shares[1], abs=2e-3)
+    assert sum(shares[0]) == pytest.approx(1)
+    # it leaves its slanting side, long √(0.1² + lean²) and so far as 0.01 / that from the other one, for its foot
+    lean = 0.1 - 0.1 * np.tan(np.radians(degrees))
+    height, edge = 0.005 / np.hypot(0.1, lean), np.hypot(0.1 - lean, 0.1) / 2
+    for pose in almost[:2]:
+        assert pose.height == pytest.approx(height)
+        assert pose.tipping_degrees == pytest.approx(np.degrees(np.arccos(height / edge)))
+        assert pose.energy == pytest.approx(G * (edge - height))
+
+
+def test_a_round_side_stays_though_its_last_facet_is_cut_short() -> None:
+    """A small tilt ends its last and lowest facet, not the others: the share of the arc from -42° to 40.5°."""
+    r, length = 0.05, 0.3
+    others = [(60, r / np.cos(np.radians(0.5)) * np.cos(np.radians(19.5))), (150, 0.9 * r), (240, 0.9 * r)]
+    last = (280, r / np.cos(np.radians(2)) * np.cos(np.radians(38)))
+    sides = [*((angle, r) for angle in range(-40, 41, 4)), *others, last]
+    normals = np.array([(np.cos(np.radians(angle)), np.sin(np.radians(angle))) for angle, _ in sides])
+    far = np.array([distance for _, distance in sides])
+    corners = [np.linalg.solve(normals[[k - 1, k]], far[[k - 1, k]]) for k in range(len(sides))]
+    shape = hf.Mesh(*_prism([(float(x), float(y)) for x, y in corners], length))
+    found = hf.resting_poses(shape, com=(*(1e-6 * normals[20]), length / 2))
+    (side,) = [pose for pose in found if pose.rolls]
+    assert side.probability == pytest.approx(82.5 / 360 * length / np.hypot(2 * r, length), rel=0.01)
+    assert len(found) == 1 + len(others) + 1 + 2
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-5])
+def test_a_fine_mesh_of_an_ellipsoid_rests_where_the_ellipsoid_does(noise: float) -> None:
+    """Its triangles are no poses of their own, nor are those of a scan of it: the closed forms of the ellipsoid."""
+    ball, (c, b, a) = trimesh.creation.icosphere(subdivisions=5), (0.03, 0.05, 0.08)
+    rough = np.random.default_rng(0).normal(size=ball.vertices.shape)
+    mesh = trimesh.convex.convex_hull(ball.vertices * (c, b, a) + noise * rough)
+    found = hf.resting_poses(hf.Mesh(mesh.vertices, mesh.faces))
+    assert len(found) == 2
+    for pose in found:
+        assert abs(pose.pose[2, 0]) > np.cos(np.radians(2))
+        assert pose.probability == pytest.approx(0.5, abs=0.02)
+        assert pose.tipping_degrees == pytest.approx(np.degrees(np.arctan((b * b - c * c) / (2 * b * c))), rel=0.05)
 
 
 def test_a_ball_a_long_ellipsoid_and_a_capsule_roll_everywhere() -> None:

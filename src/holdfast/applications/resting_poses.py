@@ -43,7 +43,7 @@ class RestingPose(Value):
     it as an order of magnitude.
 
     ``least_push`` [N] is the least level force at the centre of mass that moves it: it slides, tips, or rocks on a face
-    that is not quite flat. ``tipping_degrees`` is the tilt of the plane at which it leaves for another pose, in the
+    that is not quite flat. ``tipping_degrees`` is the tilt of the plane at which it leaves for another face, in the
     worst direction, if it does not slide before, and ``energy`` [J] lifts it over the lowest way there; rocking between
     facets whose heights are alike does not count. On a round side the first two are 0. Gravity is 9.81 m/s².
     """
@@ -108,8 +108,8 @@ def resting_poses(
     ``mu`` with the plane. The body rests on the facets of its convex hull over which its centre of mass lies: on each
     the height of the centre is a local minimum. The facets of a round side count as one pose, and those of a mesh do if
     the centre rises between them by no more than the gap up to which surfaces count as touching, a thousandth of the
-    size of the body: a prism of 16 sides stands on each. A pose that ends if the plane tilts by 1° is left out if its
-    probability is below 0.5 %: it counts to the one where the body goes from it.
+    size of the body: a prism of 16 sides stands on each. A pose that ends if the plane tilts by 1° is left out, since
+    what falls hardly ever stops there: its probability counts to the one where the body goes from it.
 
     Raises SceneError or GeometryError if the shape has no volume, its centre of mass is not inside its hull, or a value
     is malformed.
@@ -142,7 +142,7 @@ def _pose(standing: Standing, mu: float, number: int) -> RestingPose:
     assert body.mass is not None
     lowest, _, _ = standing.sides[number]
     height = float((face.foot - body.com_body) @ face.normal)
-    rise, _ = graph.way_out(standing.family, lowest, graph.passes)
+    rise, _ = graph.way_out(standing.rolling, lowest, graph.passes)
     firm = 0.0 if face.rolls else max(float(standing.tilts[graph.ridges[:, 0] == lowest].min()), 0.0)
     x, y = tangents(-face.normal)
     turn = np.array([x, y, -face.normal])

@@ -101,33 +101,35 @@ class HullGraph:
             found[way] = end
         return found
 
-    def families(self, level: float, gap: float, tilt: float = np.inf) -> Int:
+    def families(self, level: float, gap: float) -> Int:
         """Return the family (F,) of each facet: the number of one on which the body comes to rest.
 
         Facets on which the centre is equally high, and also between them, up to the share ``level`` and ``gap`` [m],
-        are a family: a body rolls on a round side from one to another. Only facets that a ``tilt`` [rad] ends
-        count, if it is given.
+        are a family: a body rolls on a round side from one to another.
         """
         family, h = self.rests.copy(), self.heights
-        ends = np.isinf(tilt) | ((self.tilts <= tilt) & (self.margins[self.ridges[:, 0]] >= 0))
         for k in np.argsort(self.passes, kind="stable"):
             one, other = self.rests[self.ridges[k]]
             low, high = sorted((h[one], h[other]))
-            if ends[k] and family[one] != family[other] and max(high, self.passes[k]) <= (1 + level) * low + gap:
+            if family[one] != family[other] and max(high, self.passes[k]) <= (1 + level) * low + gap:
                 family[family == family[other]] = family[one]
         return family
 
-    def steady(self, family: Int, costs: Float, least: float, seldom: float) -> Int:
+    def steady(self, family: Int, costs: Float, least: float, drop: float = np.inf) -> Int:
         """Return the families without those that cost up to ``least`` to leave: they belong to where the body goes.
 
-        ``costs`` (R,) are those of ridges, as in ``way_out``. Families that are seen under a larger share of the
-        directions than ``seldom`` stay.
+        A family stays if one of its facets costs more, as on a round side whose lowest facet is at its end.
+        ``costs`` (R,) are those of ridges, as in ``way_out``. Those that are seen under the smallest shares of the
+        directions go first, and those where the centre of mass falls by more than ``drop`` [m] stay.
         """
         family = family.copy()
         shares = np.bincount(family, self.solid)
         for number in np.unique(family)[np.argsort(shares[np.unique(family)], kind="stable")].tolist():
-            cost, after = self.way_out(family, self.lowest(family, number), costs)
-            if cost <= least and shares[number] <= seldom:
+            if any(self.way_out(family, k, costs)[0] > least for k in self.members(family, number).tolist()):
+                continue
+            lowest = self.lowest(family, number)
+            _, after = self.way_out(family, lowest, costs)
+            if self.heights[lowest] - self.heights[self.lowest(family, after)] <= drop:
                 family[family == number] = after
         return family
 
