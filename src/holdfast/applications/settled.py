@@ -64,11 +64,12 @@ class Settled(PublicValue):
 
     ``scene`` has the new poses, ``given`` the old ones. ``status`` is STABLE if the whole new scene stands by
     ``stability``, UNSTABLE if a body fell beyond the travel or the new scene does not stand, and UNDECIDED otherwise,
-    as where overlaps end only beyond the travel; ``reason`` says why. ``names`` are the J movable bodies in scene order. ``moved`` (J,) [m] is the distance between
-    the old and the new centre of mass of each, ``turned_degrees`` (J,) the angle of its rotation, and ``reasons`` say
-    why it moved. ``fell`` holds the bodies that moved further than ``travel`` [m]; the motion of their groups was
-    stopped there, so the poses of these have no further meaning. ``stability`` is the verdict on all other groups, None
-    if there is none. ``steps`` is the number of steps of the motion.
+    as where overlaps end only beyond the travel; ``reason`` says why. ``names`` are the J movable bodies in scene
+    order. ``moved`` (J,) [m] is the distance between the old and the new centre of mass of each, ``turned_degrees``
+    (J,) the angle of its rotation, and ``reasons`` say why it moved. ``fell`` holds the bodies that moved further than
+    ``travel`` [m]; the motion of their groups was stopped there, so the poses of these have no further meaning.
+    ``stability`` is the verdict on all other groups, None if there is none. ``steps`` is the number of steps of the
+    motion.
     """
 
     scene: Scene
