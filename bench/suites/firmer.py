@@ -104,9 +104,9 @@ def _rows(scene: hf.Scene, name: str, *, random: bool = True) -> list[Row]:
             "random poses": tried,
             "random s": by_random,
             "as firm as random after s": next(
-                (at for at, least in measure.times if not firmer_than(other.least, least)), np.inf
+                (at for at, then in measure.times if not firmer_than(other, then)), np.inf
             ),
-            "random is firmer": int(firmer_than(other.least, firm.least)),
+            "random is firmer": int(firmer_than(other, firm)),
         }
     if len(climb.path) > 1 and scene.name.startswith("tray"):
         found = drop(last, name)
@@ -124,11 +124,11 @@ class _Timed(Pushes):
     """Pushes that note when each firmness was known."""
 
     start: float
-    times: list[tuple[float, Table[str, float]]]
+    times: list[tuple[float, Firmness]]
 
     def firmness(self, assembly: hf.answers.Assembly) -> Firmness:
         found = super().firmness(assembly)
-        self.times.append((time.process_time() - self.start, found.least))
+        self.times.append((time.process_time() - self.start, found))
         return found
 
 
@@ -150,10 +150,10 @@ def _random(assembly: hf.answers.Assembly, name: str, most: int) -> tuple[Firmne
         angle, far = rng.uniform(0, 2 * np.pi), free.moves.slide * np.sqrt(rng.random())
         slide = far * np.array([np.cos(angle), np.sin(angle), 0.0])
         moved = free.placed(assembly, name, slide, rng.uniform(-np.pi, np.pi))
-        if moved is None or not climb.ahead(measure.at_most(moved), best.least):
+        if moved is None or not climb.ahead(measure.at_most(moved), best):
             continue
         firm = measure.firmness(moved)
-        best = firm if climb.ahead(firm.least, best.least) else best
+        best = firm if climb.ahead(firm, best) else best
     return best, time.process_time() - measure.start, tried
 
 

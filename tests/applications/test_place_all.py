@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import combinations
 
@@ -167,6 +168,42 @@ def test_most_objects_come_first_then_the_weakest_step_then_room_then_the_other_
     assert key(0.04, 1.00001, 2) > key(0.005, 3, 1), "the last digits of a solver are no reason"
     assert key(0.04, 3, 1) > key(0.04, 2, 1)
     assert key(0.04, 0, 1, 3) > key(0.04, 3, 0.9, 0), "one that any push moves"
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant"])
+def test_a_ball_that_is_touched_does_not_make_the_push_on_others_nothing(engine: str) -> None:
+    """A box beside an orange, on a shelf that leaves no other place: it tips at m g b / h, or slides at mu m g."""
+    shelf = hf.Body("shelf", hf.Box((0.19, 0.1, 0.02)), pose=at(0, 0, -0.01), fixed=True)
+    orange = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(-0.055, 0, 0.04))
+    found = hf.place_all(
+        hf.Scene([shelf, orange], 0.5),
+        [box("box", (0.1, 0.1, 0.12), 1, (0, 0, 0))],
+        hf.Where(apart=0.0),
+        search=hf.Search(seconds=60),
+        engine=engine,
+    )
+    (step,) = found.steps
+    assert "orange" in step.rests_on, "they touch"
+    assert found.least == step.own
+    assert 0.6 * 9.81 * 0.05 / 0.12 < found.least < 0.5 * 9.81
+
+
+def test_what_is_only_balanced_is_named_and_left_out() -> None:
+    def step(name: str, own: float | None, beneath: float | None) -> PlacedObject:
+        return PlacedObject(name, np.eye(4), own, beneath, ("tray",))
+
+    def least(*steps: PlacedObject) -> tuple[float, str]:
+        found = replace(laid(), steps=steps)
+        return found.least, str(found.summary())
+
+    assert step("ball", 0.0, np.inf).least is None
+    assert step("ball", 0.0, 2.0).least == 2.0
+    force, words = least(step("box", 3.0, np.inf), step("ball", 0.0, np.inf))
+    assert force == 3.0
+    assert "ball: the slightest push moves it" in words
+    assert least(step("box", 3.0, np.inf), step("ball", 0.0, 2.0))[0] == 2.0, "what it lies on counts"
+    assert least(step("ball", 0.0, np.inf))[0] == 0.0
+    assert least(step("box", None, None))[0] == 0.0
 
 
 def test_rules_rank_places_by_support_or_by_height() -> None:

@@ -134,6 +134,42 @@ def test_overlaps_deeper_than_the_reach_are_refused_by_name() -> None:
     assert "floor" in result.reasons[0]
 
 
+@pytest.mark.parametrize("sunk", [0.012, 0.058, 0.1])
+@pytest.mark.parametrize("travel", [0.01, 0.03, 0.07])
+def test_a_thin_body_is_not_at_rest_within_a_travel_that_its_way_out_is_beyond(sunk: float, travel: float) -> None:
+    """A domino that has sunk upright needs to rise by as much, though it is only 8 mm thick."""
+    domino = hf.Body("domino", hf.Box((0.008, 0.024, 0.116)), mass=0.1, pose=at(0, 0, 0.058 - sunk))
+    result = hf.settle(hf.Scene([floor(), domino], 0.5), travel=travel)
+    assert result.status is (hf.Status.STABLE if sunk < travel else hf.Status.UNDECIDED)
+    assert result.moved == pytest.approx([sunk if sunk < travel else 0], abs=1e-5)
+    assert (f"overlap by {1e3 * sunk:.3g} mm, deeper than the travel" in result.reason) == (sunk > travel)
+
+
+def test_ways_out_that_add_up_to_more_than_the_travel_are_undecided() -> None:
+    """Five blocks, each 4 mm inside the next and all against a wall: each way out is short, that of the last is not."""
+    blocks = [box(f"b{k}", at(0.096 * k, 0, 0.05)) for k in range(1, 6)]
+    wall = hf.Body("wall", hf.Box((0.1, 0.1, 0.2)), pose=at(0, 0, 0.1), fixed=True)
+    scene = hf.Scene([floor(), wall, *blocks], 0.5)
+    result = hf.settle(scene, travel=0.01)
+    assert result.status is hf.Status.UNDECIDED
+    assert "overlaps end only beyond the travel of 10 mm" in result.reason
+    assert "b5" in result.reason
+    assert "b1" not in result.reason
+    assert not result.fell
+    enough = hf.settle(scene, travel=0.03)
+    assert enough.status is hf.Status.STABLE
+    assert enough.moved == pytest.approx([4e-3 * k for k in range(1, 6)], abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["stack", "table", "wall2x2"])
+@pytest.mark.parametrize("travel", [1e-3, 3e-3, 0.01])
+def test_nothing_that_is_at_rest_within_the_travel_has_gone_further(name: str, travel: float) -> None:
+    for seed in range(3):
+        result = hf.settle(noisy(hf.shipped_scene(name), 2.0, 0.5, seed), travel=travel)
+        if result.status is hf.Status.STABLE:
+            assert result.moved.max() <= travel * (1 + 1e-9)
+
+
 def test_a_scene_at_rest_stays_and_settling_twice_moves_nothing() -> None:
     assert hf.settle(hf.shipped_scene("table")).moved.max() == 0
     for name in ("wall2x2", "table", "v_groove"):

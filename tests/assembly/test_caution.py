@@ -30,7 +30,7 @@ def warning_of(scene: hf.Scene) -> str:
 
 def test_s3_hundreds_of_overlaps_are_one_line_with_their_number_and_the_deepest() -> None:
     text = warning_of(pile(20))
-    assert text.startswith("bodies overlap: 190 pairs, the deepest 'c0' and 'c1' by 33.3 mm; the gap tolerance is 0.17")
+    assert text.startswith("bodies overlap: 190 pairs, the deepest 'c0' and 'c1' by 99.5 mm; the gap tolerance is 0.17")
     assert "; 190 deeper than twice that" in text
     assert text.count("'c") == 2
     assert len(text) < 250

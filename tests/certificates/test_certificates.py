@@ -20,7 +20,7 @@ from bench.suites.certificates import places
 from holdfast.certificates import verify_certificate
 from holdfast.certificates.beside_scene import differences, left_out
 from holdfast.certificates.schema import schema
-from holdfast.certificates.verify_certificate import RefusedError, claims_of
+from holdfast.certificates.verify_certificate import DIGITS, MOST, RefusedError, claims_of
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box, floor
 
@@ -56,7 +56,11 @@ def test_a_level_push_on_a_cube_is_proved_from_both_sides(tmp_path: Path) -> Non
 def test_a_push_down_has_no_limit(tmp_path: Path) -> None:
     push = hf.robustness(cube(), "cube", (0, 0, SIDE), (0, 0, -1))
     stands, held = written(push, tmp_path / "push.json")["proofs"]
-    assert (stands["claim"], held["claim"]) == (RESTS, f"{RESTS} with every multiple of load 1 from 0 on")
+    assert stands["claim"] == f"{RESTS}: 'cube'"
+    assert held["claim"] == (
+        f"{RESTS} with every multiple of load 1 from 0 on; "
+        "that is any multiple of 1 N along (0, 0, -1) on 'cube' at (0, 0, 0.1) m"
+    )
 
 
 @pytest.mark.parametrize(("gravity", "x"), [((0, 5.0, -G), 0.0), ((0, 0, -G), 0.53), ((0, 0, -G), 5.0)])
@@ -66,7 +70,7 @@ def test_what_falls_is_proved_to(tmp_path: Path, gravity: tuple[float, float, fl
     answer = hf.stability(scene)
     assert answer.status is hf.Status.UNSTABLE
     data = written(answer, tmp_path / "falls.json")
-    assert [proof["claim"] for proof in data["proofs"]] == [f"no {RESTS}"]
+    assert [proof["claim"] for proof in data["proofs"]] == [f"no {RESTS}, by a motion of 'cube'"]
 
 
 def test_a_push_on_what_falls_proves_the_fall(tmp_path: Path) -> None:
@@ -145,6 +149,8 @@ def test_orders_are_proved_state_by_state(tmp_path: Path, name: str) -> None:
         assert there == [names for names in wanted if names]
         claims = claims_of((tmp_path / "order.json").read_text())
         assert [claim.split(": ")[1] for claim in claims] == [RESTS] * len(states)
+        for claim, names in zip(claims, there, strict=True):
+            assert all(repr(name) in claim for name in sorted(names)) or " more" in claim
         assert claims[-1].startswith(f"state {len(states)}, ")
 
 
@@ -154,6 +160,7 @@ def test_a_removal_is_proved_to_be_safe_and_to_be_unsafe(tmp_path: Path) -> None
         removal = hf.can_remove(stack, body)
         removal.save_certificate(tmp_path / "removal.json")
         claims = [claim.split(": ")[1] for claim in claims_of((tmp_path / "removal.json").read_text())]
+        claims = [claim.removesuffix(", by a motion of 'cube2', 'cube3'") for claim in claims]
         assert (claims, removal.safe) == ([RESTS, second], second is RESTS)
     states = json.loads((tmp_path / "removal.json").read_text())
     for wrong, why in (([], "exactly"), ([states], "exactly"), ([*states, {}], "exactly")):
@@ -190,18 +197,21 @@ def test_a_certificate_is_compared_with_a_scene(tmp_path: Path) -> None:
     hf.save_scene(scene, tmp_path / "scene.json")
     assert differences(data, hf.assemble(hf.load_scene(tmp_path / "scene.json"))) == []
     for place, value, says in (
-        (("gravity", 2), "-9.8", "gravity differs"),
+        (("gravity", 2), "-9.8", "gravity differs: 0, 0, -9.8 in the certificate, 0, 0, -9.81 here"),
         (("bodies", 0, "mass"), "3", "the mass of"),
         (("bodies", 1, "centre", 0), "0.01", "the centre of"),
         (("bodies", 0, "name"), "x", "x cannot move, or is not there"),
         (("fixed", 0), "slope", "slope is not fixed"),
-        (("contacts", 0, "mu"), "0.9", "the contact between"),
-        (("contacts", 1, "points", 0, "at", 1), "0.9", "the contact between"),
-        (("contacts", 1, "points", 0, "normal"), ["0", "0.6", "0.8"], "the contact between"),
+        (("contacts", 0, "mu"), "0.9", "mu is 0.9 in the certificate, 0.5 here"),
+        (("contacts", 1, "points", 0, "at", 1), "0.9", "at of point 1 is "),
+        (("contacts", 1, "points", 2, "normal"), ["0", "0.6", "0.8"], "normal of point 3 is 0, 0.6, 0.8 in the"),
     ):
-        assert any(said.startswith(says) for said in differences(altered(data, place, value), assembly)), place
+        (said,) = differences(altered(data, place, value), assembly)
+        assert says in said, place
+        assert said.startswith("the contact between") == (place[0] == "contacts")
     data["contacts"][0]["points"].pop()
-    assert len(differences(data, assembly)) == 1
+    (said,) = differences(data, assembly)
+    assert "points in the certificate" in said
     removal = hf.can_remove(assembly, "slab")
     removal.save_certificate(tmp_path / "removal.json")
     with_slab, without = json.loads((tmp_path / "removal.json").read_text())
@@ -226,16 +236,154 @@ def test_the_checker_needs_nothing_but_python(tmp_path: Path) -> None:
     alone = [sys.executable, "-I", "-S", str(CHECKER)]  # without installed packages
     said = subprocess.run([*alone, str(tmp_path / "stands.json")], capture_output=True, text=True, check=False)
     assert (said.returncode, said.stderr) == (0, "")
-    assert said.stdout.splitlines() == [f"verified: {RESTS}", verify_certificate.UNCHECKED]
+    assert said.stdout.splitlines() == [f"verified: {RESTS}: 'cube'", verify_certificate.UNCHECKED]
     (tmp_path / "stands.json").write_text((tmp_path / "stands.json").read_text().replace('"2.0"', '"2.1"'))
     said = subprocess.run([*alone, str(tmp_path / "stands.json")], capture_output=True, text=True, check=False)
     assert (said.returncode, said.stdout) == (1, "NOT verified: the forces on 'cube' do not balance\n")
     assert subprocess.run([*alone, str(tmp_path / "none")], capture_output=True, check=False).returncode == 2
     lines = [line for line in CHECKER.read_text().splitlines() if line.strip()]
-    assert len(lines) <= 200
+    assert len(lines) <= 312
+
+
+# --- what a claim says ---
+
+
+def test_a_claim_names_body_point_direction_and_newtons_rounded_to_the_safe_side(tmp_path: Path) -> None:
+    """A push at 30 degrees: the same bounds as by hand, down for what is held, and up for what moves."""
+    push = hf.robustness(cube(), "cube", (-SIDE / 2, 0, 0.01), (np.cos(np.pi / 6), 0, -0.5))
+    data = written(push, tmp_path / "push.json")
+    _, held, moved = (proof["claim"] for proof in data["proofs"])
+    slides = MU * MASS * G / (np.cos(np.pi / 6) - 0.5 * MU)
+    for claim, word, sign in ((held, "up to", -1), (moved, "above", 1)):
+        where = " N along (0.866025, 0, -0.5) on 'cube' at (-0.05, 0, 0.01) m"
+        newtons = float(claim.split(f"; that is {word} ")[1].split(where)[0])
+        assert newtons == pytest.approx(slides, rel=1e-6)
+        assert sign * (newtons - slides) > 0
+        factor = verify_certificate.number(data["proofs"][1 if sign < 0 else 2]["factor"])
+        assert sign * (verify_certificate.number(repr(newtons)) - factor) >= 0
+
+
+def test_a_load_at_a_point_is_that_force_there(tmp_path: Path) -> None:
+    data = written(hf.robustness(cube(), "cube", (-SIDE / 2, 0.01, 0.03), (1, 0, 0)), tmp_path / "push.json")
+    (load,) = data["proofs"][1]["load"]
+    assert load == {"body": "cube", "at": ["-0.05", "0.01", "0.03"], "force": ["1.0", "0.0", "0.0"]}
+    by_hand = {"body": "cube", "force": ["1", "0", "0"], "torque": ["0", "-0.02", "-0.01"]}
+    for proof in data["proofs"][1:]:
+        proof["load"] = [by_hand]
+    with pytest.raises(RefusedError, match="what it claims is not what it proves") as refused:
+        claims_of(json.dumps(data))
+    assert "N m along (0, -0.894427, -0.447214) on 'cube' about its centre of mass" in str(refused.value)
+
+
+def test_existence_beyond_the_answer_is_told(tmp_path: Path) -> None:
+    """Pushed down and turned at once, forces exist up to 1.44 times the load; contacts stay at rest to 0.77."""
+    push = hf.load_factor(
+        cube(), [hf.Load("cube", (0, 0, SIDE), force=(0, 0, -1), moment=(0, 0, 1))], engine="compliant"
+    )
+    proof = next(p for p in written(push, tmp_path / "push.json")["proofs"] if p["kind"] == "holds")
+    assert proof["answered"] == {"engine": "compliant", "answer": repr(push.factor)}
+    assert push.factor < 0.9 * float(proof["factor"])
+    assert (
+        f"the answer that this was saved from is {push.factor:.6g} times the load, by engine 'compliant'"
+        in proof["claim"]
+    )
+    data = json.loads((tmp_path / "push.json").read_text())
+    data["proofs"][1]["answered"]["answer"] = data["proofs"][1]["factor"]
+    with pytest.raises(RefusedError, match="what it claims"):
+        claims_of(json.dumps(data))
+
+
+@pytest.mark.parametrize(("answer", "says"), [("undecided", "is undecided, by"), ("unstable", "is unstable, by")])
+def test_rest_that_was_not_the_answer_is_told(tmp_path: Path, answer: str, says: str) -> None:
+    data = written(hf.stability(cube()), tmp_path / "stands.json")
+    data["proofs"][0]["answered"]["answer"] = answer
+    with pytest.raises(RefusedError, match=says):
+        claims_of(json.dumps(data))
+
+
+def older(data: dict[str, Any]) -> dict[str, Any]:
+    """Return a certificate as the release before wrote it: torques in place of points, and shorter claims."""
+    data = {**copy.deepcopy(data), "format": verify_certificate.OLDER}
+    centres = {body["name"]: [verify_certificate.number(x) for x in body["centre"]] for body in data["bodies"]}
+    for proof in data["proofs"]:
+        proof.pop("answered", None)
+        proof["claim"] = proof["claim"].split("; that is")[0].split(", by a motion")[0].split(": ")[0]
+        for entry in proof.get("load", ()):
+            force = [verify_certificate.number(x) for x in entry["force"]]
+            lever = [
+                verify_certificate.number(x) - c for x, c in zip(entry.pop("at"), centres[entry["body"]], strict=True)
+            ]
+            entry["torque"] = [str(lever[i - 2] * force[i - 1] - lever[i - 1] * force[i - 2]) for i in range(3)]
+    return data
+
+
+def test_files_of_the_release_before_are_verified(pushed: dict[str, Any]) -> None:
+    data = older(pushed)
+    jsonschema.validate(data, schema())
+    claims = claims_of(json.dumps(data))
+    assert [claim.split(";")[0].split(":")[0] for claim in claims] == [proof["claim"] for proof in data["proofs"]]
+    data["format"] = verify_certificate.FORMAT
+    with pytest.raises(RefusedError, match="what it claims"):
+        claims_of(json.dumps(data))
 
 
 # --- what is altered is refused ---
+
+
+def in_air(force: str, torque: str = "0", mass: str = "2") -> dict[str, Any]:
+    """A cube of 2 kg that touches the floor at one point below its middle, held by some newtons."""
+    hold = {"body": "cube", "force": ["0", "0", force], "torque": [torque, "0", "0"]}
+    point = {"at": ["0", "0", "0"], "normal": ["0", "0", "1"]}
+    body = {"name": "cube", "mass": mass, "centre": ["0", "0", "0.05"]}
+    carried = verify_certificate.number(mass) * verify_certificate.number("9.81") - verify_certificate.number(force)
+    return {
+        "format": verify_certificate.FORMAT, "units": "m, kg, s, N, N m", "gravity": ["0", "0", "-9.81"],
+        "acceleration": [0, 0, 0], "fixed": ["floor"], "bodies": [body],
+        "standing": [], "contacts": [{"between": ["floor", "cube"], "mu": "0.5", "points": [point]}],
+        "rest": [["0", "0", str(carried)]], "resting holds": [hold], "proofs": [{"kind": "stands", "claim": ""}],
+    }  # fmt: skip
+
+
+def test_holds_are_what_rounding_leaves_and_no_more() -> None:
+    """2 kg weigh 19.62 N, so that 1.962e-8 N is the most; of torques at a lever of 0.05 m 9.81e-10 N m."""
+    for held, torque in (("1.962e-8", "0"), ("-1.9e-8", "0"), ("0", "0")):
+        with pytest.raises(RefusedError, match="what it claims"):  # it is proved, but the claim is missing
+            claims_of(json.dumps(in_air(held, torque)))
+    for held, torque in (("1.963e-8", "0"), ("19.62", "0"), ("21", "0"), ("0", "9.82e-10"), ("1e-9", "-1")):
+        with pytest.raises(RefusedError, match="'cube' is held with more than"):
+            claims_of(json.dumps(in_air(held, torque)))
+    heavy = in_air("1.963e-8")
+    heavy["bodies"].append({"name": "anvil", "mass": "1e6", "centre": ["1", "0", "0"]})
+    with pytest.raises(RefusedError, match="'cube' is held"):
+        claims_of(json.dumps(heavy)), "the weight of others allows nothing"
+    floating = in_air("1e-12")
+    floating["gravity"] = ["0", "0", "0"]
+    with pytest.raises(RefusedError, match="'cube' is held"):
+        claims_of(json.dumps(floating))
+
+
+def test_limits_are_told() -> None:
+    """What would take more than some seconds is refused with the limit that it is beyond."""
+
+    def refused(data: dict[str, Any] | str, why: str) -> None:
+        with pytest.raises(RefusedError, match=why):
+            claims_of(data if isinstance(data, str) else json.dumps(data))
+
+    refused(" " * (MOST + 1), f"longer than {MOST:,} characters")
+    refused(in_air("0", mass="2." + "0" * (DIGITS - 20) + "1"), "do not balance|what it claims")
+    refused(in_air("0", mass="2." + "0" * DIGITS + "1"), f"a number of more than {DIGITS:,} digits")
+    many = in_air("0")
+    point = many["contacts"][0]["points"][0]
+    for k in range(400):  # quotients whose common denominator has more than 1,000 digits
+        many["contacts"][0]["points"].append(point)
+        many["rest"].append(["0", "0", f"1/{10**6 + 2 * k + 1}"])
+    refused(many, "the common denominator of some numbers has more than")
+    moving = in_air("0")
+    moving["resting holds"], moving["contacts"][0]["points"] = [], [point] * 2000
+    motion = [{"body": "cube", "velocity": ["1e-399", "0", "1e-300"], "turn": ["0", "0", "0"]}]
+    load = [{"body": "cube", "force": ["1", "0", "0"], "torque": ["0", "0", "0"]}]
+    moving["proofs"] = [{"kind": "moves", "claim": "", "load": load, "factor": "1e308", "motion": motion}] * 60
+    refused(moving, "motions pass too many points")
 
 
 def altered(data: Any, path: tuple[Any, ...], value: Any) -> Any:

@@ -31,6 +31,17 @@ def test_it_moves_a_body_and_writes_the_scene(firmer: Any, scene: Path, tmp_path
     assert (tmp_path / "both.png").stat().st_size > 5_000
 
 
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
+def test_an_undecided_scene_is_told_and_is_3(firmer: Any, scene: Path) -> None:
+    beside = hf.Body("beside", hf.Box((0.08, 0.08, 0.08)), mass=1.0, position=(-0.037, 0, 0.34))
+    hf.save_scene(hf.load_scene(scene).with_body(beside), scene)
+    code, out, _ = firmer(scene, "cube", "--engine", "limit")
+    assert code == 3
+    assert "undecided" in out
+    assert "0 N" not in out
+    assert json.loads(firmer(scene, "cube", "--engine", "limit", "--json")[1])["steps"][0]["undecided"]
+
+
 def test_limits_and_a_motion(firmer: Any, scene: Path) -> None:
     motion = scene.with_name("brake.csv")
     motion.write_text("t,ax,ay,az\n0,-1,0,0\n1,-1,0,0\n")

@@ -24,7 +24,7 @@ def certificate(tmp_path: Path) -> Path:
 def test_it_says_what_is_proved(verify: Any, certificate: Path) -> None:
     code, out, err = verify(certificate)
     assert (code, err) == (0, "")
-    assert " ".join(out.split()).startswith(f"verified: {RESTS} not checked: ")
+    assert " ".join(out.split()).startswith(f"verified: {RESTS}: 'cube' not checked: ")
 
 
 def test_a_file_that_was_altered_is_not_verified(verify: Any, certificate: Path) -> None:

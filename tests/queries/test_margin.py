@@ -11,6 +11,7 @@ import holdfast as hf
 from holdfast.scene.shipped.blocks import box, floor
 
 G0 = 9.81  # [m/s²]
+WIDE = hf.Body("ground", hf.HalfSpace(), fixed=True)
 
 
 def on_slope(mu: float, breadth: float, height: float, tilt: float = 0.0, yaw: float = 0.0) -> hf.Scene:
@@ -54,6 +55,47 @@ def test_the_margin_is_where_verdicts_under_leaning_gravity_end(engine: str) -> 
         assert leaning(*(margin * np.array([np.cos(angle), np.sin(angle)]))) is hf.Status.STABLE
     assert leaning(1.03 * margin, 0) is hf.Status.UNSTABLE
     assert leaning(-1.03 * margin, 0) is hf.Status.STABLE
+
+
+ORANGE = hf.Body("orange", hf.Sphere(0.04), mass=0.2, position=(0.3, 0, 0.04))
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant"])
+def test_an_orange_elsewhere_changes_nothing_and_is_named(engine: str) -> None:
+    """A block beside it tips at b / h, to the last digit as without the orange; the orange alone has no margin."""
+    alone = on_slope(0.8, 0.1, 0.3)
+    beside = hf.stability(hf.Scene([*alone.bodies, ORANGE], 0.8), engine=engine)
+    with pytest.warns(hf.errors.HoldfastWarning, match="margin: leaves out orange, which is only balanced"):
+        margin = beside.margin
+    assert margin == hf.stability(alone, engine=engine).margin == pytest.approx(1 / 3, rel=0.015)
+    assert beside.balanced == ("orange",)
+    assert "orange" in beside.reason
+    assert dict(zip([g.bodies for g in beside.groups], beside.margins, strict=True)) == {
+        ("block",): margin,
+        ("orange",): 0.0,
+    }
+    assert hf.stability(hf.Scene([WIDE, ORANGE], 0.8), engine=engine).margin == 0.0
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant"])
+@pytest.mark.filterwarnings("ignore:.*leaves out orange")
+def test_an_orange_on_a_tray_leaves_the_margin_of_what_stands_beside_it(engine: str) -> None:
+    """A tall can on the tray tips at b / h, before the tray slides at mu."""
+    tray, can = box("tray", (0.5, 0.3, 0.02), 1, (0, 0, 0.01)), box("can", (0.06, 0.06, 0.3), 0.5, (-0.1, 0, 0.17))
+    orange = hf.Body("orange", hf.Sphere(0.04), mass=0.2, position=(0.1, 0, 0.06))
+    found = hf.stability(hf.Scene([floor(), tray, can, orange], 0.5), engine=engine)
+    assert found.margin == pytest.approx(0.06 / 0.3, rel=0.02)
+    assert found.margins == (found.margin,)
+
+
+def test_each_group_has_its_own_margin_whatever_becomes_of_others() -> None:
+    wide, tall = box("wide", (0.3, 0.3, 0.1), 1, (0, 0, 0.05)), box("tall", (0.1, 0.1, 0.5), 1, (1, 0, 0.25))
+    both = hf.stability(hf.Scene([WIDE, wide, tall], 0.4), engine="limit")
+    assert both.margins == pytest.approx((0.4, 0.2), rel=0.01)
+    assert both.margin == pytest.approx(min(both.margins), abs=1e-3)
+    falls = box("falls", (0.1, 0.1, 0.1), 1, (2, 0, 0.5))
+    three = hf.stability(hf.Scene([WIDE, wide, tall, falls], 0.4), engine="limit")
+    assert (three.margin, three.margins) == (0.0, (*both.margins, 0.0))
 
 
 def test_what_does_not_stand_has_no_margin() -> None:

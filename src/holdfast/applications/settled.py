@@ -64,12 +64,13 @@ class Settled(PublicValue):
     """A scene brought to rest.
 
     ``scene`` has the new poses, ``given`` the old ones. ``status`` is STABLE if the whole new scene stands by
-    ``stability``, UNSTABLE if a body moved beyond the travel or the new scene does not stand, and UNDECIDED otherwise;
-    ``reason`` says why. ``names`` are the J movable bodies in scene order. ``moved`` (J,) [m] is the distance between
-    the old and the new centre of mass of each, ``turned_degrees`` (J,) the angle of its rotation, and ``reasons`` say
-    why it moved. ``fell`` holds the bodies that moved further than ``travel`` [m]; the motion of their groups was
-    stopped there, so the poses of these have no further meaning. ``stability`` is the verdict on all other groups, None
-    if there is none. ``steps`` is the number of steps of the motion.
+    ``stability``, UNSTABLE if a body fell beyond the travel or the new scene does not stand, and UNDECIDED otherwise,
+    as where overlaps end only beyond the travel; ``reason`` says why. ``names`` are the J movable bodies in scene
+    order. ``moved`` (J,) [m] is the distance between the old and the new centre of mass of each, ``turned_degrees``
+    (J,) the angle of its rotation, and ``reasons`` say why it moved. ``fell`` holds the bodies that moved further than
+    ``travel`` [m]; the motion of their groups was stopped there, so the poses of these have no further meaning.
+    ``stability`` is the verdict on all other groups, None if there is none. ``steps`` is the number of steps of the
+    motion.
     """
 
     scene: Scene
@@ -145,7 +146,8 @@ def settle(
     without inertia until nothing moves (docs/howto/settle.md). A group that comes to rest but does not stand was held
     by self-stress: it is settled again, first without friction, and if the scene then stands, that is the answer. A
     body whose centre of mass moves further than ``travel`` [m], or that turns by more than ``turn_degrees``, is
-    reported as falling. Overlaps deeper than ``travel`` are not resolved.
+    reported as falling. Overlaps deeper than ``travel`` are not resolved, and where only longer ways end overlaps, the
+    answer is UNDECIDED.
 
     Bodies in ``known`` have exact poses: where they overlap others, the others yield; gravity moves them like any other
     body. ``pose_sigma`` [m] is the standard deviation of the positions, one for all or by body: overlapping bodies
@@ -249,7 +251,7 @@ def _judged(
     names = tuple(body.name for body in given.movable)
     fates = [fate_of(group, motion, limits, given.up) for group, motion in done.items()]
     fell = tuple(Fall(name, direction, distance) for fate in fates for name, direction, distance in fate.left)
-    resting = {name for g, m in done.items() if m.end is not End.LEFT for name in g}
+    resting = {name for g, m in done.items() if m.end not in (End.LEFT, End.APART) for name in g}
     verdict, faults = None, []
     if resting:
         assembly = assemble(alone(result, resting), gap=gap)
@@ -260,7 +262,8 @@ def _judged(
             remaining |= {o.bodies: 1e3 * o.depth for o in find_overlaps(assembly.scene, allowed)}
         faults = [f"{quoted(a)} and {quoted(b)} by {depth:.2g} mm" for (a, b), depth in remaining.items()]
     unfinished = [f"{listed(moving(g, m))}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
-    status, reason = status_and_reason(verdict, [f.body for f in fell], deep, faults, unfinished, limits)
+    far = [group[k] for group, m in done.items() if m.end is not End.LEFT for k in m.left]
+    status, reason = status_and_reason(verdict, [f.body for f in fell], deep, far, faults, unfinished, limits)
     words = {name: word for fate in fates for name, word in fate.words.items()}
     for o in deep:
         words |= {n: f"overlaps {quoted(m)} by {1e3 * o.depth:.3g} mm" for n, m in (o.bodies, o.bodies[::-1])}

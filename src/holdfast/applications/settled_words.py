@@ -42,6 +42,8 @@ def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> 
             words[name] = f"falls: goes beyond the travel {how}, moving along ({x:.2f}, {y:.2f}, {z:.2f})"
         elif motion.end is End.LEFT:
             words[name] = "not brought to rest: a body that it may touch falls"
+        elif k in motion.left:
+            words[name] = f"moved {1e3 * way:.3g} mm, beyond the travel, to end overlaps"
         elif motion.end is not End.REST:
             words[name] = f"moved {1e3 * way:.3g} mm: {motion.end.value}"
         else:
@@ -85,6 +87,7 @@ def status_and_reason(
     verdict: Stability | None,
     fell: Sequence[str],
     deep: Sequence[Overlap],
+    far: Sequence[str],
     faults: Sequence[str],
     unfinished: Sequence[str],
     limits: Limits,
@@ -103,6 +106,8 @@ def status_and_reason(
             Status.UNDECIDED,
             f"{a} and {b} overlap by {1e3 * worst.depth:.3g} mm, deeper than {travel}: correct the poses",
         )
+    if far:
+        return Status.UNDECIDED, f"{listed(far)}: overlaps end only beyond {travel}: correct the poses"
     if verdict is None:
         return Status.STABLE, "nothing can move"
     if faults and verdict.status is Status.STABLE:

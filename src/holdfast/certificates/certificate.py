@@ -21,8 +21,8 @@ from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates.exact_forces import NONE, ExactContacts, Vector, exact
-from holdfast.certificates.question import Question
-from holdfast.certificates.verify_certificate import FORMAT, Certificate, RefusedError, dot, plus
+from holdfast.certificates.question import Answered, Question
+from holdfast.certificates.verify_certificate import FORMAT, Certificate, RefusedError, cross, dot, plus
 from holdfast.engines.amendments.doubtful_contacts import as_detected
 from holdfast.engines.contract import State
 from holdfast.engines.groups import Group, prepared
@@ -37,7 +37,7 @@ UNITS = "m, kg, s, N, N m"
 # Shares of a factor that are given up, in turn, until forces are in their cones
 GIVEN_UP = (0.0, 1e-9, 1e-7, 1e-5, 1e-3)
 OPENED = tuple(10.0**k for k in range(-16, -8))  # shares of an opening that are added to a motion, likewise
-FAINT = 1e-12  # share of the weight of all bodies that those which are only balanced may be held with at most
+FAINT = 1e-12  # share of its weight, in N and N m, that a body which is only balanced may be held with at most
 MULTIPLES = (1e6, 1e3, 1.0)  # of the weight, up to which a load is proved where it is not proved that it has no limit
 
 Proof = dict[str, Any]
@@ -98,8 +98,7 @@ class _Exact:
         found = self.contacts.balanced(world, wrenches)
         if found is None or not self.contacts.within_cones(found[0]):
             return None
-        most = FAINT * self.assembly.weight
-        if any(max(map(abs, hold)) > most for hold in found[1].values()):
+        if any(max(map(abs, hold)) > FAINT * _weight(self.assembly, k) for k, hold in found[1].items()):
             return None
         return Balanced(found[0], {self.assembly.movable[k].name: hold for k, hold in found[1].items()})
 
@@ -109,11 +108,13 @@ class _Exact:
         resting = None if self.state is None else self.state.proofs.resting
         return None if resting is None else self.balanced(resting, self.standing)
 
-    def held(self, column: Float, limit: LoadLimit) -> tuple[Fraction | None, Balanced] | None:
-        """Return a factor of a load (6K,) and forces that balance it; without a factor, forces for the load alone."""
+    def held(self, column: Float, load: Sequence[Vector], limit: LoadLimit) -> tuple[Fraction | None, Balanced] | None:
+        """Return a factor of a load and forces that balance it; without a factor, forces for the load alone.
+
+        ``load`` are the exact wrenches on the bodies, and ``column`` (6K,) is the same in floating-point numbers.
+        """
         if self.state is None or self.rest is None:
             return None
-        load = _rows(column)
         if limit.status is Status.INFINITE and limit.ray is not None:
             ray = np.einsum("ikx,ix->ik", self.state.rest.nodes.axes, limit.ray).ravel()
             alone = self.balanced(ray, load)
@@ -145,10 +146,10 @@ class _Exact:
             for multiple in MULTIPLES:
                 yield resting + multiple * usual * ray, multiple * usual
 
-    def moved(self, column: Float, limit: LoadLimit) -> tuple[Fraction, Motion] | None:
-        """Return a factor of a load (6K,) above which no forces balance, and the motion that proves it."""
+    def moved(self, load: Sequence[Vector], limit: LoadLimit) -> tuple[Fraction, Motion] | None:
+        """Return a factor of a load above which no forces balance, and the motion that proves it."""
         for twists in () if limit.proof is None else self._unbraked(limit.proof):
-            power = _power(_rows(column), twists)
+            power = _power(load, twists)
             if power > 0:
                 return max(-_power(self.standing, twists) / power, Fraction(0)), twists
         return None
@@ -195,13 +196,14 @@ class Provable:
 
     question: Question
 
-    def data(self, where: str, rows: Sequence[int]) -> dict[str, Any]:
+    def data(self, where: str, rows: Sequence[int], answered: Answered | None = None) -> dict[str, Any]:
         """Return the certificate, as JSON has it, of some ``rows`` of the loads, or of rest where there are none.
 
-        Raises HoldfastError, with ``where`` in its message, if one of them cannot be proved exactly.
+        ``answered`` is what the answer says that is to be proved. Raises HoldfastError, with ``where`` in its message,
+        if one of the rows cannot be proved exactly.
         """
-        columns = [] if self.question.loads is None else [self.question.loads[:, k] for k in rows]
-        parts = self._parts(columns)
+        loads = self.question.loads
+        parts = self._parts([] if loads is None else [loads[:, k] for k in rows])
         falling = [part for part in parts if part.verdict.status is Status.UNSTABLE]
         proofs: list[Proof | None]
         if falling:
@@ -210,7 +212,8 @@ class Provable:
         elif not parts or any(part.rest is None for part in parts):
             proofs = [None]
         else:
-            proofs = [{"kind": "stands"}, *(proof for column in columns for proof in self._proofs(parts, column))]
+            said = {} if answered is None else answered.entry(answered.status.value)
+            proofs = [{"kind": "stands", **said}, *(proof for k in rows for proof in self._proofs(parts, k, answered))]
         if None in proofs:
             problem = "no exact proof was found: what is known rests on rounding, or is undecided"
             raise HoldfastError(message(where, problem, "ask for other rows: row="))
@@ -223,27 +226,36 @@ class Provable:
             data = dict(json.loads(json.dumps(data)))
             certificate = Certificate(data)
             for proof in data["proofs"]:
-                proof["claim"] = certificate.proved({**proof, "claim": ""})
+                proof["claim"] = "".join(certificate.proved({**proof, "claim": ""}))
             return data
         except (RefusedError, ValueError) as error:
             raise HoldfastError(message(where, f"the certificate does not check: {error}", "report it")) from error
 
-    def _proofs(self, parts: Sequence[_Exact], column: Float) -> Iterator[Proof | None]:
-        """Yield what is proved of one load (6J,): up to which factor it is held, and above which something moves."""
+    def _proofs(self, parts: Sequence[_Exact], row: int, answered: Answered | None) -> Iterator[Proof | None]:
+        """Yield what is proved of one load: up to which factor it is held, and above which something moves."""
+        assert self.question.loads is not None
+        column = self.question.loads[:, row]
         loaded = [part for part in parts if column[part.rows].any()]
         if not loaded:  # a push on a fixed body
             return
-        load, held, moved = self._wrenches(column, parts), {}, []
+        point = None if self.question.points is None else self.question.points[row]
+        load, held, moved = list[dict[str, Any]](), {}, []
         for part in loaded:
             own = column[part.rows]
+            wrenches = []
+            for body, values in zip(part.assembly.movable, _rows(own), strict=True):
+                entry, wrench = _force(body, values, point)
+                wrenches.append(wrench)
+                load += [entry] if any(wrench) else []
             limit = UNKNOWN if part.state is None else part.state.solve(own)
-            held[id(part)], found = part.held(own, limit), part.moved(own, limit)
+            held[id(part)], found = part.held(own, wrenches, limit), part.moved(wrenches, limit)
             if found is not None:
                 moved.append((*found, part))
         if None not in held.values():
             factor, forces = _together(parts, {key: one for key, one in held.items() if one is not None})
             shown = "unlimited" if factor is None else _text(factor)
-            yield {"kind": "holds", "load": load, "factor": shown, **_shown("forces", "holds", forces)}
+            said = {} if answered is None else answered.entry(answered.value(row))
+            yield {"kind": "holds", "load": load, "factor": shown, **_shown("forces", "holds", forces), **said}
         elif not moved:
             yield None
         if moved:
@@ -332,6 +344,21 @@ class Provable:
             for body, (velocity, turn) in zip(part.assembly.movable, motion, strict=True)
             if any(velocity) or any(turn)
         ]
+
+
+def _force(body: Body, values: Vector, point: Float | None) -> tuple[dict[str, Any], Vector]:
+    """Return the entry of a load on one body, and its exact wrench: of a force at a point, or at the centre of mass."""
+    centre, force = exact(body.com_world), values[:3]
+    if any(values[3:]) and point is None:
+        return _wrench(body.name, values), values
+    place = centre if point is None or not any(force) else exact(point)
+    wrench = (*force, *cross(plus(place, centre, -1), force))
+    return {"body": body.name, "at": _texts(place), "force": _texts(force)}, wrench
+
+
+def _weight(assembly: Assembly, number: int) -> float:
+    """Return the weight of a movable body [N]."""
+    return float(assembly.mass[number] * np.linalg.norm(assembly.scene.gravity))
 
 
 def _mass(body: Body) -> Fraction:

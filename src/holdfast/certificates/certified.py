@@ -7,10 +7,12 @@ import os
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
+import numpy as np
+
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.base.values import sealed
-from holdfast.certificates.question import Question
+from holdfast.certificates.question import Answered, Question
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.hold import refuse_holds
 
@@ -33,6 +35,7 @@ class Asked:
 class Certified(Asked):
     """An answer that can prove itself to others, as long as it knows what was asked."""
 
+    engine: str
     verdict: Verdict
 
     def save_certificate(self, path: str | os.PathLike[str], row: int | None = None) -> None:
@@ -41,7 +44,8 @@ class Certified(Asked):
         It lists bodies, contacts and loads, and for one ``row``, by default for all, contact forces that balance a
         multiple of the load, and a motion that proves that a greater multiple is not in equilibrium. All numbers are
         exact. ``holdfast verify`` and ``tools/verify_certificate.py`` check it. Whatever engine answered, the proof is
-        that of limit analysis on the contacts as they were found: that an equilibrium exists, or that none does.
+        that of limit analysis on the contacts as they were found: that an equilibrium exists, or that none does. Where
+        one exists beyond the answer, the file says so.
 
         Raises HoldfastError if there is no exact proof for one of the rows, if there is no such row, or if the answer
         was saved, pickled or copied.
@@ -51,7 +55,9 @@ class Certified(Asked):
         count = 0 if question.loads is None else question.loads.shape[1]
         if row is not None and not 0 <= row < count:
             raise HoldfastError(message(where, f"there is no row {row}", f"there are {count}"))
-        data = _proved(question, where, range(count) if row is None else [row])
+        answers = getattr(self, "answers", None)
+        said = Answered(self.engine, self.verdict.status, np.zeros(0) if answers is None else answers.force)
+        data = _proved(question, where, range(count) if row is None else [row], said)
         _write(path, [data], where, falls=self.verdict.status is Status.UNSTABLE, several=False)
 
 
@@ -80,12 +86,13 @@ class CertifiedStates(Asked):
         _write(path, data, where, falls=self.falling, several=True)
 
 
-def _proved(question: Question, where: str, rows: Sequence[int] | None = None) -> dict[str, Any]:
+def _proved(
+    question: Question, where: str, rows: Sequence[int] = (), answered: Answered | None = None
+) -> dict[str, Any]:
     from holdfast.certificates.certificate import Provable  # proofs are for those who ask for them
 
     refuse_holds(question.assembly.scene.holds, where, "certificates hold contact forces alone: ask without holds")
-    count = 0 if question.loads is None else question.loads.shape[1]
-    return Provable(question).data(where, range(count) if rows is None else rows)
+    return Provable(question).data(where, rows, answered)
 
 
 def _write(

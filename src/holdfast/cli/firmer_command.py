@@ -9,7 +9,7 @@ import typer
 
 from holdfast.applications.firmer.firmer import firmer as make_firmer
 from holdfast.applications.firmer.freedom import Moves
-from holdfast.cli.common import AsJson, EngineName, Nodes, SaveAnswer, check_suffix, engine_with
+from holdfast.cli.common import AsJson, EngineName, Nodes, SaveAnswer, check_suffix, engine_with, exit_code
 from holdfast.cli.output import out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
@@ -54,8 +54,9 @@ def firmer(
         result.save(save)
     if as_json:
         print_json(result.to_dict())
-        return
-    out.print(firmer_report(result))
-    print_notes(result.notes)
-    for path in written:
-        out.say(f"wrote {path}")
+    else:
+        out.print(firmer_report(result))
+        print_notes(result.notes)
+        for path in written:
+            out.say(f"wrote {path}")
+    raise typer.Exit(exit_code(result.verdict.status, result.answers))

@@ -11,10 +11,9 @@ import typer
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import listed
-from holdfast.certificates.verify_certificate import UNCHECKED, RefusedError, claims_of
+from holdfast.certificates.verify_certificate import MOST, UNCHECKED, RefusedError, claims_of
 from holdfast.cli.output import out
 
-MOST = 200_000_000  # bytes of a certificate
 NOT_VERIFIED = 1  # exit code
 AGREED = "agrees with {}: gravity, masses, centres of mass, friction and points of contact, found anew"
 LOADS = "not checked: that loads and acceleration are as they really are, and the scene"

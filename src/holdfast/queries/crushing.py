@@ -80,12 +80,13 @@ def unless_crushed(found: Answers, state: Groups, W: Float, pressed: Pressed) ->
     return lowered.after(NAME, WHY)
 
 
-def verdict_on_bearing(state: Groups, pressed: Float | None = None) -> Verdict:
+def verdict_on_bearing(state: Groups, pressed: Float | None = None, bodies: Sequence[int] | None = None) -> Verdict:
     """Return the verdict of a ``state``, UNSTABLE also where a body bears more than it may.
 
-    ``pressed`` (B,) [N] is how much standing loads press each of the B bodies down.
+    ``pressed`` (B,) [N] is how much standing loads press each of the B bodies down. By default all movable bodies have
+    to stand; if ``bodies`` are given, by number, their groups.
     """
-    verdict, assembly = state.verdict(), state.assembly
+    verdict, assembly = state.verdict() if bodies is None else state.verdict_on(bodies), state.assembly
     if not verdict.stable or not limited(assembly.bodies):
         return verdict
     first = next((one for one in bearings(assembly, state.verdicts, pressed) if one.crushed), None)

@@ -128,7 +128,7 @@ class RobustnessMap(Certified, Forces):
             push_columns(self.assembly, self.assembly.index[name], cells.points, -cells.normals)
             for name, cells in self.cells.items()
         ]
-        return (Question.of(self.assembly, np.hstack(columns)),)
+        return (Question.of(self.assembly, np.hstack(columns), self.points),)
 
     def where(self, row: int) -> dict[str, Any]:
         """Return the body and the point that a row answers, as plain data."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
@@ -146,7 +147,7 @@ def robustness(
     pressed = pressed_by(assembly, standing), pressed_by_pushes(assembly, [body], e)
     found = asked(method, assembly, W, held, bounds=bounds, imperfect=imperfect, pressed=pressed)
     found = replace(found, notes=(*found.notes, *pulls(assembly, body, p, e)))
-    return asking(Robustness(answers=found, body=body, points=p, directions=e), Question(assembly, held, None, W))
+    return asking(Robustness(answers=found, body=body, points=p, directions=e), Question(assembly, held, None, W, p))
 
 
 def load_factor(
@@ -175,7 +176,8 @@ def load_factor(
     held = total_wrench(assembly, standing)
     pressed = pressed_by(assembly, standing), pressed_by(assembly, loads)[:, None]
     found = asked(method, assembly, W, held, moved, bounds=bounds, imperfect=imperfect, pressed=pressed)
-    return asking(LoadFactor(answers=found), Question(assembly, held, moved, W))
+    point = np.array([loads[0].point]) if len(loads) == 1 and not np.any(loads[0].moment) else None
+    return asking(LoadFactor(answers=found), Question(assembly, held, moved, W, point))
 
 
 def asked(

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import InitVar, dataclass
 from functools import cached_property, partial
 from typing import Any
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.errors import HoldfastError, message, no_truth
+from holdfast.base.errors import HoldfastError, message, no_truth, warn
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import listed
 from holdfast.certificates.certified import Certified, asking
@@ -52,7 +52,8 @@ class Stability(Certified, PublicValue):
     much it bears, the one nearest to its limit first, as far as the contact forces are known. ``notes`` say what the
     reader of the scene's file guessed or left out, and which simplifications the answer depends on.
 
-    ``margin`` is worked out when it is first asked for. Answers that were saved, pickled or copied have lost it.
+    ``balanced`` names the bodies that are only balanced. ``margin`` and ``margins`` are worked out when they are first
+    asked for. Answers that were saved, pickled or copied have lost them.
     """
 
     engine: str
@@ -61,9 +62,9 @@ class Stability(Certified, PublicValue):
     groups: tuple[GroupVerdict, ...]
     notes: tuple[str, ...]
     bearing: tuple[Bearing, ...] = ()
-    margin_asked: InitVar[Callable[[], float] | None] = None
+    margin_asked: InitVar[Callable[[Sequence[int] | None], float] | None] = None
 
-    def __post_init__(self, margin_asked: Callable[[], float] | None) -> None:
+    def __post_init__(self, margin_asked: Callable[[Sequence[int] | None], float] | None) -> None:
         object.__setattr__(self, "_margin_asked", margin_asked)
         super().__post_init__()
 
@@ -90,15 +91,32 @@ class Stability(Certified, PublicValue):
         """The share m by which things may worsen, from 0 to 1: 0 unless the assembly certainly stands.
 
         The assembly also rests with m times its weight as a level force on all movable bodies, in any direction, and
-        with all friction coefficients lower by the share m; not both at once. Raises HoldfastError for an engine that
-        promises no lower bound, and for an answer that was saved, pickled or copied.
+        with all friction coefficients lower by the share m; not both at once. What is only ``balanced``, as a ball is,
+        bears no such force, and a warning names it; if there is nothing else, the margin is 0. Raises HoldfastError
+        for an engine that promises no lower bound, and for an answer that was saved, pickled or copied.
         """
-        asked: Callable[[], float] | None = getattr(self, "_margin_asked", None)
+        found = self._margin_of(None)
+        if found and self.balanced:
+            warn(message("margin", f"leaves out {listed(self.balanced)}, which is only balanced", "see .margins"))
+        return found
+
+    @cached_property
+    def margins(self) -> tuple[float, ...]:
+        """The margin of each group of bodies, in the order of ``groups``; 0 where all of it is only balanced."""
+        return tuple(self._margin_of([number]) for number in range(len(self.groups)))
+
+    def _margin_of(self, groups: Sequence[int] | None) -> float:
+        asked: Callable[[Sequence[int] | None], float] | None = getattr(self, "_margin_asked", None)
         if self.crushed:
             return 0.0
         if asked is None:
             raise HoldfastError(message("margin", "was lost when the answer was saved or copied", "ask stability anew"))
-        return asked()
+        return asked(groups)
+
+    @property
+    def balanced(self) -> tuple[str, ...]:
+        """The names of the bodies that are only balanced: they stand, and the slightest push moves them."""
+        return self.verdict.balanced
 
     @property
     def reason(self) -> str:

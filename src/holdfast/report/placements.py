@@ -10,7 +10,6 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 
 from holdfast.applications.placement.several_result import Placements
-from holdfast.base.public import number
 from holdfast.base.text import listed
 from holdfast.drawing.sequence import Frame, Sequence, write_sequence
 from holdfast.report.bodies import solids_of
@@ -30,9 +29,8 @@ def placements_report(result: Placements, scene: str) -> RenderableType:
         table.add_column(heading, justify=justify)  # type: ignore[arg-type]
     table.add_column("least push", justify="right")
     for k, step in enumerate(result.steps[:MOST_ROWS]):
-        force = "undecided" if step.least is None else number(step.least, "N")
         place = ", ".join(f"{v + 0.0:.4g}" for v in step.pose[:3, 3])
-        table.add_row(str(k + 1), cell(step.body), place, sentence(listed(step.rests_on)), force)
+        table.add_row(str(k + 1), cell(step.body), place, sentence(listed(step.rests_on)), step.least_text)
     if len(result.steps) > MOST_ROWS:
         table.add_row("", f"... and {len(result.steps) - MOST_ROWS} more", "", "", "")
     parts: list[RenderableType] = [head, table] if result.steps else [head]
@@ -47,7 +45,7 @@ def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> Non
     frames = []
     for k in np.unique(np.linspace(0, max(count - 1, 0), min(count, MOST_FRAMES)).round().astype(int))[:count].tolist():
         step, later = result.steps[k], set(result.order[k + 1 :])
-        note = "undecided" if step.least is None else f"least push {number(step.least, 'N')}"
+        note = f"least push {step.least_text}" if step.least is not None and not step.balanced else step.least_text
         shown = tuple(solid for name, solid in solids.items() if name not in later)
         frames.append(Frame(shown, step.body, f"{k + 1}  {step.body}", note))
     if not frames:

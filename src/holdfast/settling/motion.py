@@ -51,6 +51,7 @@ class End(Enum):
 
     REST = "nothing moves"
     LEFT = "a body leaves the reach"
+    APART = "a body that it may overlap leaves the reach"
     GOING = "the bodies still move after 150 steps"
     EFFORT = "the bodies still move after programs with a million contacts together"
     TROUBLE = "a step has no solution"
@@ -105,11 +106,13 @@ def come_to_rest(
     weight = np.array([np.inf if n in known else (SPREAD / sigma.get(n, SPREAD)) ** 2 for n in names])
     steps = _undo_overlaps(group, weight, overlaps, limits)
     pushed = np.array([posed.moved for posed in group.bodies[: group.count]])
+    if group.beyond(limits):
+        return group.report(End.APART, steps, pushed, np.zeros((group.count, 3)), limits)
     if smooth:
         group.rough = False
         _, sunk, _ = _sink(group, limits)
         steps, group.rough = steps + sunk, True
-    if steps and group.at_rest(limits.reach):
+    if steps and not group.beyond(limits) and group.at_rest(limits.reach):
         return group.report(End.REST, steps, pushed, np.zeros((group.count, 3)), limits)
     end, sunk, going = _sink(group, limits)
     return group.report(end, steps + sunk, pushed, going, limits)

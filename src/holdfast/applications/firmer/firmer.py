@@ -22,8 +22,8 @@ from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, body_nu
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
-GAIN = 0.01  # relative growth that counts: lower is 1 % below the force, and varies as much with the nodes of faces
-SAME = 1e-6  # relative loss that does not count
+GAIN = 0.01  # relative growth that counts, and loss of force that does not: so much varies with the nodes of faces
+SAME = 1e-6  # relative loss of what is promised that does not count
 LEAST = 1e-9  # [N], or times: growth from 0 that counts
 FIRST, LAST = 0.5, 0.01  # first and last step, as shares of the limit of the moves and of the size of a body
 
@@ -48,8 +48,9 @@ def firmer(
 
     The pushes are about 150 inward ones all over the moved bodies and the movable ones that they touch or on which they
     rest, or ``pushes``, each asked on its own. They travel with their bodies. Of a ``motion`` of the carrier (see
-    ``carry``) it is the least factor of its inertial loads that is to grow. What counts is ``lower`` of the ``engine``,
-    0 where it is undecided. First the weakest body that can be made firmer is; no body ends weaker than it began.
+    ``carry``) it is the least factor of its inertial loads that is to grow. ``lower`` of the ``engine`` has to grow,
+    and ``force``, too. Nothing is moved unless ``lower`` there is above ``force`` here, so that no gain is one of
+    errors alone. First the weakest body that can be made firmer is; no body ends weaker than it began.
 
     The search ends where no step in ten directions is better, however short, or after about ``seconds``.
 
@@ -79,7 +80,9 @@ def firmer(
     found = Climb(free, measure)
     found.run(limit)
     steps = tuple(
-        FirmerStep(Table({name: here.scene.body(name).pose for name in free.movers}), firm.least, firm.answers)
+        FirmerStep(
+            Table({name: here.scene.body(name).pose for name in free.movers}), firm.least, firm.undecided, firm.answers
+        )
         for here, firm in found.path
     )
     return Firmer(
@@ -109,6 +112,8 @@ class Climb:
                 pattern_search(self.path[0], self._better, ways, first=first, last=LAST * size)
         except OutOfTimeError:
             pass
+        if not firmer_than(self.path[-1][1], self.path[0][1], certainly=True):
+            del self.path[1:]
 
     def _better(self, state: State, way: int, step: float) -> State | None:
         keep_to_time()
@@ -116,25 +121,34 @@ class Climb:
         if moved is None:
             return None
         self.tried += 1
-        if not self.ahead(self.measure.at_most(moved), state[1].least):
+        at_most = self.measure.at_most(moved)
+        if at_most is not None and not self.ahead(at_most, state[1]):
             return None
         new = moved, self.measure.firmness(moved)
-        if not self.ahead(new[1].least, state[1].least):
+        if not self.ahead(new[1], state[1]):
             return None
         self.path.append(new)
         return new
 
-    def ahead(self, least: Table[str, float], before: Table[str, float]) -> bool:
+    def ahead(self, now: Firmness, before: Firmness) -> bool:
         """Tell whether the weakest that differs is firmer, and nothing weaker than at first."""
-        kept = all(least[name] >= first * (1 - SAME) for name, first in self.path[0][1].least.items())
-        return kept and firmer_than(least, before)
+        first = self.path[0][1]
+        kept = all(now.least[name] >= least * (1 - SAME) for name, least in first.least.items())
+        kept = kept and all(now.most[name] >= most * (1 - GAIN) for name, most in first.most.items())
+        return kept and firmer_than(now, before)
 
 
-def firmer_than(least: Table[str, float], before: Table[str, float]) -> bool:
-    """Tell whether the smallest value that differs is larger than ``before``, when all are compared in their order."""
-    for now, then in zip(sorted(least.values()), sorted(before.values()), strict=True):
-        if now > then * (1 + GAIN) + LEAST:
+def firmer_than(now: Firmness, before: Firmness, *, certainly: bool = False) -> bool:
+    """Tell whether the smallest value that differs is larger than before, when all are compared in their order.
+
+    What is promised has to grow, and the force, too: else it is the error of the nodes that has become smaller. It is
+    ``certainly`` larger if what is promised now is above the force of before.
+    """
+    values = (sorted(table.values()) for table in (now.least, now.most, before.least, before.most))
+    for least, most, least_before, most_before in zip(*values, strict=True):
+        base = most_before if certainly else least_before
+        if least > base * (1 + GAIN) + LEAST and most > most_before * (1 + GAIN):
             return True
-        if now < then * (1 - GAIN):
+        if least < least_before * (1 - GAIN) or most < most_before * (1 - GAIN):
             return False
     return False

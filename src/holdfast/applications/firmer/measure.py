@@ -26,10 +26,28 @@ MOST_PUSHES = 150  # approximate number of pushes of a default map, on all bodie
 
 @dataclass(frozen=True, eq=False)
 class Firmness:
-    """How firm an assembly is: the ``least`` of each name, and the ``answers`` that this is from."""
+    """How firm an assembly is: the ``least`` of each name, and the ``answers`` that this is from.
+
+    It is promised, and 0 for the names in ``undecided``. The truth is at most about ``most``, the least force that is
+    known.
+    """
 
     least: Table[str, float]
+    most: Table[str, float]
+    undecided: tuple[str, ...]
     answers: Answers
+
+    @classmethod
+    def of(cls, answers: Answers, names: Objects) -> Firmness:
+        """Return how firm the names (n,) of the rows are."""
+        low, high = promised(answers), np.where(answers.decided, answers.force, np.inf)
+        rows = {name: np.flatnonzero(names == name) for name in dict.fromkeys(names)}
+        return cls(
+            Table({name: float(low[own].min()) for name, own in rows.items()}),
+            Table({name: float(high[own].min()) for name, own in rows.items()}),
+            tuple(name for name, own in rows.items() if not answers.decided[own].all()),
+            answers,
+        )
 
 
 def promised(answers: Answers) -> Float:
@@ -96,15 +114,12 @@ class Pushes:
         for name in self.names:
             own = np.flatnonzero(self.body == name)
             self.weakest.add(int(own[np.argmin(values[own])]))
-        return Firmness(self._least(values, self.body), answers)
+        return Firmness.of(answers, self.body)
 
-    def at_most(self, assembly: Assembly) -> Table[str, float]:
-        """Return upper bounds of the least pushes, from those that were the weakest anywhere."""
+    def at_most(self, assembly: Assembly) -> Firmness:
+        """Return what the assembly is at most as firm as, by the pushes that were the weakest anywhere."""
         rows = np.array(sorted(self.weakest))
-        return self._least(promised(self._answers(assembly, rows)), self.body[rows])
-
-    def _least(self, values: Float, body: Objects) -> Table[str, float]:
-        return Table({name: float(values[body == name].min()) for name in self.names})
+        return Firmness.of(self._answers(assembly, rows), self.body[rows])
 
     @property
     def names(self) -> list[str]:
@@ -136,8 +151,7 @@ class Motion:
         """Return the least factor of the inertial loads over all times."""
         found = carry(assembly, self.profile, engine=self.engine).answers
         self.asked += len(found.force)
-        return Firmness(Table({"motion": float(promised(found).min())}), found)
+        return Firmness.of(found, objects(["motion"] * len(found)))
 
-    def at_most(self, assembly: Assembly) -> Table[str, float]:
+    def at_most(self, assembly: Assembly) -> None:
         """Return no bound: one answer covers many times."""
-        return Table({"motion": np.inf})

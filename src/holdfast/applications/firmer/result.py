@@ -29,11 +29,13 @@ class FirmerStep(Value):
     """One step: the ``poses`` (4, 4) of the moved bodies, by name, and how firm the assembly is with them there.
 
     ``least`` is the smallest push on each body [N], by its name, or the least factor of a motion, by "motion": the
-    least of ``lower`` of the ``answers``, one for each push or each time.
+    least of ``lower`` of the ``answers``, one for each push or each time. It is 0 for the names in ``undecided``, for
+    which one of the answers is not known.
     """
 
     poses: Table[str, Float]
     least: Table[str, float]
+    undecided: tuple[str, ...]
     answers: Answers
 
     def __post_init__(self) -> None:
@@ -97,7 +99,8 @@ class Firmer(Result, Sequence[FirmerStep]):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON, with all steps."""
-        steps = [{"poses": to_dict(step.poses), "least": to_dict(step.least)} for step in self.steps]
+        shown = ("poses", "least", "undecided")
+        steps = [{name: to_dict(getattr(step, name)) for name in shown} for step in self.steps]
         names = ("before", "after", "solves", "tried")
         return self.about() | {name: to_dict(getattr(self, name)) for name in names} | {"steps": steps}
 
@@ -109,10 +112,16 @@ class Firmer(Result, Sequence[FirmerStep]):
             for name, (far, turn) in self.shifts.items()
         }
         moved = [f"{name} by {' and '.join(way)}" for name, way in ways.items() if way]
-        first, last = self.steps[0].least, self.steps[-1].least
-        rows = [[name, number(first[name], unit), number(last[name], unit)] for name in first]
+
+        def shown(step: FirmerStep, name: str) -> str:
+            return "undecided" if name in step.undecided else number(step.least[name], unit)
+
+        first, last = self.steps[0], self.steps[-1]
+        rows = [[name, shown(first, name), shown(last, name)] for name in first.least]
         headline = f"least {number(self.before, unit)} became {number(self.after, unit)}; moved {listed(moved)}"
-        if not moved:
+        if first.undecided and not self.before:
+            headline = f"undecided: {first.answers.undecided.text}; moved {listed(moved) or 'nothing'}"
+        elif not moved:
             headline = f"nothing was moved: no step within the limits is firmer than {number(self.before, unit)}"
         facts = [("poses tried", f"{self.tried:,}"), ("pushes asked", f"{self.solves:,}"), *self.facts()]
         return Summary(headline, facts, ("least on", "before", "after"), rows, self.notes)

@@ -17,6 +17,7 @@ from holdfast.applications.placement.result import Candidate
 from holdfast.applications.standing_faces import UPRIGHT, Face, rolls_on
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.progress import OutOfTimeError, reported, until
+from holdfast.engines.groups import prepared
 from holdfast.queries.map import RobustnessMap
 
 REFINED = 3  # number of the best poses that are refined
@@ -79,7 +80,8 @@ def rated(
     """
     options, name = checks.options, checks.body.name
     beneath = rests_on(after, name)
-    movable = [body.name for body in after.movable if body.name in beneath]
+    known = prepared(checks.engine, checks.assembly).verdict().balanced  # a ball rolls whatever is put beside it
+    movable = [body.name for body in after.movable if body.name in beneath and body.name not in known]
     placed = after.scene.body(name)
     edge, clear = checks.room(placed, contacts_of(name, after.interfaces), beneath)
     own = below = None

@@ -36,12 +36,12 @@ class Rating(Value):
     """What makes a stable pose good or bad.
 
     ``own`` [N] is the smallest push on the object that moves something, and ``beneath`` [N] the smallest push on the
-    movable bodies that it touches or rests on, down to the ground; inf if there are none. Both are from the decided
-    points of a coarse map, and None if no point is decided. ``edge`` [m] is the distance of the object from the edges
-    of its supports, and ``clearance`` [m] that from the nearest body that does not support it, at most the object's
-    size; ``room`` [m] is the smaller of both. ``rolls`` is True if the object balances on one facet of a round side,
-    and ``upright`` if its own third axis points up. ``size`` [m] is the size of the object. ``score`` [N] combines all
-    of these.
+    movable bodies that it touches or rests on, down to the ground, but for those that were only balanced before; inf if
+    there are none. Both are from the decided points of a coarse map, and None if no point is decided. ``edge`` [m] is
+    the distance of the object from the edges of its supports, and ``clearance`` [m] that from the nearest body that
+    does not support it, at most the object's size; ``room`` [m] is the smaller of both. ``rolls`` is True if the object
+    balances on one facet of a round side, and ``upright`` if its own third axis points up. ``size`` [m] is the size of
+    the object. ``score`` [N] combines all of these.
     """
 
     own: float | None

@@ -6,6 +6,8 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
@@ -27,8 +29,10 @@ class PlacedObject(Value):
     """One step: the ``body`` that is placed and its ``pose`` (4, 4), body frame to world.
 
     ``own`` [N] is the smallest push on it that moves something right after this step. ``rests_on`` names the bodies
-    that it touches or rests on, down to the ground, and ``beneath`` [N] is the smallest push on the movable ones; inf
-    if all are fixed. Both forces are from the decided points of a coarse map, and None if no point is decided.
+    that it touches or rests on, down to the ground, and ``beneath`` [N] is the smallest push on the movable ones, but
+    for those that were only balanced before; inf if there are none. Both forces are from the decided points of a coarse
+    map, and None if no point is decided. ``balanced`` tells that the object is only balanced, as a ball is: ``own`` is
+    then 0.
     """
 
     body: str
@@ -42,8 +46,25 @@ class PlacedObject(Value):
 
     @property
     def least(self) -> float | None:
-        """The smaller of ``own`` and ``beneath`` [N], or None if neither is known."""
+        """The smaller of ``own`` and ``beneath`` [N], or None if neither is known.
+
+        An object that is only balanced rolls wherever it lies: what counts is ``beneath``, None if all that is fixed.
+        """
+        if self.balanced:
+            return None if self.beneath is None or np.isinf(self.beneath) else self.beneath
         return min((force for force in (self.own, self.beneath) if force is not None), default=None)
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the object is only balanced: the slightest push moves it."""
+        return self.own == 0
+
+    @property
+    def least_text(self) -> str:
+        """The smallest push in words."""
+        if self.balanced:
+            return "only balanced"
+        return "undecided" if self.least is None else number(self.least, "N")
 
 
 @archived
@@ -97,7 +118,7 @@ class Placements(PublicValue):
 
     @property
     def least(self) -> float:
-        """The smallest push [N] of all steps; 0 if none is known."""
+        """The smallest push [N] of all steps, leaving out objects that are only balanced; 0 if none is known."""
         return 0.0 if self.weakest is None or self.weakest.least is None else self.weakest.least
 
     def save_png(self, path: str | os.PathLike[str]) -> None:
@@ -114,6 +135,9 @@ class Placements(PublicValue):
         whole = len(self.steps) + len(self.left)
         headline = f"{len(self.steps)} of {whole} objects placed: {self.reason}"
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("tried", f"{self.tries} in {self.elapsed:.2g} s")]
+        balanced = [step.body for step in self.steps if step.balanced]
+        if balanced:
+            facts.insert(0, ("only balanced", f"{listed(balanced)}: the slightest push moves it"))
         if self.weakest is not None:
             facts.insert(0, ("least push of all steps", f"{number(self.least, 'N')}, after {self.weakest.body}"))
         rows = [
@@ -122,7 +146,7 @@ class Placements(PublicValue):
                 step.body,
                 f"{vector_text(step.pose[:3, 3], '.4g')} m",
                 listed(step.rests_on),
-                "undecided" if step.least is None else number(step.least, "N"),
+                step.least_text,
             ]
             for k, step in enumerate(self.steps)
         ]
