@@ -309,10 +309,11 @@ def divided(primitives: int, *, binary: bool, more: dict[str, Any], extra: tuple
 @pytest.mark.parametrize("primitives", [1, 2, 3, 12])
 def test_a_mesh_of_several_primitives_is_one_body(primitives: int, binary: bool, tmp_path: Path) -> None:
     """However the triangles are divided among materials, and whatever lines and points stand beside them."""
+    looks = {"extensionsRequired": ["KHR_technique_webgl", "KHR_techniques_webgl", "KHR_materials_unlit"]}
     lines = {"attributes": {"POSITION": 0}, "mode": 1}, {"attributes": {"POSITION": 0}, "mode": 0}
     for extra in ((), lines):
         path = tmp_path / ("scene.glb" if binary else "scene.gltf")
-        path.write_bytes(divided(primitives, binary=binary, more={}, extra=extra))
+        path.write_bytes(divided(primitives, binary=binary, more=looks, extra=extra))
         scene = hf.load_scene(path, density=500, fixed=["table"], friction=0.4)
         assert_example(scene)
         assert [body.mass for body in scene.movable] == pytest.approx([4.0, 32.0])
