@@ -92,6 +92,18 @@ def test_a_sheet_is_not_touched_through() -> None:
     assert plain_gap(a, b) == pytest.approx(0.5e-4)
 
 
+@pytest.mark.filterwarnings("ignore:.*which side of its triangles:holdfast.errors.HoldfastWarning")
+@pytest.mark.parametrize("uneven", [0.0, 1e-16, 1e-9, 1e-7])
+def test_a_flat_sheet_carries_alike_however_its_file_was_rounded(uneven: float) -> None:
+    """A ground of a scene in glTF: turned, and in single precision, it is flat but for the last digits."""
+    corners = np.array([[-1, -1, 0], [1, -1, uneven], [1, 1, 0], [-1, 1, -uneven]])
+    sheet = hf.Body("sheet", hf.Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]])), fixed=True)
+    for above in (1e-6, 1e-5, 9e-5):
+        cube = box("cube", SIDE, 1, (0.2, 0.3, 0.05 + above))
+        assert plain_gap(sheet, cube) == pytest.approx(1e-3 * DIAGONAL)
+        assert hf.stability(hf.Scene([sheet, cube], 0.5)).status == "stable"
+
+
 def test_what_is_given_holds_for_all_pairs() -> None:
     bodies = box("low", SIDE, 1, (0, 0, 0.0508)), box("small", (0.01, 0.01, 0.01), 1, (0, 0, 0.1066))
     assert set(pairs(*bodies, gap=1e-3)) == {("floor", "low"), ("low", "small")}

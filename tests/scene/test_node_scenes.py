@@ -240,6 +240,37 @@ def test_a_text_file_that_is_malformed_is_told(tmp_path: Path) -> None:
             hf.load_scene(path, density=500, fixed=["table"], friction=0.4)
 
 
+def test_a_text_file_of_version_1_is_told(tmp_path: Path) -> None:
+    """Its lists are maps, so that nothing else that is said of it would help."""
+    path = text_file(tmp_path, True)
+    for version in ("1.0", "3.0"):
+        path.write_text(
+            json.dumps(json.loads(path.read_text()) | {"asset": {"version": version}, "buffers": {"b": {}}})
+        )
+        with pytest.raises(hf.errors.SceneError, match=f"is of version '{version}', not 2"):
+            hf.load_scene(path, density=500, fixed=["table"], friction=0.4)
+
+
+@pytest.mark.parametrize(
+    ("kind", "more", "said"),
+    [
+        ("meshes", {"weights": [0.0, 0.5]}, "weights of meshes"),
+        ("nodes", {"weights": [1]}, "weights of nodes"),
+        ("nodes", {"skin": 0}, "skin of nodes"),
+        ("meshes", {"weights": [0.0, 0.0]}, ""),
+    ],
+)
+def test_what_changes_the_shape_of_a_mesh_is_named(kind: str, more: dict[str, Any], said: str, tmp_path: Path) -> None:
+    path = text_file(tmp_path, True)
+    data = json.loads(path.read_text())
+    data[kind][-1] |= more
+    path.write_text(json.dumps(data))
+    notes = hf.load_scene(path, density=500, fixed=["table"], friction=0.4).notes
+    assert [note for note in notes if "not read" in note] == (
+        [f"not read, though it may matter: {said}"] if said else []
+    )
+
+
 def test_half_a_binary_file_is_refused(write: Callable[..., Path]) -> None:
     content = example(Y_UP).export(file_type="glb")
     for part in (content[:16], content[:100], content[:-100]):
@@ -278,10 +309,11 @@ def divided(primitives: int, *, binary: bool, more: dict[str, Any], extra: tuple
 @pytest.mark.parametrize("primitives", [1, 2, 3, 12])
 def test_a_mesh_of_several_primitives_is_one_body(primitives: int, binary: bool, tmp_path: Path) -> None:
     """However the triangles are divided among materials, and whatever lines and points stand beside them."""
+    looks = {"extensionsRequired": ["KHR_technique_webgl", "KHR_techniques_webgl", "KHR_materials_unlit"]}
     lines = {"attributes": {"POSITION": 0}, "mode": 1}, {"attributes": {"POSITION": 0}, "mode": 0}
     for extra in ((), lines):
         path = tmp_path / ("scene.glb" if binary else "scene.gltf")
-        path.write_bytes(divided(primitives, binary=binary, more={}, extra=extra))
+        path.write_bytes(divided(primitives, binary=binary, more=looks, extra=extra))
         scene = hf.load_scene(path, density=500, fixed=["table"], friction=0.4)
         assert_example(scene)
         assert [body.mass for body in scene.movable] == pytest.approx([4.0, 32.0])

@@ -329,6 +329,66 @@ def test_name_pose_and_static_of_an_include_come_first(load: Callable[..., hf.Sc
         load(world(content))
 
 
+def merging(content: str = "", at: str = "") -> str:
+    return f'<include merge="true"><uri>part.sdf</uri>{at}</include>{content}'
+
+
+PART = (
+    pose("0 0 9")
+    + link("a", pose("0.5 0 0"))
+    + f'<frame name="f" attached_to="a">{pose("0 0.3 0", "0.2 0 0")}</frame>'
+    + link("b", pose("0 0 1", rest=' relative_to="f"'))
+    + link("lone", pose("0 0 7", rest=' relative_to="__model__"'))
+    + joint("a", "b")
+)
+
+
+@pytest.mark.parametrize("own", ["", "<self_collide>true</self_collide>"])
+@pytest.mark.parametrize("held", [(), ("m",)])
+def test_a_model_merged_into_another_is_that_with_its_links_written_out(
+    own: str, held: tuple[str, ...], load: Callable[..., hf.Scene], tmp_path: Path
+) -> None:
+    (tmp_path / "part.sdf").write_text(f'<sdf version="1.9">{model(PART, "part")}</sdf>')
+    rest = (
+        own
+        + link("c", pose("0 0 2", rest=' relative_to="b"'))
+        + joint("c", "lone", name="k")
+        + link("d", pose("0 0 20"))
+    )
+    where = pose("5 0 0", "0 0 1")
+    place = pose("0 2 0", "0 0.7 0")
+    written = (
+        f'<frame name="part">{place}</frame>'
+        + link("a", pose("0.5 0 0", rest=' relative_to="part"'))
+        + f'<frame name="f" attached_to="a">{pose("0 0.3 0", "0.2 0 0")}</frame>'
+        + link("b", pose("0 0 1", rest=' relative_to="f"'))
+        + link("lone", pose("0 0 7", rest=' relative_to="part"'))
+        + joint("a", "b")
+    )
+    merged, expected = (
+        load(world(model(content + rest + where)), fixed=held) for content in (merging(at=place), written)
+    )
+    assert {body.name for body in merged.bodies} == {"ground", "m::a", "m::c", "m::d"}
+    for body in expected.bodies:
+        twin = next(each for each in merged.bodies if np.allclose(each.box, body.box, atol=1e-12))
+        assert (twin.fixed, twin.mass) == (body.fixed, pytest.approx(body.mass))
+        if not body.fixed:
+            centers = [each.pose[:3, :3] @ each.com + each.pose[:3, 3] for each in (twin, body)]
+            np.testing.assert_allclose(*centers, atol=1e-12)
+    assert len(merged.excluded) == len(expected.excluded) == (0 if own or held else 3)
+
+
+def test_names_of_merged_models_are_those_of_the_model_around_them(
+    load: Callable[..., hf.Scene], tmp_path: Path
+) -> None:
+    (tmp_path / "part.sdf").write_text(f'<sdf version="1.9">{model(PART, "part")}</sdf>')
+    for more, match in ((link("a"), "'a'|second of this name"), (joint("a", "part::b", name="k"), "no model 'part'")):
+        with pytest.raises(hf.errors.SceneError, match=match):
+            load(world(model(merging(more))))
+        with pytest.raises(hf.errors.SceneError, match=match):
+            load(world(model(more + merging())))
+
+
 @pytest.mark.parametrize(
     "what", ['<light name="sun"/>', '<light name="sun"/><actor name="walker"/>', '<actor name="a"/>']
 )
@@ -540,7 +600,7 @@ WRONG: dict[str, tuple[str, str]] = {
         world("<include><uri>scene.sdf</uri></include>"),
         "<include>: includes '.*scene.sdf', in which it lies",
     ),
-    "merge": (world('<include merge="true"><uri>a.sdf</uri></include>'), "merges a model"),
+    "merge": (world('<include merge="true"><uri>a.sdf</uri></include>'), "merges a model into the world"),
     "no uri": (world("<include/>"), "<include>: has no <uri>"),
     "entity bomb": ('<!DOCTYPE sdf [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><sdf>&b;</sdf>', ":1: has a document type"),
     "half": ("<sdf><world>", ":1: is not XML: no element found"),

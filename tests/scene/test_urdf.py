@@ -283,6 +283,14 @@ def test_tiny_spheres_are_points(load: Callable[..., hf.Scene]) -> None:
     assert scene.movable[0].shape == hf.Sphere(1e-6)
 
 
+def test_a_box_without_size_is_a_point(load: Callable[..., hf.Scene]) -> None:
+    """As Bullet takes it: it stands for a link of which nothing is to be seen."""
+    scene = load(robot(solid("base", '<geometry><box size="0 0 0"/></geometry>')), friction=0.5)
+    assert scene.movable[0].shape == hf.Sphere(1e-6)
+    with pytest.raises(hf.HoldfastError, match=r"<box>: Box: size: is \[0.1, 0.0, 0.1\]"):
+        load(robot(solid("base", '<geometry><box size="0.1 0 0.1"/></geometry>')), friction=0.5)
+
+
 def test_a_broken_declaration_is_overlooked(load: Callable[..., hf.Scene]) -> None:
     assert load(robot(LINK).replace('"1.0"', '"0.0"')).body("thing").mass == 2.0
 

@@ -21,6 +21,7 @@ from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import SMOOTH, Topology
 
 STRAIGHT = 1e-8  # largest change of a surface when triangles are removed from it, relative to its size
+SHEET = 1e-6  # a surface is flat if it is no thicker, relative to its size: files round to 6e-8 of it
 HUB = 64  # a vertex with more faces is the hub of a fan, which is triangulated differently before it is reduced
 
 
@@ -72,8 +73,9 @@ class Surface(Value):
 
     @cached_property
     def thickness(self) -> float:
-        """The smallest side [m] of the bounding box in the body frame."""
-        return float(np.ptp(self.vertices, axis=0).min())
+        """The smallest side [m] of the bounding box in the body frame; 0 for a flat sheet, but for rounding."""
+        least = float(np.ptp(self.vertices, axis=0).min())
+        return least if least > SHEET * self.diagonal else 0.0
 
     @cached_property
     def topology(self) -> Topology:

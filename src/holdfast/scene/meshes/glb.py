@@ -22,8 +22,8 @@ OF_NODE = 100  # corners that take as much memory as the node of a further primi
 MOST_STEPS = 1_000_000  # largest sum of the depths of all nodes
 COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 # Beginnings of the names of extensions that look, or that all readers of meshes need
-LOOKING = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "EXT_lights_", "KHR_mesh_quantization",
-           "KHR_xmp", "KHR_animation_", "KHR_draco", "EXT_meshopt")  # fmt: skip
+LOOKING = ("KHR_materials_", "KHR_technique", "KHR_texture_", "KHR_lights_", "EXT_texture_", "EXT_lights_",
+           "KHR_mesh_quantization", "KHR_xmp", "KHR_animation_", "KHR_draco", "EXT_meshopt")  # fmt: skip
 TRIANGLES, STRIP, FAN = 4, 5, 6  # modes of primitives that are surfaces; trimesh leaves out the last
 
 

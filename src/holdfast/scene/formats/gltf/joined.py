@@ -19,6 +19,9 @@ def packed(source: Source) -> bytes:
 
     Raises ValueError if it is malformed, and SceneError if a file to which it refers is missing or elsewhere.
     """
+    version = str(source.data["asset"]["version"])
+    if not version.startswith("2."):
+        raise ValueError(f"is of version {quoted(version)}, not 2")
     data: dict[str, Any] = {key: value for key, value in source.data.items() if key not in PICTURES}
     buffers, views = data.get("buffers", []), data.get("bufferViews", [])
     parts, starts, end = [], [], 0

@@ -13,7 +13,7 @@ from holdfast.scene.meshes.glb import LOOKING
 KEYS = {
     "asset": ("version", "generator", "copyright", "minVersion", "extras"),
     "scenes": ("nodes", "name"),
-    "nodes": ("mesh", "name", "children", "matrix", "translation", "rotation", "scale", "camera", "skin", "weights"),
+    "nodes": ("mesh", "name", "children", "matrix", "translation", "rotation", "scale", "camera", "weights"),
     "meshes": ("primitives", "weights", "name", "extras"),
     "primitives": ("attributes", "indices", "material", "mode", "targets", "extras"),
     "the file": (
@@ -37,7 +37,9 @@ def unknown_words(header: dict[str, Any]) -> Iterator[str]:
 
 def _of(data: dict[str, Any], kind: str) -> Iterator[str]:
     yield from unknown_keys(data, (*KEYS[kind], "extras", "extensions"), kind)
-    extras, extensions = data.get("extras"), data.get("extensions")
+    extras, extensions, weights = data.get("extras"), data.get("extensions"), data.get("weights")
+    if kind in ("nodes", "meshes") and isinstance(weights, list) and any(weights):
+        yield f"weights of {kind}"  # morph targets change the shape
     if kind in ("scenes", "nodes") and isinstance(extras, dict):
         yield from unknown_keys(extras, (KEY,), f"extras of {kind}")
     for name in extensions if isinstance(extensions, dict) else ():

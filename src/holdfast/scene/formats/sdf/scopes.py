@@ -36,7 +36,8 @@ class Scope:
     """A world or a model: its name, its named elements, and the models in it.
 
     ``outer`` is the scope that contains it. ``given`` is the element with its pose: its own element or the include.
-    ``references`` finds the files to which it refers.
+    ``references`` finds the files to which it refers. ``merged`` says that its elements count as those of ``outer``.
+    ``names`` holds the elements and models of this scope and of those merged into it, each with its scope.
     """
 
     name: str
@@ -45,13 +46,20 @@ class Scope:
     references: References
     outer: Scope | None
     static: bool
+    merged: bool = False
     named: dict[str, Element] = field(default_factory=dict)
     models: dict[str, Scope] = field(default_factory=dict)
+    names: dict[str, tuple[Scope, Element | Scope]] = field(default_factory=dict)
 
     @cached_property
     def touches_itself(self) -> bool:
         """Whether links of this model touch each other (<self_collide>)."""
-        return truth(self.element, "self_collide")
+        return truth(self.whole.element, "self_collide")
+
+    @property
+    def whole(self) -> Scope:
+        """The model or world of which this is a part: itself, unless it was merged into another one."""
+        return self.outer.whole if self.merged and self.outer else self
 
     @property
     def is_world(self) -> bool:
@@ -63,6 +71,8 @@ class Scope:
         """The names of the enclosing models and its own name, joined by two colons."""
         if self.outer is None:
             return ""
+        if self.merged:
+            return self.outer.path
         return f"{self.outer.path}::{self.name}" if self.outer.path else self.name
 
     def within(self) -> Iterator[Scope]:
@@ -73,21 +83,20 @@ class Scope:
 
     def found(self, name: str, asking: Element) -> tuple[Scope, Element | Scope]:
         """Return the scope to which a name such as ``arm::hand`` leads, and the element with that name."""
-        if name in self.named:
-            return self, self.named[name]
-        scope, names = self, name.split("::")
+        scope, names, known = self, name.split("::"), self.whole.names
+        if name in known:
+            return known[name]
         for outer in names[:-1]:
-            if outer not in scope.models:
+            _, inside = scope.whole.names.get(outer, (scope, None))
+            if not isinstance(inside, Scope):
                 asking.fail(f"names {quoted(name)}: no model {quoted(outer)}", nearest_of(outer, scope.models))
-            scope = scope.models[outer]
-        last = names[-1]
+            scope = inside
+        last, known = names[-1], scope.whole.names
         if last == "__model__" and not scope.is_world:
             return scope, scope
-        if last in scope.named:
-            return scope, scope.named[last]
-        if last in scope.models:
-            return scope, scope.models[last]
-        return asking.fail(f"names {quoted(name)}, which is not there", nearest_of(last, [*scope.named, *scope.models]))
+        if last in known:
+            return known[last]
+        return asking.fail(f"names {quoted(name)}, which is not there", nearest_of(last, known))
 
 
 def truth(element: Element, tag: str, default: bool = False) -> bool:
@@ -133,7 +142,7 @@ class ScopeReader:
                 self._include(scope, child, files, level)
 
     def _add(self, scope: Scope, name: str, what: Element | Scope, element: Element) -> None:
-        if name in scope.named or name in scope.models:
+        if name in scope.whole.names:
             element.fail("is the second of this name in its model or world", "names are unique there")
         self._named += 1
         if self._named > MOST_NAMES:
@@ -141,6 +150,7 @@ class ScopeReader:
         old = element.tag == "link"  # files of old Gazebo call a link "model::link"
         if ("::" in name and not old) or name in ("world", "__model__", "__root__"):
             element.fail("has a name that SDF keeps for itself", "needs another")
+        scope.whole.names[name] = scope, what
         if isinstance(what, Scope):
             scope.models[name] = what
         else:
@@ -151,8 +161,9 @@ class ScopeReader:
         self._included += 1
         if self._included > MOST_INCLUDES:
             include.fail("is one too many", f"the limit is {MOST_INCLUDES:,} included models")
-        if include.attributes.get("merge", "").strip().lower() in ("true", "1"):
-            include.fail("merges a model into another one", "write its links out, or include it without merge")
+        merged = include.attributes.get("merge", "").strip().lower() in ("true", "1")
+        if merged and scope.is_world:
+            include.fail("merges a model into the world", "include it without merge")
         known = _gazebos(scope.references, include)
         if known == "ground_plane":
             self.notes.append("ground_plane is in no folder: Gazebo's is taken, a plane with a friction of 50")
@@ -173,10 +184,10 @@ class ScopeReader:
         renamed = include.child("name")
         name = element.attribute("name") if renamed is None else renamed.text.strip()
         overrides = include.child("pose") is not None or include.child("placement_frame") is not None
-        static = scope.static or truth(include, "static", truth(element, "static"))
+        static = scope.static or (not merged and truth(include, "static", truth(element, "static")))
         references = scope.references.beside(path)
-        model = Scope(name, element, include if overrides else element, references, scope, static)
-        self._add(scope, name, model, include)
+        model = Scope(name, element, include if overrides else element, references, scope, static, merged)
+        self._add(scope, f"_merged__{name}__model__" if merged else name, model, include)
         self._fill(model, (*files, real), level + 1)
 
 

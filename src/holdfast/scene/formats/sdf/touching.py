@@ -30,7 +30,7 @@ Touching = tuple[Body, tuple[Toucher, ...]]  # a body, with the data of each of 
 def toucher(place: Place, mask: int) -> Toucher:
     """Return the data for a collision of a link with these bits (<collide_bitmask>)."""
     own = place.scope.touches_itself or truth(place.element, "self_collide")
-    return Toucher(place.scope, own, mask)
+    return Toucher(place.scope.whole, own, mask)
 
 
 def excluded_pairs(bodies: Sequence[Touching], notes: list[str]) -> list[Excluded]:

@@ -113,7 +113,8 @@ class LinkReader:
         with shape.located():
             match shape.tag:
                 case "box":
-                    return Box(np.array(shape.numbers("size", 3)))
+                    size = np.array(shape.numbers("size", 3))
+                    return Box(size) if size.any() else ball(0.0, _called(link), self.notes)
                 case "sphere":
                     return ball(shape.number("radius"), _called(link), self.notes)
                 case "cylinder":
