@@ -108,7 +108,7 @@ def test_supports_of_which_nothing_is_known_carry_nothing(place: Any) -> None:
 
 
 def test_an_unknown_limit_promises_no_speed() -> None:
-    found = hf.transport_limits(hf.assemble(SCENE), [[1, 0, 0], [0, 1, 0]], engine="limit")
+    found = hf.transport_limits(hf.assemble(SCENE), [[1, 0, 0], [0, 1, 0]])
     path = np.array([[1.0, 0, 0], [0, 1.0, 0]])
     assert hf.sets.safe_time_scale(path, found) > 1
     assert hf.sets.safe_time_scale(path, retold(found, [0], UNDECIDED)) == 0

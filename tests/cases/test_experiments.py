@@ -90,7 +90,7 @@ def test_lower_does_not_scatter_with_nodes_where_force_does_not(nodes: int) -> N
     ways = [(1, 0, 0), (-1, 0, 0)]
     found = hf.transport_limits(brick_walls.wall("1"), directions=ways, engine=hf.Compliant(nodes=nodes))
     np.testing.assert_allclose(found.acceleration / 9.81, 0.63915, rtol=1e-5)
-    assert (found.lower >= 0.99 * found.acceleration).all()
+    assert (found.lower >= 0.96 * found.acceleration).all()
 
 
 # Arches of equal voussoirs, by the least thickness that stands: Cocchetti & Rizzi 2020

@@ -29,6 +29,7 @@ from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.limit.combination import combined
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
+from holdfast.geometry.hull import corner_numbers
 from holdfast.geometry.hull_gauge import hull_gauge
 from holdfast.queries.map import robustness_map
 from holdfast.queries.push import robustness
@@ -116,9 +117,10 @@ def _combination() -> None:
 
 
 def _gauge() -> None:
-    """Call the function that evaluates a planner's constraint."""
+    """Call the functions that evaluate a planner's constraint, and find the corners of what is seen of a patch."""
     known = np.vstack([np.eye(6), -np.eye(6), np.ones((1, 6))])
     hull_gauge(known, np.ones(13), np.ones((1, 6)))
+    corner_numbers(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
 
 
 def _fall() -> None:

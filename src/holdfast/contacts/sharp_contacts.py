@@ -98,6 +98,8 @@ def _points(meshes: tuple[SearchMesh, SearchMesh], near: list[Int], gap: float, 
         for mesh, own in ((mesh, np.unique(mesh.of_face[faces])) for mesh, faces in zip(meshes, near, strict=True))
     )
     every = np.vstack([*found, _passing(edges, others, gap)])
+    if not len(every):
+        return every
     first = np.argmax(np.linalg.norm(every[:, None] - every, axis=2) <= rounding, axis=1)
     return np.asarray(every[np.unique(first)])
 

@@ -24,8 +24,12 @@ class Sliding(Amendment):
     why: ClassVar[str] = f"what holds only after sliding {SLID:g} times as far as contacts give is not promised"
 
     def applies(self, asked: Asked) -> bool:
-        """Tell whether some path slides far before its bound is reached."""
-        return asked.bounded and bool((asked.columns.before < asked.columns.lower).any())
+        """Tell whether some path slides far before its bound is reached.
+
+        Of faces that touch at high points only, what bonded contacts give is far too little; the ideal ones are asked.
+        """
+        ideal = self.grid.springs.faces is None
+        return asked.bounded and ideal and bool((asked.columns.before < asked.columns.lower).any())
 
     def amend(self, found: Answers, asked: Asked) -> Answers:
         """Return the answers with ``lower`` at most what is reached before contacts have slid far.
