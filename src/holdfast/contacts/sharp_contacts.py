@@ -65,6 +65,10 @@ def sharp_patches(a: Body, b: Body, tolerances: Tolerances) -> list[Patch]:
     pairs = near_faces(*meshes, gap)
     near = [np.unique(column) for column in pairs.T]
     points = _points(meshes, near, gap, COORDINATES * size)
+    if not len(points):  # one lies within the other: it may take any force and torque there
+        ends = np.array([np.min(meshes[0].vertices, axis=0), np.max(meshes[0].vertices, axis=0)])
+        corners = np.array(list(itertools.product(*ends.T)))
+        return [Patch(p[None], n, breadth=NOMINAL_BREADTH * size, inset=0.0) for p in corners for n in ANY_NORMAL]
     apart = [_distances(points, mesh, faces) for mesh, faces in zip(meshes, near, strict=True)]
     reach = np.maximum(gap, np.maximum(*(far.min(axis=1) for far in apart)))[:, None] + COORDINATES * size
     plain = all(body.shape.surface.oriented for body in (a, b))
