@@ -34,7 +34,7 @@ CEILINGS = {
     "elastic": 96,
     "engines/compliant": 82,
     "engines/limit": 51,
-    "geometry": 66,
+    "geometry": 62,
     "settling": 44,
 }
 MOST = 25
