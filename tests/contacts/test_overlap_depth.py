@@ -107,6 +107,18 @@ def test_of_bodies_that_are_not_convex_each_place_has_its_own_way_out() -> None:
     assert depth(table(fixed=True), box(SIZE, 0.1, 0.1, 0.525 + SIZE[2] / 2 - 0.02)) == pytest.approx(0.02, rel=1e-4)
 
 
+@pytest.mark.parametrize("sunk", [1.1e-4, 1.5e-4, 1e-3, 0.01])
+def test_bodies_with_flush_sides_are_as_deep_in_each_other_as_others(sunk: float) -> None:
+    """All corners of what equal cubes, or equal trestles, share lie on both surfaces, so that none of them is deep."""
+    cube = hf.Body("low", hf.Box((0.1, 0.1, 0.1)), fixed=True)
+    assert depth(cube, box((0.1, 0.1, 0.1), z=0.1 - sunk)) == pytest.approx(sunk, rel=1e-2)
+    shape = hf.Compound([hf.Part(hf.Box((0.5, 0.1, 0.05)), hf.pose(z=z)) for z in (0.0, 0.3)] + [
+        hf.Part(hf.Box((0.05, 0.1, 0.25)), hf.pose(x=x, z=0.15)) for x in (-0.2, 0.2)
+    ])  # fmt: skip
+    high = hf.Body("high", shape, mass=1.0, position=(0, 0, 0.35 - sunk))
+    assert depth(hf.Body("low", shape, fixed=True), high) == pytest.approx(sunk, rel=1e-2)
+
+
 def test_what_is_found_separates_and_less_does_not() -> None:
     """A domino in a table top leaves upwards by its depth; a rod through it needs half of its length."""
     rod = hf.Body("rod", hf.Cylinder(0.01, 0.5), mass=0.1, position=(0.1, 0.1, 0.525))

@@ -200,15 +200,15 @@ def _surface(solid: manifold3d.Manifold) -> Surface:
 
 
 def _least(part: manifold3d.Manifold, a: Surface, b: Surface) -> float:
-    """Return a lower bound of the way out of the ``part`` that two solids share [m]: how deep its points are in either.
+    """Return a lower bound of the way out of the ``part`` that two solids share [m].
 
-    The points are its corners and, as a rod through a plate has all of these on both surfaces, the middle of a convex
-    part.
+    It is how deep a corner of the part is in either, or the middle of a convex part, as of a rod through a foil; and at
+    least the mean thickness, twice the volume over the area: where sides are flush, all corners are on both surfaces.
     """
     points = _surface(part).vertices
     low, high = points.min(0), points.max(0)
-    far, deepest = float(np.linalg.norm(high - low)), 0.0
     points = np.vstack([points, points.mean(0)]) if _convex(part) else points
+    far, deepest = float(np.linalg.norm(high - low)), 2 * float(part.volume()) / float(part.surface_area())
     for surface in (a, b):
         corners = surface.vertices[surface.faces]
         close = ((corners.max(1) >= low - far) & (corners.min(1) <= high + far)).all(1)
