@@ -32,7 +32,7 @@ def test_the_tilted_bowl_has_support_on_one_side_only() -> None:
     assembly = settled("dishes", gap=3e-3)
     result = hf.stability(assembly)
     assert result.status is hf.Status.UNDECIDED
-    assert "would rest there" in result.reason or "was not searched" in result.reason
+    assert "would rest there" in result.reason
     assert result.moving == ("b1",)
     (rim,) = (i for i in assembly.interfaces if set(i.bodies) == {"b0", "b1"})
     outward = np.array([p.centroid - assembly.scene.body("b0").com_world for p in rim.patches])[:, :2]
