@@ -272,7 +272,7 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
 
 
 class TooFineError(Exception):
-    """More faces of two bodies are near each other than ``find_patches`` was allowed to compare."""
+    """The faces of two bodies meet in more pieces than ``find_patches`` was allowed to join."""
 
 
 def find_patches(
@@ -280,8 +280,8 @@ def find_patches(
 ) -> tuple[Patch, ...]:
     """Find the patches where two bodies touch, with normals that point into ``b``.
 
-    Faces come first, then lines where no face touches, then points where neither touches. Raises TooFineError if there
-    are more than ``most`` pairs of triangles to compare; a pair with a large face counts as 16.
+    Faces come first, then lines where no face touches, then points where neither touches. Raises TooFineError if
+    more than ``most`` pairs of triangles meet: to join the pieces costs far more than to find them.
     """
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     breadth = NOMINAL_BREADTH * size
@@ -323,12 +323,12 @@ def _on_triangles(
     if not len(pairs) and not facets:
         return None
     mixed, small = facing_pairs(mesh_a, mesh_b, pairs, cos_angle=float(np.cos(np.radians(angles.flat))))
-    if 16 * len(mixed) + len(small) > most:
-        raise TooFineError
     also, _ = facing_polygons(mesh_a, mesh_b, *locals_, mixed, gap=gap, depth=depth, angles=angles)
     large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]
     pairs = np.concatenate([pairs, *(near_faces(mesh_a, mesh_b, gap, two) for two in left)])
     pieces = [*large, *clip_faces(mesh_a, mesh_b, small, gap=gap, depth=depth, angles=angles)]
+    if len(pieces) > most:
+        raise TooFineError
     faces = face_patches(pieces_on_planes(a, b, pieces, tolerances), gap, angles, negligible)
     near_a, near_b = of_facets
     near_a[pairs[:, 0]] = near_b[pairs[:, 1]] = True

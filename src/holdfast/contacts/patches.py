@@ -143,14 +143,24 @@ class Cover:
     def _shapes(self) -> dict[int, shapely.Geometry]:
         return {}
 
+    @cached_property
+    def _wide(self) -> dict[int, shapely.Geometry]:
+        return {}
+
     def _shape(self, k: int) -> shapely.Geometry:
-        """Return a patch widened by the gap, in its frame."""
+        """Return a patch in its frame."""
         if k not in self._shapes:
             rings = self.patches[k].rings
-            thin = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
-            self._shapes[k] = flat.widened(thin, self.gap)
+            self._shapes[k] = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
             shapely.prepare(self._shapes[k])
         return self._shapes[k]
+
+    def _widened(self, k: int) -> shapely.Geometry:
+        """Return a patch widened by the gap, in its frame: made only if a line is near, as it is dear for stars."""
+        if k not in self._wide:
+            self._wide[k] = flat.widened(self._shape(k), self.gap)
+            shapely.prepare(self._wide[k])
+        return self._wide[k]
 
     def _near(self, ends: Float, normal: Float, blended: bool) -> Int:
         """Return the numbers of the patches that may cover a part of a segment (2, 3) with a normal (3,)."""
@@ -173,8 +183,8 @@ class Cover:
             arm = places[around] - patch.polygon[0]
             near = np.flatnonzero(np.abs(arm @ patch.normal) <= 2 * self.gap)
             if len(near):
-                x, y = (arm[near] @ patch.frame.T).T
-                left[around[near[shapely.intersects_xy(self._shape(k), x, y)]]] = False
+                seen = shapely.points(arm[near] @ patch.frame.T)
+                left[around[near[shapely.dwithin(self._shape(k), seen, self.gap)]]] = False
         return left
 
     def _around(self, places: Float) -> list[Int]:
@@ -196,8 +206,11 @@ class Cover:
             arm = lines.ends[around] - patch.polygon[0]
             near = np.flatnonzero(np.abs(arm @ patch.normal).max(1) <= 2 * self.gap)
             if len(near):
+                ends = shapely.points(arm[near] @ patch.frame.T)
+                near = near[shapely.dwithin(self._shape(k), ends, self.gap).all(1)]
+            if len(near):
                 seen = shapely.linestrings(arm[near] @ patch.frame.T)
-                left[around[near[shapely.covers(self._shape(k), seen)]]] = False
+                left[around[near[shapely.covers(self._widened(k), seen)]]] = False
         return np.flatnonzero(left)
 
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
@@ -210,7 +223,9 @@ class Cover:
             if np.abs(arm @ patch.normal).min() > 2 * self.gap:
                 continue
             seen = shapely.LineString(arm @ patch.frame.T)
-            cover = seen.intersection(self._shape(int(k)))
+            if not shapely.dwithin(self._shape(int(k)), seen, self.gap):
+                continue
+            cover = seen.intersection(self._widened(int(k)))
             start, whole = np.array(seen.coords[0]), max(seen.length, 1e-300)
             for piece in getattr(cover, "geoms", [cover]):
                 if not piece.is_empty:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from compliant_scenes import SMALL, X, block, columns, even_grid, floor, random_pushes, shipped, strength
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import holdfast as hf
@@ -132,8 +132,14 @@ def pile(drawn: tuple) -> hf.answers.Assembly:
     return assemble(Scene(bodies, drawn[1]))
 
 
+BLOCK, UP = ((0.25, 0.25, 0.25), 1.0, (0.0, 0.0)), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+NARROW = ((0.078125, 0.125, 0.203125), 1.0, (0.0, 0.0))
+AT_THE_EDGE = (0.2109375, 0.0, -0.86328125, 0.0, -0.515625, 0.08203125)  # a coarse grid finds an end, a finer one none
+
+
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(piles, loads)
+@example(([BLOCK, BLOCK, NARROW], 0.4375), [*[UP] * 9, AT_THE_EDGE])
 def test_never_above_limit_on_random_piles(drawn: tuple, forces: list) -> None:
     assembly = pile(drawn)
     state = Compliant().prepare(assembly)

@@ -90,9 +90,10 @@ class LimitReview(Amendment):
           both methods. So is a peak whose lower bound, which the finer grid confirms, is above ENDLESS times the
           weight, if limit analysis finds forces that balance the load alone: there the weight is nothing but a
           disturbance of the balance, of the size of those that a path is lost by. If nothing of this is found, such a
-          peak without a lower bound is undecided where limit analysis finds no end. An undecided answer is infinite if
-          its path was lost above HUGE times the weight that counts beside its load and one of the two searches for rest
-          succeeds, or if it has no end, on the finer grid neither, where every body is held.
+          peak without a lower bound is, where limit analysis finds no end, infinite if the finer grid finds none
+          either, and undecided otherwise. An undecided answer is infinite if its path was lost above HUGE times the
+          weight that counts beside its load and one of the two searches for rest succeeds, or if it has no end, on the
+          finer grid neither, where every body is held.
         """
         W = asked.W
         size, own, held = self._sizes(W), self._own(W), self.grid.loads_held(W)
@@ -130,7 +131,8 @@ class LimitReview(Amendment):
         if proved.endless and (confirmed or self._endless(asked.load, float(row.force))):
             return ENDLESS_ROW
         if proved.endless and asked.bounded and row.lower <= 0 and row.force * asked.size > HUGE:
-            return UNDECIDED_ROW
+            finer = self.grid.finer.paths(asked.load[:, None]).outcome[0]
+            return ENDLESS_ROW if finer == PathOutcome.ENDLESS else UNDECIDED_ROW
         force = min(row.force, proved.top)
         return row._replace(force=force, lower=min(row.lower, force))
 
