@@ -112,7 +112,7 @@ def test_shipped_scenes_are_proved(tmp_path: Path, name: str) -> None:
     np.testing.assert_allclose(moved, pushes.upper[np.isfinite(pushes.upper)], rtol=1e-6)
     for proof, lower in zip(held, pushes.lower[np.isfinite(pushes.lower)], strict=True):
         assert float(proof["factor"]) == pytest.approx(lower, rel=1e-4)
-        assert float(proof["factor"]) <= lower * (1 + 1e-9)  # solved again, in other units
+        assert float(proof["factor"]) <= lower * (1 + 1e-12)
 
 
 @pytest.mark.parametrize("family", [leaning, arch])

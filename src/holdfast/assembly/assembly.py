@@ -205,6 +205,14 @@ class Assembly(Value):
         """Factors (6J,) that convert torques to forces: 1 for forces, 1 / ``size`` for torques."""
         return frozen(np.tile(np.repeat([1.0, 1 / self.size], 3), len(self.movable)))
 
+    def load_sizes(self, W: Float) -> Float:
+        """Return the largest component (n,) [N] of each load, a column of W (6J, n) with torques as forces; 1 of none.
+
+        A load over its size has one answer whatever units it came in.
+        """
+        size = np.abs(W * self.levers[:, None]).max(axis=0, initial=0.0)
+        return np.where(size > 0, size, 1.0)
+
     @cached_property
     def size(self) -> float:
         """The diagonal [m] of a box around the movable bodies along ``axes``, which serves as the scale of lengths."""

@@ -108,21 +108,24 @@ class _Exact:
         resting = None if self.state is None else self.state.proofs.resting
         return None if resting is None else self.balanced(resting, self.standing)
 
-    def held(self, column: Float, load: Sequence[Vector], limit: LoadLimit) -> tuple[Fraction | None, Balanced] | None:
+    def held(
+        self, column: Float, size: float, load: Sequence[Vector], limit: LoadLimit
+    ) -> tuple[Fraction | None, Balanced] | None:
         """Return a factor of a load and forces that balance it; without a factor, forces for the load alone.
 
-        ``load`` are the exact wrenches on the bodies, and ``column`` (6K,) is the same in floating-point numbers.
+        ``load`` are the exact wrenches on the bodies, and ``column`` (6K,) is the same in floating-point numbers and
+        over its ``size``, as is what the ``limit`` was found for.
         """
         if self.state is None or self.rest is None:
             return None
         if limit.status is Status.INFINITE and limit.ray is not None:
-            ray = np.einsum("ikx,ix->ik", self.state.rest.nodes.axes, limit.ray).ravel()
+            ray = size * np.einsum("ikx,ix->ik", self.state.rest.nodes.axes, limit.ray).ravel()
             alone = self.balanced(ray, load)
             if alone is not None and not alone.holds:  # they would have to grow with the load
                 return None, alone
-            candidates = self._multiples(ray, column)
+            candidates = self._multiples(ray, size * column)
         else:
-            candidates = self._mixed(column)
+            candidates = ((forces, factor / size) for forces, factor in self._mixed(column))
         for forces, factor in candidates:
             (share,) = exact([factor])
             wrenches = [plus(standing, own, share) for standing, own in zip(self.standing, load, strict=True)]
@@ -247,8 +250,9 @@ class Provable:
                 entry, wrench = _force(body, values, point)
                 wrenches.append(wrench)
                 load += [entry] if any(wrench) else []
-            limit = UNKNOWN if part.state is None else part.state.solve(own)
-            held[id(part)], found = part.held(own, wrenches, limit), part.moved(wrenches, limit)
+            size = float(part.assembly.load_sizes(own[:, None])[0])
+            limit = UNKNOWN if part.state is None else part.state.solve(own / size)
+            held[id(part)], found = part.held(own / size, size, wrenches, limit), part.moved(wrenches, limit)
             if found is not None:
                 moved.append((*found, part))
         if None not in held.values():

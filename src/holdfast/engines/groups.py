@@ -285,8 +285,7 @@ class Groups:
                 W.shape[1], engine=self.engine.name, claim=self.engine.claim, verdict=group.verdict
             )
         W = W[group.part.rows]
-        size = np.abs(W * group.part.assembly.levers[:, None]).max(axis=0, initial=0.0)
-        size = np.where(size > 0, size, 1.0)
+        size = group.part.assembly.load_sizes(W)
         with self._stopped_anew(group.part):  # in a size of their own: one load in other units has the same answer
             found = group.state.load_factor(W / size, accuracy).times(1 / size)
         if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
