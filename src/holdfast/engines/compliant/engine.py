@@ -20,7 +20,10 @@ from holdfast.engines.compliant.reserve import AMPLE, overruled
 from holdfast.engines.compliant.rest_verdict import RESTS, at_rest, not_at_rest
 from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness, stiffness_of
 from holdfast.engines.lone_bodies import firm_verdict, rest_firmly
+from holdfast.engines.contract import State
 from holdfast.engines.rest import find_rest
+from holdfast.engines.trees.forest import Forest
+from holdfast.engines.trees.tree_state import TreeState
 from holdfast.engines.verdict import Status, Verdict
 
 FEWEST, MOST = 2, 100  # smallest and largest number of nodes along each side of a patch
@@ -60,7 +63,7 @@ class Compliant(Value):
 
     def prepare(
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
-    ) -> CompliantState:
+    ) -> State:
         """Find the state of rest, at which all load paths start.
 
         The arguments are those of ``Engine.prepare``. Answers for which the nodes are too coarse are re-solved on finer
@@ -93,12 +96,19 @@ class Compliant(Value):
 
 def prepared_on(
     assembly: Assembly, springs: Springs, standing: Float | None, acceleration: Float | None
-) -> CompliantState:
+) -> State:
     """Find the state of rest on ``springs``; the other arguments and errors are those of ``Compliant.prepare``."""
     check_stiffness(assembly, springs.stiffness)
     wrench = assembly.weight_wrench(acceleration)
     wrench = wrench if standing is None else wrench + standing
-    return state_on(assembly, wrench, springs, refinements=REFINEMENTS)
+
+    def by_paths() -> CompliantState:
+        return state_on(assembly, wrench, springs, refinements=REFINEMENTS)
+
+    if springs.faces is not None or springs.stiffness is not None or assembly.hanging:
+        return by_paths()
+    forest = Forest(assembly, wrench)
+    return TreeState(forest, NAME, CLAIM, by_paths) if forest.decided.any() else by_paths()
 
 
 def state_on(

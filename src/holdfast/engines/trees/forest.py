@@ -1,0 +1,246 @@
+"""Which contacts carry what equilibrium alone decides, and the loads at which they give way.
+
+All fixed bodies are one. A contact without which a body and all that is behind it would lose every way to them (a bridge
+of the graph of contacts) carries the weights and the loads behind it, whatever is stiff or soft. If it is plane, an even
+bed gives its pressure and the friction it has (bed.py). Pressure does not depend on what slips there, so a load that
+grows in proportion holds until the first contact on its way gives way, whatever happened before (Klarbring, Ciavarella,
+Barber, Int. J. Solids Struct. 44, 2007, for systems whose normal reactions do not depend on slip).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.strengths import strengths_of
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.rigid import cross, tangents
+from holdfast.contacts.interface import Patch
+from holdfast.engines.trees.bed import RULE, Bed, Scratch
+from holdfast.engines.trees.first_exit import SLIDES, TIPS, UNKNOWN, first_exits, share_at_rest
+from holdfast.geometry.hull import convex_hull
+from holdfast.scene.friction import NOTHING
+
+PLANE = 1e-6  # distance of corners from one plane, relative to the size of the contact, that is rounding
+SPARE = 1e-6  # share of all friction below which what is left is rounding
+
+
+class Exit(NamedTuple):
+    """How n loads end: ``factor``, ``lower`` and ``upper`` (n,), inf where nothing gives way, nan where not known.
+
+    ``bridge`` (n,) is the number of the contact that gives way, -1 for none, and ``twist`` (n, 6) the motion of all
+    that is behind it, about the world's origin.
+    """
+
+    factor: Float
+    lower: Float
+    upper: Float
+    bridge: Int
+    twist: Float
+    slides: Bool
+
+
+@dataclass(frozen=True, eq=False)
+class Bridge:
+    """A plane contact that carries all that is ``beyond`` (k,) it, by number, with its ``bed`` in a ``frame``.
+
+    The rows of ``frame`` (3, 3) are two tangents and the normal, which points into what is beyond; ``origin`` (3,) is
+    the middle of the faces [m].
+    """
+
+    beyond: Int
+    interfaces: tuple[int, ...]
+    origin: Float
+    frame: Float
+    bed: Bed
+
+    def carried(self, com: Float, wrenches: Float) -> Float:
+        """Return what the bed carries (n, 6) of ``wrenches`` (n, J, 6): N, N x, N y, the force and torque in its plane.
+
+        It is what balances those on the bodies beyond, about its origin.
+        """
+        own = wrenches[:, self.beyond]
+        force = own[..., :3].sum(axis=1) @ self.frame.T
+        torque = (own[..., 3:] + cross(com[self.beyond] - self.origin, own[..., :3])).sum(axis=1) @ self.frame.T
+        return np.ascontiguousarray(
+            np.stack([-force[:, 2], torque[:, 1], -torque[:, 0], -force[:, 0], -force[:, 1], -torque[:, 2]], axis=1)
+        )
+
+    def twists(self, slides: Bool, motions: Float) -> Float:
+        """Return the twists (n, 6), about the world's origin, of what is beyond: it slides or tips as ``motions`` say."""
+        twists = np.zeros((len(motions), 6))
+        t1, t2, normal = self.frame
+        along = -motions[slides]
+        twists[slides, :3], twists[slides, 3:] = along[:, :2] @ self.frame[:2], along[:, 2:] * normal
+        edges = self.bed.hull[motions[~slides, 0].astype(np.int64)]
+        inward = edges[:, 1:] @ self.frame[:2]
+        turn, arm = cross(inward, normal), -edges[:, :1] * inward  # of the edge's nearest point to the origin
+        twists[~slides, :3], twists[~slides, 3:] = -cross(turn, arm), turn
+        twists[:, :3] -= cross(twists[:, 3:], self.origin)
+        return twists
+
+
+@dataclass(frozen=True, eq=False)
+class Forest:
+    """The bridges of an ``assembly`` that is at rest under ``wrench`` (6J,) [N, N m]."""
+
+    assembly: Assembly
+    wrench: Float
+
+    @cached_property
+    def _pairs(self) -> dict[tuple[int, int], tuple[int, ...]]:
+        """The interfaces between each two bodies, by number; all fixed bodies are FIXED."""
+        found: dict[tuple[int, int], list[int]] = {}
+        for k, (a, b) in enumerate(self.assembly.ends):
+            found.setdefault((min(a, b), max(a, b)), []).append(k)
+        return {pair: tuple(interfaces) for pair, interfaces in found.items()}
+
+    @cached_property
+    def bridges(self) -> tuple[Bridge, ...]:
+        """The plane contacts that are bridges."""
+        found = ((bridge_of(self.assembly, self._pairs[pair], root, beyond)) for pair, root, beyond in self._cuts)
+        return tuple(bridge for bridge in found if bridge is not None)
+
+    @cached_property
+    def _cuts(self) -> list[tuple[tuple[int, int], int, Int]]:
+        """The pairs that are bridges, each with its body nearer to the support and the bodies behind it.
+
+        Depth first from the fixed bodies: a pair is a bridge if nothing behind it leads back past it (Tarjan, 1974).
+        """
+        near: dict[int, list[int]] = {body: [] for body in range(FIXED, len(self.assembly.movable))}
+        for a, b in self._pairs:
+            near[a].append(b)
+            near[b].append(a)
+        order, low, cuts = {FIXED: 0}, {FIXED: 0}, []
+        visited = [FIXED]
+        path = [(FIXED, FIXED, iter(near[FIXED]))]
+        while path:
+            body, before, left = path[-1]
+            other = next(left, None)
+            if other is None:
+                path.pop()
+                if path:
+                    low[before] = min(low[before], low[body])
+                    if low[body] > order[before]:
+                        behind = np.array(visited[order[body] :], dtype=np.int64)
+                        cuts.append(((min(body, before), max(body, before)), before, behind))
+            elif other not in order:
+                order[other] = low[other] = len(visited)
+                visited.append(other)
+                path.append((other, body, iter(near[other])))
+            elif other != before:
+                low[body] = min(low[body], order[other])
+        return cuts
+
+    @cached_property
+    def decided(self) -> Bool:
+        """(J,) whether all contacts on a body's way to the support are plane bridges with friction to spare at rest."""
+        on_the_way = np.zeros(len(self.assembly.movable), dtype=np.int64)
+        for bridge, spare in zip(self.bridges, self._spare, strict=True):
+            on_the_way[bridge.beyond] += 1 if spare else 0
+        return np.asarray(on_the_way == self._depth)
+
+    @cached_property
+    def _depth(self) -> Int:
+        """The number (J,) of contacts on the way of each body to the support; -1 where there are several ways."""
+        depth = np.zeros(len(self.assembly.movable), dtype=np.int64)
+        for *_, beyond in self._cuts:
+            depth[beyond] += 1
+        alone = np.zeros(len(depth), dtype=bool)  # behind a bridge of its own
+        for pair, root, _ in self._cuts:
+            alone[pair[0] if pair[1] == root else pair[1]] = True
+        for body in range(len(depth)):
+            if not self._on_bridges_alone(body, alone):
+                depth[body] = -1
+        return depth
+
+    def _on_bridges_alone(self, body: int, alone: Bool) -> bool:
+        parents = {(p[0] if p[1] == root else p[1]): root for p, root, _ in self._cuts}
+        while body != FIXED:
+            if not alone[body]:
+                return False
+            body = parents[body]
+        return True
+
+    @cached_property
+    def _at_rest(self) -> Float:
+        """What each bridge (B, 6) carries at rest."""
+        wrench = self.wrench.reshape(1, -1, 6)
+        rows = [bridge.carried(self.assembly.com, wrench)[0] for bridge in self.bridges]
+        return np.array(rows).reshape(-1, 6)
+
+    @cached_property
+    def shares(self) -> Float:
+        """The share (B,) of its friction that each bridge uses at rest: 2 if it tips, -1 if not found."""
+        memory = Scratch.make()
+        pairs = zip(self.bridges, self._at_rest, strict=True)
+        return np.array([share_at_rest(bridge.bed, rest, memory) for bridge, rest in pairs])
+
+    @cached_property
+    def _spare(self) -> Bool:
+        return (self.shares >= 0) & (self.shares < 1 - SPARE)
+
+    def exits(self, W: Float) -> Exit:
+        """Return how the loads end that are the columns of W (6J, n), which load only bodies that are ``decided``."""
+        count, wrenches = W.shape[1], np.ascontiguousarray(W.T).reshape(W.shape[1], -1, 6)
+        at, low, high = np.ones((3, count))
+        bridge, twist, slides = np.full(count, -1), np.zeros((count, 6)), np.zeros(count, dtype=bool)
+        memory = Scratch.make()
+        for number, one in enumerate(self.bridges):
+            rows = np.flatnonzero((wrenches[:, one.beyond] != 0).any(axis=(1, 2)))
+            if not len(rows):
+                continue
+            load = one.carried(self.assembly.com, wrenches[rows])
+            size = np.abs(load).max(axis=1) / np.abs(self._at_rest[number]).max()
+            rows, load, size = (each[size > 0] for each in (rows, load, size))
+            out, kinds = np.zeros((len(rows), 6)), np.zeros(len(rows), dtype=np.int64)
+            first_exits(one.bed, self._at_rest[number], load / size[:, None], out, kinds, memory)
+            x = np.where((kinds == UNKNOWN)[:, None], np.nan, out[:, :3])
+            x = x / (x + (1 - x) * size[:, None])  # in the scale of the load itself
+            sooner = ~(x[:, 0] >= at[rows])  # also where it is not known
+            bridge[rows[sooner]], slides[rows[sooner]] = number, kinds[sooner] == SLIDES
+            ends = sooner & ((kinds == SLIDES) | (kinds == TIPS))
+            twist[rows[ends]] = one.twists(kinds[ends] == SLIDES, out[ends, 3:])
+            for theta, new in zip((at, low, high), x.T, strict=True):
+                theta[rows] = np.minimum(theta[rows], new)  # not known if one is not
+        with np.errstate(divide="ignore"):
+            factor, lower, upper = (theta / (1 - theta) for theta in (at, low, high))
+        return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides)
+
+
+def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], root: int, beyond: Int) -> Bridge | None:
+    """Return the contact of ``interfaces`` with what is ``beyond`` it, seen from body ``root``; None if not plane."""
+    joins, faces = strengths_of(assembly), list[tuple[Patch, bool, float]]()
+    for k in interfaces:
+        interface = assembly.interfaces[k]
+        if not interface.certain or joins[k] != NOTHING:
+            return None
+        into = assembly.ends[k][0] == root
+        faces += [(patch, into, assembly.mu[k]) for patch in interface.patches]
+    if any(patch.kind != "face" or patch.spots is not None for patch, *_ in faces):
+        return None
+    normals = np.array([patch.normal if into else -patch.normal for patch, into, _ in faces])
+    areas = np.array([patch.area for patch, *_ in faces])
+    normal = normals[np.argmax(areas)]
+    origin = areas @ np.array([patch.centroid for patch, *_ in faces]) / areas.sum()
+    frame = np.array([*tangents(normal), normal])
+    edges, corners = [], []
+    for patch, into, mu in faces:
+        for ring in (patch.polygon, *patch.holes):
+            flat = ((ring if into else ring[::-1]) - origin) @ frame.T
+            corners.append(flat)
+            edges.append(np.column_stack([flat[:, :2], np.roll(flat[:, :2], -1, axis=0), np.full(len(flat), mu)]))
+    every = np.vstack(corners)
+    size = float(np.linalg.norm(every[:, :2], axis=1).max())
+    if np.abs(every[:, 2]).max() > PLANE * size or (normals @ normal).min() < 1 - PLANE:
+        return None
+    hull = convex_hull(every[:, :2], PLANE * size)
+    side = np.roll(hull, -1, axis=0) - hull
+    inward = np.column_stack([-side[:, 1], side[:, 0]]) / np.linalg.norm(side, axis=1)[:, None]
+    half_planes = np.column_stack([-(inward * hull).sum(axis=1), inward])
+    bed = Bed(np.ascontiguousarray(np.vstack(edges)), half_planes, np.array([size]), np.array(RULE))
+    return Bridge(beyond, interfaces, origin, frame, bed)
