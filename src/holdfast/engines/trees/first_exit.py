@@ -18,7 +18,7 @@ from holdfast.engines.trees.bed import Bed, Scratch, find_pressure, friction, se
 
 NEVER, TIPS, SLIDES, UNKNOWN = 0, 1, 2, 3
 STEPS = 8  # places at which a bed that has lifted in part is looked at
-# Share of the way to tipping that is not looked at, where the bed presses on next to nothing: ten times as much if no
+# Share of the load that tips it which is not looked at, where the bed presses on next to nothing: ten times as much if no
 # pressure is found there, and at most LONG
 SHORT, LONG = 1e-5, 1e-3
 CERTAIN = 1e-6  # relative error of a share of friction above which it counts as not found
@@ -95,7 +95,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> in
         if behind < 0.0 and before / (before - behind) < tips:
             tips, edge = before / (before - behind), k
     short = 0.0 if edge < 0 else SHORT
-    end = tips * (1 - short)
+    end = tips * (1 - short) / (1 - tips * short)
     at = min(_lifts_at(bed, rest, load, s), end)
     low, high = 0.0, -1.0
     s.m[0], s.m[1], s.m[2] = 0.0, 0.0, 0.0
@@ -106,7 +106,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> in
             if at < end or short == 0.0 or 10 * short > LONG:
                 return UNKNOWN
             short *= 10
-            at = end = tips * (1 - short)
+            at = end = tips * (1 - short) / (1 - tips * short)
         else:
             if share > 1.0:
                 high = at
@@ -115,7 +115,8 @@ def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> in
             step += 1
             if low >= end or step > STEPS:
                 break
-            at = lifted + (end - lifted) * step / STEPS if step < STEPS else end
+            at = tips - (tips - lifted) / 4.0**step if short > 0.0 else lifted + (end - lifted) * step / STEPS
+            at = min(at, end)
         share = _share_at(bed, rest, load, at, s, share >= 0.0)
     if high < 0.0:
         out[0], out[1], out[2], out[3], out[4], out[5] = tips, end, tips, edge, 0.0, 0.0
