@@ -192,7 +192,7 @@ def _pressing_at(bed: Bed, x0: float, y0: float, s: Scratch) -> bool:
         slope = 0.0
         for i in range(3):
             slope -= (right[i] - carried[i]) * (new[i] - p[i])
-        if -slope <= 1e-17 * abs(value):
+        if -slope <= 1e-13 * abs(value):
             return True
         step, falls = 1.0, False
         for _back in range(30):
@@ -208,7 +208,7 @@ def _pressing_at(bed: Bed, x0: float, y0: float, s: Scratch) -> bool:
                 break
             step /= 2
         if not falls:
-            return -slope <= 1e-12 * abs(value)
+            return -slope <= 1e-10 * abs(value)
         value = at
         for i in range(3):
             p[i] = trial[i]
@@ -435,10 +435,10 @@ def share_used(bed: Bed, t: Float, s: Scratch) -> tuple[float, float]:
         d0, d1 = (k01 * g1 - k11 * g0) / det, (k01 * g0 - k00 * g1) / det
         slope = g0 * d0 + g1 * d1
         gap = -slope / power
-        if gap < 1e-12:
+        if gap < 1e-9:
             break
         step, falls, there = 1.0, False, power
-        for _back in range(40):
+        for _back in range(20):
             for i in range(3):
                 s.trial[i] = m[i] + step * (d0 * s.across[0, i] + d1 * s.across[1, i])
             there = friction(bed, s.p, s.p, s.trial, s, s.other_f, s.other_K)

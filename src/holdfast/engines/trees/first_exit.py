@@ -17,7 +17,7 @@ from holdfast.base.compiled import compiled, lean
 from holdfast.engines.trees.bed import Bed, Scratch, find_pressure, friction, second_moments, share_used, solved
 
 NEVER, TIPS, SLIDES, UNKNOWN = 0, 1, 2, 3
-STEPS = 8  # places at which a bed that has lifted in part is looked at
+STEPS = 5  # places at which a bed that has lifted in part is looked at, each 16 times closer to tipping
 # Share of the load that tips it which is not looked at, where the bed presses on next to nothing: ten times as much if no
 # pressure is found there, and at most LONG
 SHORT, LONG = 1e-5, 1e-3
@@ -115,7 +115,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> in
             step += 1
             if low >= end or step > STEPS:
                 break
-            at = tips - (tips - lifted) / 4.0**step if short > 0.0 else lifted + (end - lifted) * step / STEPS
+            at = tips - (tips - lifted) / 16.0**step if short > 0.0 else lifted + (end - lifted) * step / STEPS
             at = min(at, end)
         share = _share_at(bed, rest, load, at, s, share >= 0.0)
     if high < 0.0:
@@ -124,7 +124,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> in
     for _ in range(60):  # Newton's method between two places of which one holds
         slope = _slope(bed, rest, load, share, s)
         new = at - (share - 1) / slope if slope > 0.0 else -1.0
-        close = 1e-9 * high * (1 - low) + 1e-15
+        close = CERTAIN * high * (1 - low) + 1e-15
         if high - low <= close or (low < new < high and abs(new - at) <= close):
             break
         at = new if low < new < high else (low + high) / 2
