@@ -15,21 +15,16 @@ from holdfast.elastic.newton import Balance, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.step_control import (
-    FALLEN,
-    QUICK,
     Progress,
     appraise,
     set_next_step,
 )
 from holdfast.elastic.stepper import (
-    AWAY,
-    HARDLY_AWAY,
-    MOST_CHANGES,
     advance,
     begin,
     make_stepper,
 )
-from holdfast.elastic.system import STAGE, System
+from holdfast.elastic.system import System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
@@ -197,7 +192,7 @@ def test_behind_a_change_of_one_node_the_path_goes_on() -> None:
 
 def test_too_many_changes_lead_astray() -> None:
     walk = Walk(0.2, push((1.0, 0.2, 0.0), 0.3))
-    walk.stepper.now.changes = MOST_CHANGES
+    walk.stepper.now.changes = 200
     assert walk.cross() is Event.ASTRAY
 
 
@@ -207,7 +202,7 @@ def test_a_point_far_from_where_the_directions_at_both_ends_lead_is_torn(reached
     axes = np.eye(6)
     work = make_work(block(0.5), None)
     work.rhs[0, 1] = 1.0
-    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0, AWAY) is expected
+    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0, 0.7) is expected
 
 
 def test_how_far_is_too_far() -> None:
@@ -216,8 +211,8 @@ def test_how_far_is_too_far() -> None:
     work = make_work(block(0.5), None)
     work.rhs[0, 1] = 1.0
     point = axes[0] + 0.5 * axes[1]
-    assert not torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, AWAY)
-    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, HARDLY_AWAY)
+    assert not torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, 0.7)
+    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, 0.4)
 
 
 @pytest.mark.parametrize("along", [(1.0, 0.2, -0.1), (0.5, 0.5, 0.1), (1.0, 1.0, 0.0)])
@@ -266,7 +261,7 @@ def test_where_the_load_falls_steps_are_so_short_that_the_end_is_seen() -> None:
     now = at(slope=-0.5, highest=2.0, length=100.0)
     now.step, now.turned = 10.0, 0.1
     set_next_step(now)
-    assert now.step == pytest.approx(2 * (1 - FALLEN) / 0.5)
+    assert now.step == pytest.approx(2 * 0.01 / 0.5)
 
 
 @pytest.mark.parametrize(
@@ -274,8 +269,8 @@ def test_where_the_load_falls_steps_are_so_short_that_the_end_is_seen() -> None:
     [
         (at(), Event.ADVANCED),
         (at(s=0.98), Event.FALLEN),
-        (at(late=QUICK.patience), Event.ADVANCED),
-        (at(late=QUICK.patience + 1), Event.FALLEN),
+        (at(late=80), Event.ADVANCED),
+        (at(late=81), Event.FALLEN),
         (at(slope=-1e-9, length=10.0), Event.FALLEN),
         (at(length=1e9, at_peak=1e9), Event.FAR),
         (at(slope=1e-9, length=100.0, at_peak=100.0, flat_since=9.0), Event.FLAT),
@@ -307,7 +302,7 @@ def test_a_path_that_takes_long_is_stopped_half_way() -> None:
     heard: list[int] = []
 
     def listen(stage: str, now: int, total: int) -> None:
-        if stage == STAGE:
+        if stage == "load paths":
             heard.append(now)
             if len(heard) > 2:
                 raise Stopped

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.engines.amendments.amendment_list import AMENDMENTS
 from holdfast.scene.shipped.blocks import at, box, floor
 
 
@@ -28,7 +27,7 @@ def test_the_last_step_is_the_answer(jammed: hf.answers.RobustnessMap) -> None:
 def test_steps_come_in_the_order_of_the_amendments(jammed: hf.answers.RobustnessMap) -> None:
     names = [step.name for step in jammed.answers.steps]
     assert names[:2] == ["load path on the first grid", "finer grids"]
-    known = [kind.name for kind in AMENDMENTS]
+    known = ["limit analysis", "stiffness", "sliding far", "contacts that are open at rest"]
     asked = [name for name in names if name in known]
     assert asked == sorted(asked, key=known.index)
 

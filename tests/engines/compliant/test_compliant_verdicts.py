@@ -14,7 +14,7 @@ from bench.suites.reliability import random_pushes
 from holdfast import Status, stability
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.elastic.resting import EXACT, lessen_drag, move
+from holdfast.elastic.resting import lessen_drag, move
 from holdfast.engines.compliant.bisection import with_bisected_peaks
 from holdfast.engines.compliant.rest_verdict import unbalanced
 
@@ -130,7 +130,7 @@ def test_rest_does_not_depend_on_the_way_there(name: str) -> None:
     n = len(system.model.wrench)
     q, drift = np.zeros(n), np.zeros(n)
     work = make_work(system.model, system.fronts)
-    end = lessen_drag(system.model, work, 1.0, q, drift, EXACT, 3000, None)  # from no displacement at all
+    end = lessen_drag(system.model, work, 1.0, q, drift, 1e-11, 3000, None)  # from no displacement at all
     assert end.outcome is RestOutcome.RESTS
     np.testing.assert_allclose(q, system.come_to_rest().q, atol=1e-6 * np.abs(q).max())
 
@@ -150,7 +150,7 @@ def test_the_motion_itself_rests_below_the_peak_and_drifts_above(name: str) -> N
         for share, end in ((0.97, RestOutcome.RESTS), (1.03, RestOutcome.DRIFTS)):
             q, drift = grid.settled.q.copy(), np.zeros(len(m.wrench))
             loaded = m._replace(wrench=m.wrench + share * paths.peak[k] * loads[k])
-            assert move(loaded, work, 1.0, q, drift, EXACT, 6000, None).outcome is end
+            assert move(loaded, work, 1.0, q, drift, 1e-11, 6000, None).outcome is end
             if end is RestOutcome.DRIFTS:  # the load does work on it
                 assert drift @ (m.wrench + share * paths.peak[k] * loads[k]) > 0
 

@@ -45,4 +45,4 @@ def test_the_reserve_of_a_slab_on_a_slope_is_its_friction_beyond_the_slope(spare
     for nodes in (5, 7, 14):
         grid = Grid.of(assembly, assembly.weight_wrench(), Springs(nodes))
         found = reserve._reserve(grid)
-        assert spare <= found <= 1.001 * reserve.FINELY * spare
+        assert spare <= found <= 1.051 * spare

@@ -15,6 +15,7 @@ from holdfast.scene.shipped import shipped_scene
 Array = NDArray[np.float64]
 
 G0 = 9.81  # [m/s2]
+BEYOND_DOUBLE = np.finfo(np.longdouble).eps < 2e-19  # whether numpy has more digits, as on most processors
 X, Y, Z = np.eye(3)
 
 

@@ -9,7 +9,6 @@ from limit_scenes import G0, X, Y, Z, block, cube, floor, pose, push, push_wrenc
 from holdfast import Body, Cylinder, Friction, Limit, Load, Scene, Status, assemble, load_factor, stability
 from holdfast.answers import Assembly, Interface, Robustness
 from holdfast.conic.solve import ConeSolution, Prepared
-from holdfast.contacts.interface import BITS
 from holdfast.scene.shipped import shipped_scene
 
 SIDE = (0.1, 0.1, 0.1)
@@ -89,7 +88,7 @@ def test_a_tenth_of_a_millimetre_beside_ten_metres(on_top: bool, mass: float) ->
     side = 1e-4
     assembly, foot = tiny(side, on_top=on_top, mass=mass)
     west = foot - side / 2 * X
-    near = 2.0**-BITS * 10 / side  # contacts are written with so many digits, here of coordinates of 10 m
+    near = 2.0**-40 * 10 / side  # contacts are written with so many digits, here of coordinates of 10 m
     honest(push(assembly, "tiny", west + 0.2 * side * Z, X), 0.6 * G0 * mass, near=near)
     honest(push(assembly, "tiny", west + side * Z, X), 0.5 * G0 * mass, near=near)
     honest(push(assembly, "tiny", west + side * (0.45 * Y + 0.2 * Z), X), 4.6365969276 * mass, near=near)
