@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from elastic_blocks import Walk, at, block, push
+from elastic_blocks import Walk, at, push
 
 import holdfast as hf
-from holdfast.base.arrays import Float
-from holdfast.elastic.model import Elastic
 from holdfast.elastic.newton import Iteration
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.path import fell_from_crest, narrow
@@ -24,8 +20,7 @@ from holdfast.elastic.step_control import (
     passes_over,
     set_next_step,
 )
-from holdfast.elastic.stepper import Stepper, doubtful, land, make_stepper, strays
-from holdfast.elastic.system import System
+from holdfast.elastic.stepper import doubtful, land, strays
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
@@ -129,48 +124,6 @@ def test_a_path_ends_where_the_load_has_clearly_fallen_between_points(
     found = grid.paths(push_columns(assembly, assembly.index[body], np.array([point]), unit))
     assert found.peak[0] == pytest.approx(peak, rel=2e-3)
     assert found.peak[0] < 0.997 * later
-
-
-@pytest.mark.parametrize(
-    ("bends", "peak"),
-    [
-        (((0, 1.0), (0.5, 1.05), (0.8, 1.35), (1, 1.15)), 1.35),  # tangents of both ends meet beyond the second
-        (((0, 1.0), (0.3, 0.8), (0.5, 1.5), (1, 0.9)), 1.5),  # it does not rise at the first end
-        (((0, 1.2), (0.2, 1.1), (0.7, 1.5), (1, 1.3)), 1.5),
-        (((0, 1.0), (0.3, 1.5), (0.6, 0.7), (1, 0.9)), 1.5),  # it rises at the second end again
-        (((0, 1.0), (0.7, 1.7), (1, 1.1)), 1.7),
-    ],
-)
-def test_a_peak_is_found_between_points_though_the_load_bends_upwards_between(
-    bends: tuple[tuple[float, float], ...], peak: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    walk, asked = Walk(0.2, push(X)), []
-    x, y = np.array(bends, dtype=float).T
-    slopes = np.diff(y) / np.diff(x)
-
-    def on_the_bends(*known: object) -> Iteration:
-        _, work, _, q, _, level, *_ = known
-        asked.append(level)
-        q[:], work.rhs[:, 1] = 0.0, 0.0
-        q[0], work.rhs[0, 1] = level, 1.0
-        work.rhs[6, 1] = slopes[np.searchsorted(x, level) - 1]
-        return Iteration(True, float(np.interp(level, x, y)), 1, 1, 0, 1.0)
-
-    monkeypatch.setattr("holdfast.elastic.path.newton", on_the_bends)
-    now, stepper = walk.stepper.now, walk.stepper
-    now.closed, now.orientation, now.highest = True, 1.0, max(y[0], y[-1])
-    now.rising_s, now.rising_slope, now.falling_s, now.falling_slope = y[0], slopes[0], y[-1], slopes[-1]
-    for vector in (stepper.rising_q, stepper.falling_q, stepper.rising_tangent, stepper.falling_tangent):
-        vector[:] = 0.0
-    for vector in (stepper.falling_q, stepper.rising_tangent, stepper.falling_tangent, stepper.rising_plane):
-        vector[:] = np.eye(6)[0]
-    stepper.tangent[:] = 0.3, -1.0, 0.0, 0.2, 0.1, 0.0
-    now.crest, now.trough = 1.01 * peak, 0.985 * peak
-    assert fell_from_crest(walk.model, walk.work, stepper, walk.fronts)
-    assert now.highest == now.crest == pytest.approx(peak, rel=2e-4)
-    assert len(asked) <= 12
-    assert stepper.tangent.tolist() == [0.3, -1.0, 0.0, 0.2, 0.1, 0.0]  # the walk can go on
-    np.testing.assert_allclose(walk.work.c, stepper.tangent / (stepper.tangent**2).sum())
 
 
 @pytest.mark.parametrize(("trough", "fell"), [(0.995, False), (0.985, True)])
@@ -380,23 +333,3 @@ def test_of_a_bracket_the_side_is_kept_that_holds_a_maximum(
     assert ((now.rising_s, now.falling_s) == (s, 1.2)) == rising
     assert ((now.rising_s, now.falling_s) == (1.0, s)) == (not rising)
     assert now.highest == max(s, 1.2)
-
-
-@pytest.mark.parametrize(
-    ("make", "pace"), [(System.dense, (2.5, 0.2, 80, 600)), (System.by_fronts, (2.5, 0.2, 40, 600))]
-)
-def test_where_systems_are_dear_a_new_peak_is_waited_for_less_long(
-    make: Callable[[Elastic], System], patience: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked = []
-
-    def noted(stuck: Float, pace: StepControl) -> Stepper:
-        asked.append(pace)
-        return make_stepper(stuck, pace)
-
-    monkeypatch.setattr("holdfast.elastic.system.make_stepper", noted)
-    system = make(block(0.2))
-    rest = system.come_to_rest().q
-    system.paths(rest, push(X)[None])
-    system.paths(rest, push(X)[None], pace=CLOSE)
-    assert asked == [(2.5, 0.2, patience, 600), CLOSE]

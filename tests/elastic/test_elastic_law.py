@@ -54,8 +54,9 @@ def test_forces_follow_the_law_at_every_node(name: str, ratio: float) -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_unbalance_is_that_of_the_equilibrium_operator(name: str) -> None:
-    assembly, nodes, m = model(name)
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_the_unbalance_is_that_of_the_equilibrium_operator(name: str, ratio: float) -> None:
+    assembly, nodes, m = model(name, ratio)
     q = np.random.default_rng(1).normal(size=len(m.wrench))
     f = np.zeros((len(nodes), 3))
     node_forces(m, q, f)
@@ -109,8 +110,9 @@ def test_the_entries_of_the_stiffness_are_those_of_the_matrix_by_its_definition(
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_jacobian_is_the_derivative(name: str) -> None:
-    _, _, m = model(name)
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_the_jacobian_is_the_derivative(name: str, ratio: float) -> None:
+    _, _, m = model(name, ratio)
     n = len(m.wrench)
     q = np.random.default_rng(2).normal(size=n)
     K = np.zeros_like(m.bonded)

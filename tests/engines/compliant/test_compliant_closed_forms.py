@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from compliant_scenes import G0, X, Y, Z, block, cube, even_grid, floor, shipped, strength
+from compliant_scenes import even_grid, strength
+from engine_scenes import G0, X, Y, Z, block, cube, floor, shipped
 
-from holdfast import Body, Compliant, Cylinder, Load, Scene, Status, assemble, load_factor, robustness, stability
-from holdfast.answers import Claim
+from holdfast import Body, Compliant, Cylinder, Scene, Status, assemble, robustness, stability
 
 CLOSE = 5e-3
 
@@ -14,66 +14,10 @@ def near(value: float) -> object:
     return pytest.approx(value, rel=CLOSE)
 
 
-@pytest.mark.parametrize("mu", [0.2, 0.6, 1.5])
-@pytest.mark.parametrize("height", [0.01, 0.04, 0.1])
-def test_centred_push_on_a_cube(mu: float, height: float) -> None:
-    got = robustness(cube(mu, 3.0), "cube", (-0.05, 0, height), X, engine="compliant")
-    assert got.force[0] == near(min(mu * 3 * G0, 3 * G0 * 0.1 / (2 * height)))
-    assert got.claim is Claim.HOLDS
-    assert got.status[0] is Status.FINITE
-    assert got.moving[0] == ("cube",)
-    assert got.mode[0] == ("slip" if mu < 0.05 / height else "topple")
-    assert got.lower[0] <= got.force[0] <= got.upper[0] == np.inf
-
-
-def test_pull_up_and_press_down() -> None:
-    assembly = cube()
-    assert strength(assembly, "cube", (0, 0, 0.1), Z) == near(G0)
-    assert strength(assembly, "cube", (0.03, 0, 0.1), Z) == near(G0 * 0.05 / 0.08)
-    for x, y in ((0, 0), (0.049, 0), (-0.03, 0.049)):
-        pressed = robustness(assembly, "cube", (x, y, 0.1), -Z, engine="compliant")
-        assert pressed.force[0] == pressed.lower[0] == pressed.upper[0] == np.inf
-        assert pressed.status[0] is Status.INFINITE
-        assert pressed.mechanism[0] is None
-
-
 @pytest.mark.parametrize("x", [0.02941, 0.03529])
 def test_pulled_off_over_a_corner_until_the_last_contact_opens(x: float) -> None:
     """On the diagonal: no contact is left beyond the peak, and no stiffness that a path could follow."""
     assert strength(cube(), "cube", (x, x, 0), Z) == pytest.approx(G0 * 0.05 / (0.05 + x), rel=1e-3)
-
-
-@pytest.mark.parametrize("share", [0.5, 0.99, 1.01, 2.0])
-def test_oblique_press_is_endless_within_the_friction_cone_only(share: float) -> None:
-    got = strength(cube(0.6), "cube", (0, 0, 0), (share * 0.6, 0, -1))
-    assert got == (np.inf if share < 1 else near(0.6 * G0 * np.hypot(share * 0.6, 1) / (0.6 * (share - 1))))
-
-
-@pytest.mark.parametrize("height", [0.05, 0.1, 0.4])
-@pytest.mark.parametrize("mu", [0.4, 0.9])
-def test_incline_slips_at_mu_and_topples_at_base_over_height(height: float, mu: float) -> None:
-    critical = min(mu, 0.1 / height)
-    for ratio, status in ((1 - 1e-3, Status.STABLE), (1 + 1e-3, Status.UNSTABLE)):
-        tilted = cube(mu, gravity=G0 * np.array([0, ratio * critical, -1]), height=height)
-        result = stability(tilted, engine="compliant")
-        assert result.status is status
-    assert result.mechanism is not None
-    assert result.mechanism.mode == ("slip" if mu < 0.1 / height else "topple")
-
-
-@pytest.mark.parametrize("height", [0.05, 0.3])
-@pytest.mark.parametrize("direction", [X, -Y])
-def test_transport_of_a_box(height: float, direction: np.ndarray) -> None:
-    assembly = cube(0.6, 2.5, height=height)
-    (body,) = assembly.movable
-    load = [Load("cube", body.com_world, -body.mass * direction)]
-    critical = min(0.6 * G0, G0 * 0.1 / height)
-    assert load_factor(assembly, load, engine="compliant").factor == near(critical)
-    for share, status in ((0.99, Status.FINITE), (1.01, Status.UNSTABLE)):
-        shaken = load_factor(
-            assembly, [Load("cube", moment=Z)], acceleration=share * critical * direction, engine="compliant"
-        )
-        assert shaken.status is status
 
 
 def test_table() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from compliant_scenes import block, shipped
+from engine_scenes import block, shipped
 
 import holdfast as hf
 from holdfast.base.arrays import Float

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from compliant_scenes import SMALL, X, block, columns, even_grid, floor, random_pushes, shipped, strength
+from compliant_scenes import SMALL, columns, even_grid, random_pushes, strength
+from engine_scenes import X, block, floor, shipped
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 

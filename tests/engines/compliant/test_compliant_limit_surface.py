@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from compliant_scenes import columns, even_grid, random_pushes, shipped
+from compliant_scenes import columns, even_grid, random_pushes
+from engine_scenes import shipped
 
 from bench.truth import coupled
 from holdfast import Compliant

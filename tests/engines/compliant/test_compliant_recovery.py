@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from compliant_scenes import block
+from engine_scenes import block
 
 import holdfast as hf
 from holdfast.base.arrays import Float, objects

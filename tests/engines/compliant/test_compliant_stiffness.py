@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from compliant_scenes import block, floor
+from engine_scenes import block, floor
 
 import holdfast as hf
 from holdfast import Compliant, Scene, assemble

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from compliant_scenes import X, shipped
+from engine_scenes import X, shipped
 
 from bench.baselines.fixed_point import Fixed, fixed_point
 from bench.suites.reliability import random_pushes

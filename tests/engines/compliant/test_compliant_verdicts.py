@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compliant_scenes import SMALL, STANDING, X, floor, shipped
+from compliant_scenes import SMALL, STANDING
+from engine_scenes import X, floor, shipped
 
 import holdfast as hf
 from bench.suites.reliability import random_pushes

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from compliant_scenes import G0, Array
+from engine_scenes import G0, Array
 
 import holdfast as hf
 from bench.scenes.random_pushes import Push, random_pushes

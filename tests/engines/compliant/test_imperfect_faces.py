@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from compliant_scenes import X, block, cube, floor, shipped
+from engine_scenes import X, block, cube, floor, shipped
 
 import holdfast as hf
 from bench.baselines import penalty

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compliant_scenes import shipped
+from engine_scenes import shipped
 
 import holdfast as hf
 from bench.scenes.random_pushes import Push, columns, random_pushes

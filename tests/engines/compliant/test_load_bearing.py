@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from compliant_scenes import block, floor
+from engine_scenes import block, floor
 from numpy.typing import ArrayLike
 
 import holdfast as hf

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from compliant_scenes import shipped
+from engine_scenes import shipped
 from test_compliant_recovery import asked
 
 import holdfast as hf

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from compliant_scenes import G0, STANDING, block, cube, floor, shipped
+from compliant_scenes import STANDING
+from engine_scenes import G0, block, cube, floor, shipped
 
 from holdfast import Compliant, Scene, Status, assemble, stability
 from holdfast.engines.compliant import reserve

@@ -3,7 +3,8 @@
 import networkx as nx
 import numpy as np
 import pytest
-from graph_scenes import X, Z, block, floor, pair_friction, push
+from engine_scenes import X, Z, block, floor
+from graph_scenes import pair_friction, push
 
 from holdfast import Graph, Scene, assemble, robustness
 from holdfast.engines.graph.engine import GraphState

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from graph_scenes import X, Y, Z, block, cube_scene, floor, heavier, moved, pose, push, random_motion, surface_points
+from engine_scenes import X, Y, Z, block, cube_scene, floor, moved, pose, rescaled, surface_points
+from graph_scenes import push, random_motion
 
 from holdfast import Graph, Scene, Status, assemble, robustness, stability
 from holdfast.answers import Assembly, Stability
@@ -149,7 +150,7 @@ def test_all_masses_times_gamma_multiply_r_by_gamma(name: str) -> None:
             robustness(assemble(s), body.name, p, e, engine=engine).force
             for s, engine in (
                 (scene, Graph()),
-                (heavier(scene, 0.7), Graph()),
+                (rescaled(scene, mass=0.7), Graph()),
                 (scene, Graph(mass_margin=0.3)),
             )
         )

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from graph_scenes import X, Z, cube_scene, given, push
+from engine_scenes import X, Z, cube_scene
+from graph_scenes import given, push
 
 from holdfast import assemble
 from holdfast.engines.graph.slip import node_slip

@@ -4,21 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from graph_scenes import (
-    X,
-    Y,
-    Z,
-    apply,
-    block,
-    cube_scene,
-    floor,
-    moved,
-    push,
-    random_motion,
-    scaled,
-    square,
-    surface_points,
-)
+from engine_scenes import X, Y, Z, block, cube_scene, floor, moved, rescaled, surface_points
+from graph_scenes import apply, push, random_motion, square
 from reference import reference_of
 
 from holdfast import Body, Friction, Graph, Mesh, Scene, assemble, robustness
@@ -231,8 +218,8 @@ STILL = np.eye(4)
 CHANGES: dict[str, Change] = {
     "rotated": lambda s: (moved(s, random_motion(8)), random_motion(8), 1.0, ""),
     "reordered and renamed": lambda s: (moved(s, STILL, order=range(len(s.bodies))[::-1], prefix="x"), STILL, 1.0, "x"),
-    "in millimetres": lambda s: (scaled(s, 1e3), STILL, 1e3, ""),
-    "in kilometres": lambda s: (scaled(s, 1e-3), STILL, 1e-3, ""),
+    "in millimetres": lambda s: (rescaled(s, 1e3), STILL, 1e3, ""),
+    "in kilometres": lambda s: (rescaled(s, 1e-3), STILL, 1e-3, ""),
 }
 
 

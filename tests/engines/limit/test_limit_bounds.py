@@ -2,17 +2,8 @@
 
 import numpy as np
 import pytest
-from limit_scenes import (
-    Array,
-    X,
-    columns,
-    cube,
-    dense_operator,
-    push,
-    push_wrench,
-    shipped,
-    weights,
-)
+from engine_scenes import Array, X, cube, shipped
+from limit_scenes import columns, dense_operator, push, push_wrench, weights
 from scipy.optimize import linprog
 
 from holdfast import Limit, Status, stability

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from limit_scenes import G0, X, Y, Z, block, cube, floor, pose, push, push_wrench
+from engine_scenes import G0, X, Y, Z, block, cube, floor, pose
+from limit_scenes import push, push_wrench
 
 from holdfast import Body, Cylinder, Friction, Limit, Load, Scene, Status, assemble, load_factor, stability
 from holdfast.answers import Assembly, Interface, Robustness

@@ -2,21 +2,8 @@
 
 import numpy as np
 import pytest
-from limit_scenes import (
-    X,
-    Y,
-    Z,
-    block,
-    cube,
-    floor,
-    moved,
-    pose,
-    push_wrench,
-    random_pushes,
-    rescaled,
-    shipped,
-    strength,
-)
+from engine_scenes import X, Y, Z, block, cube, floor, moved, pose, rescaled, shipped
+from limit_scenes import push_wrench, random_pushes, strength
 from scipy.spatial.transform import Rotation
 
 from holdfast import Limit, Load, Scene, assemble, load_factor

@@ -7,7 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from limit_scenes import BEYOND_DOUBLE, G0, Array, shipped
+from engine_scenes import G0, Array, shipped
+from limit_scenes import BEYOND_DOUBLE
 
 import holdfast as hf
 from holdfast import Limit

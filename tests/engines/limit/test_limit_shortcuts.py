@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from limit_scenes import G0, X, block, cube, floor, push
+from engine_scenes import G0, X, block, cube, floor
+from limit_scenes import push
 
 from holdfast import Limit, Scene, Status, assemble
 from holdfast.answers import Assembly

@@ -10,7 +10,8 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
-from limit_scenes import columns, shipped
+from engine_scenes import shipped
+from limit_scenes import columns
 
 from holdfast.base.arrays import Float
 from holdfast.engines.contract import Within

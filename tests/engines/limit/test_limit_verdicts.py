@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from limit_scenes import G0, X, Z, block, floor, push, shipped
+from engine_scenes import G0, X, Z, block, floor, shipped
+from limit_scenes import push
 
 import holdfast as hf
 from holdfast import Scene, Status, assemble, stability
