@@ -1,4 +1,4 @@
-"""The hand-derived decoupled truth against an evaluator that knows no mechanism, and against numbers done by hand."""
+"""The hand-derived decoupled truth against numbers done by hand; engine ``graph`` agrees with it on random pushes."""
 
 import numpy as np
 import pytest
@@ -14,10 +14,8 @@ from bench.truth.decoupled import (
     truth_stack,
     truth_table,
 )
-from holdfast import Scene as SceneOf
 from holdfast import assemble
 from holdfast.base.arrays import Float
-from holdfast.base.errors import SceneError
 from holdfast.scene.shipped import shipped_scene
 
 X, Y, Z = np.eye(3)
@@ -96,16 +94,6 @@ def test_table_by_hand(body: str, point: tuple[float, float, float], normal: Flo
     assert truth_table([point], [normal], [body])[0] == pytest.approx(force, rel=1e-7)
 
 
-def test_point_off_its_face_is_refused() -> None:
-    with pytest.raises(SceneError, match="not on a face"):
-        truth_cube((0.0, 0.0, 0.05), X)
-
-
-def test_unknown_body_is_refused() -> None:
-    with pytest.raises(SceneError, match="'lamp' is not in this scene"):
-        truth_table([(0.0, 0.0, 0.25)], [Z], ["lamp"])
-
-
 def test_the_scene_is_recognised() -> None:
     for name, body in (("cube", "cube"), ("stack", "cube2"), ("table", "leg_left")):
         box = next(b for b in shipped_scene(name).bodies if b.name == body)
@@ -114,15 +102,3 @@ def test_the_scene_is_recognised() -> None:
         by_name = robustness(name, body, point, X)
         assert np.isfinite(by_name).all()
         np.testing.assert_array_equal(robustness(assemble(shipped_scene(name)), body, point, X), by_name)
-
-
-def test_other_scenes_are_refused() -> None:
-    with pytest.raises(SceneError, match="needs the shipped scene"):
-        robustness(assemble(shipped_scene("tall_table")), "slab", (0, 0, 0.65), -Z)
-    cubes = shipped_scene("cube")
-    with pytest.raises(SceneError, match="needs the shipped scene"):
-        robustness(assemble(SceneOf(cubes.bodies, 0.5)), "cube", (0, 0, 0.1), -Z)
-    with pytest.raises(SceneError, match="was not worked out"):
-        robustness("arch", "keystone", (0, 0, 0.1), -Z)
-    with pytest.raises(SceneError, match="not in this scene"):
-        robustness("cube", "lamp", (0, 0, 0.1), -Z)

@@ -72,3 +72,23 @@ def rescaled(scene: Scene, length: float = 1.0, mass: float = 1.0) -> Scene:
         com = None if b.com is None else b.com * length
         bodies.append(Body(b.name, shape, mass=None if b.fixed else mass * b.mass, com=com, pose=placed, fixed=b.fixed))
     return Scene(bodies, scene.friction, scene.gravity)
+
+
+def random_pushes(assembly: Assembly, count: int, seed: int) -> list[tuple[str, Array, Array]]:
+    """(body, point, unit direction): half of them level, where answers are finite."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for k in range(count):
+        body = assembly.movable[rng.integers(len(assembly.movable))]
+        direction = rng.normal(size=3) * (1, 1, k % 2)
+        found.append((body.name, surface_points(body, 1, rng)[0], direction / np.linalg.norm(direction)))
+    return found
+
+
+def push_wrench(assembly: Assembly, body: str, point: ArrayLike, force: ArrayLike) -> Array:
+    """(6J,) of a force at a point."""
+    total = np.zeros((len(assembly.movable), 6))
+    k = [b.name for b in assembly.movable].index(body)
+    total[k, :3] = force
+    total[k, 3:] = np.cross(np.asarray(point) - assembly.movable[k].com_world, force)
+    return total.ravel()

@@ -17,6 +17,7 @@ from holdfast.elastic.step_control import (
     hides_dip,
     may_have_fallen,
     measure_dip,
+    measure_sliding,
     passes_over,
     set_next_step,
 )
@@ -152,6 +153,19 @@ def test_the_trough_is_the_lowest_point_since_the_crest() -> None:
         now.s = s
         seen.append((now.crest, now.trough))
     assert seen == [(1, 1), (2, 2), (2.125, 2), (2.125, 1.5), (2.125, 1.5), (2.5, 2.5)]
+
+
+def test_what_is_reached_before_contacts_have_slid_three_times_as_far_as_they_give() -> None:
+    """A step on a straight path that leads from 1 to 5 times as far crosses 3 midway; what follows does not count."""
+    now = at(s=10.0, slid=1.0, before=10.0)
+    measure_sliding(now, 4.0, 14.0, 4.0, 5.0)
+    assert (now.before, now.slid) == (pytest.approx(12.0), 5.0)
+    near = at(s=10.0, slid=1.0, before=10.0)
+    measure_sliding(near, 4.0, 14.0, 4.0, 2.9)
+    assert (near.before, near.slid) == (14.0, 2.9)
+    lower = at(s=10.0, slid=1.0, before=11.0)
+    measure_sliding(lower, -4.0, 6.0, -4.0, 2.0)
+    assert lower.before == 11.0
 
 
 @pytest.mark.parametrize(
@@ -293,6 +307,8 @@ def test_behind_a_maximum_a_higher_one_is_waited_for_less_long(
         ("slope_two", "cube2", (-0.05, -0.01118034, 0.15326238), (0.99686988, -0.05942561, -0.05214434), 8.7437),
         ("arch", "v4", (0.09406949, -0.075, 0.23462176), (0.07560261, 0.90922125, 0.40939097), 50.829),  # 51.055
         ("arch", "v1", (-0.26317959, -0.075, 0.12435604), (0.0, 1.0, 0.0), 50.335),  # 50.171
+        ("slope_two", "cube2", (-0.05, -0.0112, 0.1533), (0.9389, -0.1526, -0.3085), 12.895),  # 13.01
+        ("wall2x2", "b0_1", (0.0875, -0.05, 0.0375), (-0.079, 0.9853, -0.1516), 74.541),  # 75.12
     ],
 )
 def test_maxima_within_long_steps_are_those_of_short_ones(
@@ -304,8 +320,8 @@ def test_maxima_within_long_steps_are_those_of_short_ones(
     unit = np.array([along]) / np.linalg.norm(along)
     loads = grid.loads(push_columns(assembly, assembly.index[body], np.array([point]), unit))
     quick, close = grid.system.paths(grid.settled.q, loads), grid.system.paths(grid.settled.q, loads, pace=CLOSE)
-    assert close.peak[0] == pytest.approx(peak, rel=1e-3)
-    assert quick.peak[0] == pytest.approx(close.peak[0], rel=2e-3)
+    assert close.sure[0] == pytest.approx(peak, rel=1e-3)
+    assert quick.sure[0] == pytest.approx(close.sure[0], rel=2e-3)
     assert quick.systems[0] < close.systems[0]
 
 

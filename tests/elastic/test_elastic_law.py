@@ -6,7 +6,6 @@ from elastic_blocks import block, twist_matrices
 
 import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes, equilibrium_operator
-from holdfast.elastic import fronts
 from holdfast.elastic.elimination import apply_pivots, eliminate, finish
 from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
 from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
@@ -18,7 +17,6 @@ from holdfast.engines.compliant.elastic_model import elastic_model, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.scene.shipped import shipped_scene
-from holdfast.scene.shipped.blocks import wall
 
 SCENES = ["cube", "table", "arch", "v_groove", "tabletop"]
 
@@ -56,13 +54,16 @@ def test_forces_follow_the_law_at_every_node(name: str, ratio: float) -> None:
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("ratio", [1.0, 0.5])
 def test_the_unbalance_is_that_of_the_equilibrium_operator(name: str, ratio: float) -> None:
+    """Of nodes that are open, stuck, sliding, or all but sliding."""
     assembly, nodes, m = model(name, ratio)
-    q = np.random.default_rng(1).normal(size=len(m.wrench))
-    f = np.zeros((len(nodes), 3))
-    node_forces(m, q, f)
-    along_the_world = assembly.levers * (equilibrium_operator(assembly, nodes) @ f.ravel())
-    expected = (along_the_world.reshape(-1, 3) @ assembly.axes.T).ravel() + m.wrench
-    np.testing.assert_allclose(unbalance(m, q), expected, rtol=1e-7, atol=1e-8)  # the model is rounded to nine digits
+    for seed in range(1, 7):
+        q = np.random.default_rng(seed).normal(size=len(m.wrench))
+        f = np.zeros((len(nodes), 3))
+        node_forces(m, q, f)
+        along_the_world = assembly.levers * (equilibrium_operator(assembly, nodes) @ f.ravel())
+        expected = (along_the_world.reshape(-1, 3) @ assembly.axes.T).ravel() + m.wrench
+        # the model is rounded to nine digits
+        np.testing.assert_allclose(unbalance(m, q), expected, rtol=1e-7, atol=1e-8)
 
 
 def bordered(m, K: np.ndarray, w: np.ndarray, c: np.ndarray) -> np.ndarray:
@@ -180,27 +181,6 @@ def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -
     assert sign == np.linalg.slogdet(A[:full, :full])[0]
     left = A[full:, full:] - A[full:, :full] @ np.linalg.solve(A[:full, :full], A[:full, full:])
     np.testing.assert_allclose(F[full:, full:], left, atol=1e-12)
-
-
-def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small bodies resist turns far less than shifts: without scaled columns, 13 times one pivot waits for a front."""
-    assembly = hf.assemble(wall(50, 3, 0.25, "wall"))
-    m = elastic_model(Places.at(assembly, contact_nodes(assembly, 25, "quadrature")), assembly.weight_wrench())
-    order = fronts_of(m)
-    work = make_work(m, order)
-    work.K[:] = m.bonded
-    work.w[:], work.c[:] = np.random.default_rng(6).normal(size=(2, len(m.wrench)))
-    waiting = []
-
-    def watched(F: np.ndarray, P: np.ndarray, columns: np.ndarray, full: int, least: float) -> tuple[int, float]:
-        done, sign = eliminate(F, P, columns, full, least)
-        waiting.append(full - done)
-        return done, sign
-
-    monkeypatch.setattr(fronts, "eliminate", watched)
-    fronts_solve.py_func(m, work, order, 0.0, 0.0, 0.0)
-    assert len(waiting) > 20
-    assert sum(waiting) <= 4
 
 
 @pytest.mark.parametrize("name", [*SCENES, "rough"])

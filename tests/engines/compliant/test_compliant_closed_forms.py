@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from compliant_scenes import even_grid, strength
+from compliant_scenes import strength
 from engine_scenes import G0, X, Y, Z, block, cube, floor, shipped
 
-from holdfast import Body, Compliant, Cylinder, Scene, Status, assemble, robustness, stability
+from holdfast import Body, Cylinder, Scene, Status, assemble, robustness, stability
 
 CLOSE = 5e-3
 
@@ -51,17 +51,6 @@ OFF_CENTRE = ("cube", (-0.05, 0.045, 0.02), X)
 @pytest.mark.parametrize(("nodes", "within"), [(7, 0.02), (21, 0.003)])
 def test_off_centre_push_converges_to_the_limit_surface(nodes: int, within: float) -> None:
     assert strength(shipped("cube"), *OFF_CENTRE, nodes=nodes) == pytest.approx(3.544, rel=within)
-
-
-def test_off_centre_push_by_richardson() -> None:
-    """On evenly weighted grids of 21 and 41 nodes a side, whose error falls with the square of their distance."""
-    assembly = shipped("cube")
-    load = np.r_[X, np.cross(np.array([-0.05, 0.045, 0.02]) - assembly.com[0], X)][:, None]
-    coarse, fine = (
-        Compliant().on(assembly, assembly.weight_wrench(), even_grid(assembly, side)).grid.paths(load).peak[0]
-        for side in (21, 41)
-    )
-    assert fine + (fine - coarse) / 3 == pytest.approx(3.544, rel=1e-3)
 
 
 def test_a_light_body_beside_a_heavy_one_is_solved_too() -> None:

@@ -67,15 +67,3 @@ def test_pressure_gathered_in_a_corner_is_seen_to_be_too_coarse() -> None:
     found = Compliant().prepare(cube).load_factor(W)
     assert found.force[0] == pytest.approx(expected, rel=0.05)
     assert found.lower[0] <= expected
-
-
-@pytest.mark.parametrize("name", ["table", "bonded_wall"])
-def test_threads_change_nothing(name: str) -> None:
-    """Neither dense elimination nor that of many bodies, front by front."""
-    table = shipped(name)
-    assert (len(table.movable) > 15) == (name == "bonded_wall")
-    state, W = Compliant().prepare(table), columns(table, random_pushes(table, 40, 6))
-    together = state.load_factor(W)
-    alone = [state.load_factor(W[:, [k]]) for k in range(40)]
-    np.testing.assert_array_equal(together.force, [a.force[0] for a in alone])
-    np.testing.assert_array_equal(together.lower, [a.lower[0] for a in alone])

@@ -237,19 +237,6 @@ def test_stiffness_of_pairs_moves_wedged_bodies_and_not_a_lone_one() -> None:
     assert found.force[0] == ideal.force[0]
 
 
-def test_a_map_asks_the_weak_points_on_every_sample() -> None:
-    imperfect = Imperfect(5e-5, BED, samples=6)
-    ideal = hf.robustness_map(cube(), spacing=0.02)
-    found = hf.robustness_map(cube(), spacing=0.02, imperfect=imperfect)
-    np.testing.assert_array_equal(found.force, ideal.force)
-    assert (found.lower <= ideal.lower).all()
-    weak = np.argsort(ideal.force, kind="stable")[:5]
-    for k in weak.tolist():
-        alone = hf.robustness(cube(), "cube", found.points[k], -found.normals[k], imperfect=imperfect)
-        assert found.lower[k] == pytest.approx(alone.lower[0], rel=0.02)
-    assert any("were asked only on the" in note for note in found.notes)
-
-
 def test_strong_points_are_asked_on_the_worst_samples_for_the_weak_ones() -> None:
     """The rule of a map, from the answers on all samples: the 24 weakest on each, the others on four."""
     assembly, imperfect = cube(), Imperfect(5e-5, BED, samples=6)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from bench.scenes.dense_pallet import pallet
 from bench.scenes.random_pushes import columns, random_pushes
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import elastic_size
-from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.groups import prepared
@@ -117,33 +114,3 @@ def test_how_deep_an_orange_sinks_says_nothing_of_others() -> None:
     everything = grid.with_hold.system.model
     assert elastic_size(everything, rest, loads[0]) == depth[0]
     assert elastic_size(everything, rest, 0 * loads[0]) == depth[-1]
-
-
-def test_no_search_for_rest_is_made_twice(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One without a hold, one with that of a few bodies; one of all only where the first does not tell which.
-
-    Where bodies are held, one more finds whether they rest on less friction, too (reserve.py).
-    """
-    made: list[object] = []
-    search = System.come_to_rest
-
-    def counted(self: System, *given: Any, **options: Any) -> Settled:
-        made.append(self)
-        return search(self, *given, **options)
-
-    stack = hf.assemble(shipped_scene("stack"))
-    top = stack.scene.body("cube3").box[1][2]
-    pose = at(0, 0, top + 0.02 * 2**0.5).copy()
-    pose[:3, :3] = np.array([[1, 0, 0], [0, 1, -1], [0, 1, 1]]) / np.array([[1], [2**0.5], [2**0.5]])
-    on_edge = stack.with_body(hf.Body("edge", hf.Box((0.04, 0.04, 0.04)), mass=0.01, pose=pose))
-    monkeypatch.setattr(System, "come_to_rest", counted)
-    for assembly, searches in ((on_edge, 3), (with_orange(stack, "cube3"), 4)):
-        made.clear()
-        grid = grid_of(assembly)
-        assert grid.hold is not None
-        assert grid.hold.sum() == 1
-        assert len(made) == searches
-    whole = grid.with_hold
-    made.clear()
-    assert whole.with_hold is whole
-    assert not made

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from engine_scenes import Array, surface_points
+from engine_scenes import Array, push_wrench, random_pushes
 from numpy.typing import ArrayLike
 
 from holdfast import Limit, Load, load_factor, robustness
@@ -25,17 +25,6 @@ def transport(assembly: Assembly, direction: Array) -> float:
     """The largest acceleration of the support along ``direction`` [m/s2]."""
     loads = [Load(body.name, body.com_world, -body.mass * direction) for body in assembly.movable]
     return load_factor(assembly, loads, engine="limit").factor
-
-
-def random_pushes(assembly: Assembly, count: int, seed: int) -> list[tuple[str, Array, Array]]:
-    """(body, point, unit direction): half of them level, where answers are finite."""
-    rng = np.random.default_rng(seed)
-    found = []
-    for k in range(count):
-        body = assembly.movable[rng.integers(len(assembly.movable))]
-        direction = rng.normal(size=3) * (1, 1, k % 2)
-        found.append((body.name, surface_points(body, 1, rng)[0], direction / np.linalg.norm(direction)))
-    return found
 
 
 def corners(assembly: Assembly) -> list[tuple[int, int, Array, Array, float]]:
@@ -65,15 +54,6 @@ def weights(assembly: Assembly) -> Array:
     """(6J,) weight of every body."""
     parts = [np.r_[body.mass * assembly.scene.gravity, 0, 0, 0] for body in assembly.movable]
     return np.concatenate(parts)
-
-
-def push_wrench(assembly: Assembly, body: str, point: ArrayLike, force: ArrayLike) -> Array:
-    """(6J,) of a force at a point."""
-    total = np.zeros((len(assembly.movable), 6))
-    k = [b.name for b in assembly.movable].index(body)
-    total[k, :3] = force
-    total[k, 3:] = np.cross(np.asarray(point) - assembly.movable[k].com_world, force)
-    return total.ravel()
 
 
 def columns(assembly: Assembly, count: int, seed: int) -> Array:

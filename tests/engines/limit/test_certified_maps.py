@@ -8,7 +8,6 @@ import trimesh
 from placed import at
 
 import holdfast as hf
-from holdfast.engines.contract import Within
 from holdfast.engines.limit.certified import _Face
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.gauge import CuttingPlanes
@@ -76,28 +75,6 @@ def test_curved_surfaces() -> None:
     mesh = trimesh.creation.cylinder(0.05, 0.2, sections=60)
     assembly = hf.assemble(hf.Scene([floor, hf.Body("can", mesh, mass=1, pose=pose)], 0.5))
     checked(assembly, "can", 0.01)
-
-
-def test_pushes_on_another_body_profit_from_cuts_already_known() -> None:
-    """Cuts are velocities of the whole assembly: they bound every load on every body."""
-    assembly = hf.assemble(shipped_scene("stack"))
-    state = Limit().prepare(assembly)
-    for body in ("cube3", "cube2"):
-        cells = hf.robustness_map(assembly, [body], spacing=0.01, engine="graph")
-        columns = push_columns(assembly, assembly.index[body], cells.points, -cells.normals)
-        before = len(state.planes.rows)
-        state.load_factor(columns, Within(0.01))
-        assert len(state.planes.rows) > before
-    fresh = Limit().prepare(assembly)
-    fresh.load_factor(columns, Within(0.01))
-    assert len(state.planes.rows) - before <= len(fresh.planes.rows)
-
-
-def test_two_runs_agree_to_the_bit() -> None:
-    assembly = hf.assemble(shipped_scene("table"))
-    first, second = (hf.robustness_map(assembly, ["slab"], spacing=0.02, engine="limit") for _ in range(2))
-    np.testing.assert_array_equal(first.lower, second.lower)
-    np.testing.assert_array_equal(first.upper, second.upper)
 
 
 def test_presses_over_an_edge_are_endless_like_those_beside_them() -> None:

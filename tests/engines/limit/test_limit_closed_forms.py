@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from engine_scenes import G0, Array, X, Y, Z, cube, shipped
-from limit_scenes import dense_operator, push, push_wrench, strength, transport, weights
+from engine_scenes import G0, Array, X, Y, Z, cube, push_wrench, shipped
+from limit_scenes import dense_operator, push, strength, transport, weights
 from scipy.optimize import linprog
 
 from holdfast import Load, Status, load_factor

@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from engine_scenes import G0, X, Z, block, cube, floor, shipped
-from limit_scenes import BEYOND_DOUBLE, columns, push, push_wrench
+from engine_scenes import G0, X, Z, block, cube, floor, push_wrench, shipped
+from limit_scenes import BEYOND_DOUBLE, columns, push
 
 from bench.scenes.ill_conditioned import FAMILIES, Query, queries
 from holdfast import Friction, Limit, Scene, Status, assemble

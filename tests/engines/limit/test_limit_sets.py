@@ -124,15 +124,6 @@ def test_the_inner_support_never_exceeds_the_outer_one(cube_accelerations: Conve
         assert G * (1 - 1e-5) <= tip <= G * (1 + 1e-9), "mu < 1: the tip is furthest"
 
 
-def test_two_runs_are_equal_to_the_last_digit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(load_sets.BUDGET, 6, 80)
-    first, again = (admissible_wrenches(assembly_of("arch"), "v3", exists=True) for _ in range(2))
-    for one, two in ((first.inner, again.inner), (first.outer, again.outer)):
-        np.testing.assert_array_equal(one[0], two[0])
-    np.testing.assert_array_equal(first.vertices, again.vertices)
-    assert first.accuracy == again.accuracy
-
-
 def test_the_gap_in_six_dimensions_is_reported_as_it_is(cube_wrenches: ConvexSet) -> None:
     assert f"the inner set is {cube_wrenches.accuracy:.0%} too short along the ray to (" in cube_wrenches.notes[-1]
     assert cube_wrenches.accuracy_wanted == 0.05
