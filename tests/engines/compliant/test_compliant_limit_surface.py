@@ -33,7 +33,7 @@ def straight(assembly: Assembly, count: int, seed: int) -> Pushes:
 @pytest.mark.parametrize(("name", "seed"), [("cube", 3), ("stack", 4)])
 def test_any_push_on_many_nodes(name: str, seed: int) -> None:
     assembly = shipped(name)
-    pushes = random_pushes(assembly, 50, seed)
+    pushes = random_pushes(assembly, 25, seed)
     got = (
         Compliant()
         .on(assembly, assembly.weight_wrench(), even_grid(assembly, 41))
@@ -42,7 +42,7 @@ def test_any_push_on_many_nodes(name: str, seed: int) -> None:
     expected = truth(assembly, pushes)
     np.testing.assert_array_equal(np.isfinite(got.peak), np.isfinite(expected))
     np.testing.assert_allclose(got.peak, expected, rtol=0.01)
-    assert np.isfinite(expected).sum() >= 35
+    assert np.isfinite(expected).sum() >= 15
 
 
 @pytest.mark.parametrize(("nodes", "limit"), [(7, 0.02), (21, 0.01)])

@@ -21,10 +21,10 @@ def strength(assembly: Assembly, body: str, point: ArrayLike, direction: ArrayLi
     return float(push(assembly, body, point, direction, **options).force[0])
 
 
-def transport(assembly: Assembly, direction: Array) -> float:
+def transport(assembly: Assembly, direction: Array, engine: str = "limit") -> float:
     """The largest acceleration of the support along ``direction`` [m/s2]."""
     loads = [Load(body.name, body.com_world, -body.mass * direction) for body in assembly.movable]
-    return load_factor(assembly, loads, engine="limit").factor
+    return load_factor(assembly, loads, engine=engine).factor
 
 
 def corners(assembly: Assembly) -> list[tuple[int, int, Array, Array, float]]:
