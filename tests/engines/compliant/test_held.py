@@ -33,6 +33,9 @@ def test_what_is_held_is_below_the_full_answer_and_most_below_it_is_held(name: s
     W, force, lower = W[:, finite], found.force[finite], found.lower[finite]
     assert not asked.held(W * force * 1.001).any()
     assert asked.held(W * lower * 0.5).mean() > 0.5
+    doubtful = lower < 0.96 * force  # a path leads to these loads, and a finer grid tells that it leads too far
+    assert name == "stack" or doubtful.sum() > 3
+    assert not asked.held(W * (lower + force / 1.03) / 2)[doubtful].any()
     assert asked.held(0 * W).all()
 
 

@@ -86,6 +86,23 @@ def test_the_least_twist_over_all_surfaces_is_none(side: int) -> None:
     assert 0 < beside <= 0.6 * 9.81 * h / d * (1 + 1e-3)
 
 
+@pytest.mark.parametrize(
+    ("far", "outcome"), [(3e3, RestOutcome.RESTS), (1e5, RestOutcome.RESTS), (1e9, RestOutcome.DRIFTS)]
+)
+def test_what_slides_rests_at_the_wall_that_it_comes_to(far: float, outcome: RestOutcome) -> None:
+    """A cube that slides under half of its weight, to a wall ``far`` compressions away, which stops it."""
+    wall = block("wall", (0.1, 0.2, 0.2), (0.1, 0, 0.1), fixed=True)
+    scene = Scene([floor(), wall, block("cube", (0.1, 0.1, 0.1), (0, 0, 0.05))], 0.3, gravity=(4.905, 0, -9.81))
+    assembly = assemble(scene)
+    nodes = contact_nodes(assembly, 49, "quadrature")
+    level = np.abs(nodes.normals[:, 2]) < 0.5
+    assert 0 < level.sum() < len(nodes)
+    apart = np.where(level, far * COMPRESSION, 0.0)
+    places = Places.at(assembly, nodes)
+    model = elastic_model(places, assembly.weight_wrench(), stiffness=np.full(2, BED), apart=apart)
+    assert System.of(model).come_to_rest().outcome is outcome
+
+
 @pytest.mark.parametrize("sample", [0, 1, 24, 90])
 def test_a_push_through_the_middle_slides_on_any_surface(sample: int) -> None:
     """All nodes slip the same way, so μ m g is what any pressure withstands.
