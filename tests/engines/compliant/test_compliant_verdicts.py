@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from compliant_scenes import SMALL, STANDING
-from engine_scenes import X, floor, shipped
+from engine_scenes import X, block, floor, shipped
 
 import holdfast as hf
 from bench.suites.reliability import random_pushes
@@ -12,7 +12,9 @@ from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.resting import lessen_drag, move
 from holdfast.engines.compliant.bisection import with_bisected_peaks
+from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.rest_verdict import balanced_forces, unbalanced
+from holdfast.queries.request import push_columns
 
 
 @pytest.mark.parametrize("name", STANDING)
@@ -109,6 +111,35 @@ def test_a_lost_path_is_found_again_by_verdicts(name: str) -> None:
     assert (found.outcome == PathOutcome.PEAK).all()
     np.testing.assert_allclose(found.peak, paths.peak, rtol=5e-3)
     assert (found.peak <= paths.peak * (1 + 4e-3)).all()  # a path may end a little below its peak
+
+
+def test_bisection_tells_a_load_that_holds_and_how_much_more_may_be_held() -> None:
+    """A cube that slides at 5.886 N: the search ends with a load below that, and a bracket that holds it."""
+    assembly = shipped("cube")
+    grid = hf.Compliant().prepare(assembly).grid
+    W = push_columns(assembly, 0, np.array([[-0.05, 0, 0.02]]), np.array([[1.0, 0, 0]]))
+    paths = grid.paths(W)
+    lost = paths._replace(outcome=np.array([PathOutcome.LOST]), peak=0.6 * paths.peak, q=grid.settled.q[None])
+    found = with_bisected_peaks(grid, W, lost)
+    assert found.peak[0] <= 0.6 * 9.81 * (1 + 1e-9)
+    assert 0.6 * 9.81 <= found.peak[0] + found.short[0] <= 1.0003 * found.peak[0]
+
+
+def test_what_slides_off_on_ice_takes_nothing_along() -> None:
+    """A plank lies on a shelf, and with its end on a heavy block on ice that nothing holds, on ice, too."""
+    bodies = [
+        floor(),
+        block("shelf", (0.1, 0.1, 0.1), (0.15, 0, 0.05), fixed=True),
+        block("low", (0.1, 0.1, 0.1), (0, 0, 0.05), 5.0),
+        block("plank", (0.3, 0.1, 0.02), (0.15, 0, 0.11), 0.1),
+    ]
+    ice = hf.Friction(0.5, {("floor", "low"): 0.0, ("low", "plank"): 0.0})
+    assembly = hf.assemble(hf.Scene(bodies, ice, (0, 2, -9.81)))
+    end = Grid.of(assembly, assembly.weight_wrench(), hf.Compliant().springs).settled
+    assert end.outcome is RestOutcome.DRIFTS
+    low, plank = end.drift.reshape(-1, 6) @ np.eye(6)[:, :3]
+    assert low @ (assembly.axes @ [0, 1, 0]) > 0.99 * np.linalg.norm(low)
+    assert np.linalg.norm(plank) < 1e-3 * np.linalg.norm(low)
 
 
 def resting(shape: object, height: float, turned: np.ndarray | None = None) -> hf.answers.Assembly:
