@@ -9,7 +9,6 @@ import holdfast as hf
 from bench.scenes.dense_pallet import pallet
 from bench.scenes.random_pushes import columns, random_pushes
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.sparse import elastic_size
 from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.groups import prepared
@@ -98,19 +97,3 @@ def test_what_others_withstand_is_not_asked_of_limit_analysis_for_an_orange() ->
     held = state.held(W[:, finite] * 0.5 * found.lower[finite])
     assert held.mean() > 0.5
     assert not state.held(W[:, finite] * 1.001 * found.force[finite]).any()
-
-
-def test_how_deep_an_orange_sinks_says_nothing_of_others() -> None:
-    """Lengths of paths are measured by how far bodies have sunk at rest, those of pushes on the orange by its own."""
-    grid = grid_of(with_orange(hf.assemble(shipped_scene("stack")), "cube3"))
-    model, rest = grid.system.model, grid.settled.q
-    depth = np.abs(rest.reshape(-1, 6)).max(1)
-    assert depth[-1] > 50 * depth[:-1].max()
-    loads = np.zeros((2, len(rest)))
-    loads[0, 0] = loads[1, -6] = 1.0
-    others, own = (elastic_size(model, rest, load) for load in loads)
-    assert others == depth[:-1].max()
-    assert own == depth[-1]
-    everything = grid.with_hold.system.model
-    assert elastic_size(everything, rest, loads[0]) == depth[0]
-    assert elastic_size(everything, rest, 0 * loads[0]) == depth[-1]
