@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from holdfast import Compliant, robustness
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
+from holdfast.engines.compliant.compliant_state import Standing
+from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
 
 SMALL = ["cube", "stack", "table", "tall_table", "wall2x2", "slope", "slope_two", "cantilever", "arch", "v_groove"]
@@ -21,6 +23,13 @@ STANDING = [*SMALL, "bonded_wall"]
 def strength(assembly: Assembly, body: str, point: ArrayLike, direction: ArrayLike, **options: object) -> float:
     answer = robustness(assembly, body, point, direction, engine=Compliant(**options))  # type: ignore[arg-type]
     return float(answer.force[0])
+
+
+def grid_of(assembly: Assembly) -> Grid:
+    """The grid of an assembly that stands."""
+    state = Compliant().prepare(assembly)
+    assert isinstance(state, Standing)
+    return state.grid
 
 
 def random_pushes(assembly: Assembly, count: int, seed: int) -> list[tuple[str, Array, Array]]:

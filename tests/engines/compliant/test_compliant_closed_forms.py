@@ -5,7 +5,11 @@ import pytest
 from compliant_scenes import strength
 from engine_scenes import G0, X, Y, Z, block, cube, floor, shipped
 
+import holdfast as hf
 from holdfast import Body, Cylinder, Scene, Status, assemble, robustness, stability
+from holdfast.engines.answers import Bound
+from holdfast.engines.contract import FORCES_ONLY
+from holdfast.scene.shipped import shipped_scene
 
 CLOSE = 5e-3
 
@@ -93,3 +97,16 @@ def test_a_vase_tips_over_its_round_rim_from_any_side() -> None:
         assert (found.force >= 0.98 * most).all()
         assert (found.lower > 0.9 * found.force).all()
         assert list(found.mode).count("topple") >= 30  # where it stands on one point rounding has a say
+
+
+def test_forces_only_saves_the_bounds_and_keeps_the_peaks() -> None:
+    assembly = hf.assemble(shipped_scene("table"))
+    W = np.zeros((6 * len(assembly.movable), 2))
+    W[0, 0], W[8, 1] = 1.0, -1.0
+    state = hf.Compliant().prepare(assembly)
+    with_bounds, without = state.load_factor(W), state.load_factor(W, FORCES_ONLY)
+    np.testing.assert_array_equal(with_bounds.force, without.force)
+    np.testing.assert_array_equal(with_bounds.status, without.status)
+    assert with_bounds.lower[0] > 0.9 * with_bounds.force[0]
+    assert (with_bounds.lower_bound, without.lower_bound) == (Bound.ESTIMATED, Bound.NONE)
+    assert without.lower[np.isfinite(without.force)].tolist() == [0.0] * int(np.isfinite(without.force).sum())

@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from compliant_scenes import grid_of
 
 import holdfast as hf
 from bench.scenes.dense_pallet import pallet
 from bench.scenes.random_pushes import columns, random_pushes
-from holdfast.engines.compliant.compliant_state import Standing
-from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.groups import prepared
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
-
-
-def grid_of(assembly: hf.answers.Assembly) -> Grid:
-    state = hf.Compliant().prepare(assembly)
-    assert isinstance(state, Standing)
-    return state.grid
 
 
 @pytest.mark.parametrize(("name", "body"), [("stack", "cube2"), ("table", "slab"), ("cantilever", "B")])

@@ -6,13 +6,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+from compliant_scenes import grid_of as grid_at_rest
 from engine_scenes import block, floor
 from numpy.typing import ArrayLike
 
 import holdfast as hf
 from holdfast.assembly.assembly import body_forces
 from holdfast.base.arrays import Float
-from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
 
@@ -21,10 +21,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def grid_of(*bodies: hf.Body) -> Grid:
-    assembly = hf.assemble(hf.Scene([floor(), *bodies], MU))
-    state = hf.Compliant().prepare(assembly)
-    assert isinstance(state, Standing)
-    return state.grid
+    return grid_at_rest(hf.assemble(hf.Scene([floor(), *bodies], MU)))
 
 
 def column(grid: Grid, body: str, point: ArrayLike, direction: ArrayLike) -> Float:

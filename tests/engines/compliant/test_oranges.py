@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from compliant_scenes import grid_of
 
 import holdfast as hf
 from bench.scenes.dense_pallet import pallet
 from bench.scenes.random_pushes import columns, random_pushes
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.engines.compliant.compliant_state import Standing
-from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.groups import prepared
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at
@@ -41,12 +40,6 @@ def test_pushes_on_a_pallet_are_as_hard_with_an_orange_on_it() -> None:
     known = ends & (beside.lower > 0) & (found.lower > 0)  # one path in 200 is lost on finer nodes: nothing is promised
     assert (ends & ~known).sum() <= 1
     assert beside.lower[known] == pytest.approx(found.lower[known], rel=0.05)
-
-
-def grid_of(assembly: hf.answers.Assembly) -> Grid:
-    state = hf.Compliant().prepare(assembly)
-    assert isinstance(state, Standing)
-    return state.grid
 
 
 def test_only_the_orange_is_held() -> None:

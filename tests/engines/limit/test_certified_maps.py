@@ -9,6 +9,7 @@ from placed import at
 
 import holdfast as hf
 from holdfast.engines.limit.certified import _Face
+from holdfast.engines.limit.combination import combined
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.gauge import CuttingPlanes
 from holdfast.engines.limit.limit_program import LoadProgram
@@ -161,3 +162,21 @@ def test_bounds_between_corners_pay_for_what_rounding_leaves_of_a_load() -> None
     assert (above > 0).all(), "nothing that endless corners carry besides is known"
     face.spare[:] = 1e-9
     assert (face.envelope(np.arange(30), loads, np.full(6, 1e12))[0] == 0).all()
+
+
+def test_what_a_combination_misses_is_paid_for() -> None:
+    """γ(w) = |D w| is a gauge known in closed form: no bound may fall below it, inside or outside the known loads."""
+    rng = np.random.default_rng(0)
+    D = rng.normal(size=(6, 6))
+    ahead = np.array([3.0, 0, 0, 0, 0, 0])
+    known = rng.normal(size=(40, 6)) + ahead
+    points = np.vstack([rng.normal(size=(60, 6)), rng.normal(size=(60, 6)) * 0.3 + ahead])
+    near = np.argsort(((points[:, None] - known) ** 2).sum(2), axis=1)[:, :10]
+    gauge = np.linalg.norm(known @ D.T, axis=1)
+    axes = np.tile(np.linalg.norm(D, axis=0), (2, 1))
+    bound = combined(points, known, near.astype(np.int64), gauge, axes)
+    exact = np.linalg.norm(points @ D.T, axis=1)
+    assert (bound >= exact * (1 - 1e-9)).all()
+    np.testing.assert_allclose(
+        combined(2 * known, known, near[:40] * 0 + np.arange(40)[:, None], gauge, axes), 2 * gauge
+    )
