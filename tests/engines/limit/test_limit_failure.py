@@ -1,15 +1,12 @@
 """Scenes that a solver finds hard: the right answer or an honest status, bounds that hold the truth, never NaN."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from engine_scenes import G0, X, Y, Z, block, cube, floor, pose, push_wrench
+from engine_scenes import G0, X, Y, Z, block, cube, floor, pose
 from limit_scenes import push
 
-from holdfast import Body, Cylinder, Friction, Limit, Load, Scene, Status, assemble, load_factor, stability
+from holdfast import Body, Cylinder, Friction, Load, Scene, Status, assemble, load_factor, stability
 from holdfast.answers import Assembly, Interface, Robustness
-from holdfast.conic.solve import ConeSolution, Prepared
 from holdfast.scene.shipped import shipped_scene
 
 SIDE = (0.1, 0.1, 0.1)
@@ -136,24 +133,6 @@ def test_little_and_much_friction(mu: float) -> None:
     # sways as before while friction allows it; with little, the slab or all slides
     truth = 7.3575 if mu > 1 else 2 * G0 * mu
     honest(push(table, "slab", (-0.25, 0, 0.225), X), truth, decided=mu <= 1e3)
-
-
-@pytest.mark.parametrize("mu", [1e-3, 0.5, 1e3, 1e6, 1e9])
-@pytest.mark.parametrize("noise", [1e-12, 1e-9, 1e-6])
-def test_bounds_hold_the_truth_with_a_worse_solver(mu: float, noise: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another processor ends elsewhere: here the dual is off by a share of its largest entry; the truth is by hand."""
-    assembly = assemble(Scene(shipped_scene("table").bodies, mu))
-    state = Limit().prepare(assembly)
-    rng, solve = np.random.default_rng(1), Prepared.solve
-
-    def noisy(self: Prepared) -> ConeSolution:
-        good = solve(self)
-        return replace(good, z=good.z + noise * np.abs(good.z).max() * rng.standard_normal(len(good.z)))
-
-    monkeypatch.setattr(Prepared, "solve", noisy)
-    for _ in range(5):
-        got = state.solve(push_wrench(assembly, "slab", (-0.25, 0, 0.225), X))
-        assert got.lower <= min(7.3575, 2 * G0 * mu) <= got.upper
 
 
 def walled(mu: float, *more: Body, friction: float = 0.6) -> Assembly:
