@@ -34,7 +34,11 @@ ASKED: dict[str, Callable[[], Any]] = {
     "monitor": lambda: hf.Monitor(hf.assemble(SCENE), seconds=60).update(acceleration=(1, 0, 0)).margin,
     "place": lambda: (
         hf.plan_placement(
-            SCENE, hf.Body("new", hf.Box((0.05,) * 3), mass=0.2), search=hf.Search(seed=1, solves=20)
+            SCENE,
+            hf.Body("new", hf.Box((0.05,) * 3), mass=0.2),
+            where=hf.Where(supports=["box"]),
+            search=hf.Search(seed=1, solves=20, candidates=2, confirm=None),
+            engine="limit",
         ).stable
     ),
 }
