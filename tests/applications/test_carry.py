@@ -87,16 +87,6 @@ def test_on_a_turntable_friction_bears_the_way_out(engine: str) -> None:
     assert c.mechanism[1].twists[0, 0] > 0
 
 
-@pytest.mark.parametrize("engine", ["limit", "compliant"])
-def test_turning_faster_and_faster_throws_sideways(engine: str) -> None:
-    """alpha r, against the sense of the turn."""
-    radius, alpha = 0.8, 2.0
-    motion = hf.Profile([0.0], [(0, 0, 0)], [(0, 0, alpha)])
-    c = hf.carry(carried(0.02, (radius, 0.0)), motion, engine=engine)
-    assert c.factor[0] == pytest.approx(MU * G / (alpha * radius), rel=0.01)
-    assert c.mechanism[0].twists[0, 1] < 0
-
-
 def test_what_turns_about_a_level_axis_tilts() -> None:
     """By the time it has turned by arctan(mu), it slides however slowly it is carried."""
     rate = 0.1

@@ -225,11 +225,6 @@ def test_it_saves_and_two_runs_agree_to_the_last_digit(tmp_path: Path) -> None:
     assert hf.firmer(on_a_column(0.02), "cube", engine="limit", pushes=PUSH) == found
 
 
-def test_without_time_it_returns_where_it_began() -> None:
-    found = hf.firmer(on_a_column(0.02), "cube", engine="limit", seconds=1e-9)
-    assert len(found) == 1
-
-
 def test_what_cannot_be_moved_is_refused() -> None:
     scene = on_a_column(0.02)
     with pytest.raises(hf.errors.SceneError, match="firmer: 'column': is fixed"):

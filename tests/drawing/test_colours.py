@@ -59,14 +59,6 @@ def test_every_eye_tells_what_is_beside_the_scale_apart(eyes: str) -> None:
         assert min(distance(one, other) for other in seen(colours.TABLE, eyes)) > 0.05
 
 
-def test_special_colours_are_apart_from_each_other_and_from_the_scale() -> None:
-    special = [colours.INFINITE, colours.ZERO, colours.FIXED, colours.COVERED]
-    for one, other in itertools.combinations(special, 2):
-        assert distance(one, other) > 0.07
-    for one in special[:3]:
-        assert min(distance(one, rgb) for rgb in colours.TABLE) > 0.05
-
-
 @pytest.mark.parametrize("eyes", ["usual", "no red", "no green"])
 def test_eyes_tell_undecided_and_falling_from_all_others(eyes: str) -> None:
     """The hatching of undecided surfaces comes on top of this."""

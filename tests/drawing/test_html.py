@@ -10,12 +10,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pytest
 from paged import data_of, faces, said, triples
 
 import holdfast as hf
 from holdfast.drawing import colours
-from holdfast.drawing.html import page_of, write_html
+from holdfast.drawing.html import page_of
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.soup import forces
 
@@ -128,16 +127,6 @@ def test_text_cannot_break_out_of_the_page(table: Picture) -> None:
 
 def test_nothing_to_show_is_still_a_page() -> None:
     assert data_of(page_of(Picture("empty", "", (), ())))["layers"] == []
-
-
-def test_a_failure_leaves_the_old_file(table: Picture, tmp_path: Path) -> None:
-    path = tmp_path / "page.html"
-    path.write_text("old")
-    broken = dataclasses.replace(table, up=np.array([0.0, np.nan, 1.0]))
-    with pytest.raises(ValueError, match="JSON"):
-        write_html(broken, path)
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_the_page_of_a_map_is_small(tmp_path: Path) -> None:

@@ -220,14 +220,11 @@ def test_a_push_on_a_body_that_is_not_moved() -> None:
     [
         ("cap", np.eye(4)[None], "cap"),
         ("it", np.eye(4), r"poses: has shape \(4, 4\)"),
-        ("it", np.zeros((0, 4, 4)), "got no poses"),
         ("it", 2 * np.eye(4)[None], r"poses\[0\]"),
         ("it", np.array([np.eye(4), np.diag([1, 1, -1, 1.0])]), r"poses\[1\]: is a reflection"),
         (["it", "it"], np.zeros((2, 2, 4, 4)), "each once"),
-        ([], np.zeros((2, 0, 4, 4)), "at least one body"),
         (["it", "book"], {"it": np.eye(4)[None]}, "needs those of"),
         (["it", "book"], {"it": np.eye(4)[None], "book": np.stack([np.eye(4)] * 2)}, "differ in number"),
-        (["it", "book"], np.eye(4)[None], "poses: has shape"),
     ],
 )
 def test_wrong_arguments_are_refused(bodies: Any, poses: Any, match: str) -> None:

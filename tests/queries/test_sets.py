@@ -142,31 +142,21 @@ def test_what_has_no_set_raises() -> None:
         sustainable_accelerations(falling, exists=True)
     with pytest.raises(hf.errors.SceneError, match="the body is fixed"):
         admissible_wrenches(assembly_of("cube"), "floor", exists=True)
-    with pytest.raises(hf.errors.SceneError, match="no body named"):
-        admissible_wrenches(assembly_of("cube"), "cub", exists=True)
     with pytest.raises(hf.errors.SceneError, match="needs True or False"):
         sustainable_accelerations(assembly_of("cube"), exists="yes")  # type: ignore[arg-type]
     with pytest.raises(hf.HoldfastError, match=r"sustainable accelerations: the assembly is unstable; unsupported"):
         sustainable_accelerations(falling)
     with pytest.raises(hf.HoldfastError, match="0 is not inside the set: nothing surely holds along"):
         sustainable_accelerations(hf.assemble(hf.Scene(cube().bodies, 0.0)))
-    with pytest.raises(hf.errors.SceneError, match="needs positive numbers"):
-        admissible_wrenches(assembly_of("cube"), "cube", exists=True, box=(1, 0))
-    with pytest.raises(hf.errors.SceneError, match="accuracy"):
-        sustainable_accelerations(assembly_of("cube"), exists=True, accuracy=0)
     icy = hf.assemble(hf.Scene(cube().bodies, 0.0))
     with pytest.raises(hf.HoldfastError, match=r"0 is not inside the set: .*along \(1, 0, 0\)"):
         sustainable_accelerations(icy, exists=True)
 
 
-def test_points_are_checked(cube_accelerations: ConvexSet) -> None:
+def test_several_points_are_answered_one_by_one(cube_accelerations: ConvexSet) -> None:
     answers = cube_accelerations.exists(np.array([[0, 0, 0], [0, 0, -20.0]]))
     assert list(answers) == [True, False]
     assert list(cube_accelerations.exists(np.empty((0, 3)))) == []
-    with pytest.raises(hf.errors.SceneError, match="needs shape"):
-        cube_accelerations.exists([1, 2])
-    with pytest.raises(hf.errors.SceneError, match="needs finite"):
-        cube_accelerations.exists([1, 2, np.nan])
 
 
 def test_usage_is_the_share_of_the_reach(cube_accelerations: ConvexSet) -> None:
