@@ -58,7 +58,7 @@ def test_all_over_the_cube_nothing_is_weaker_and_every_step_is_firmer() -> None:
     assert "moved cube by" in str(found)
 
 
-@pytest.mark.parametrize(("offset", "yaw"), [(0.02, 20), (0.0, 10), (-0.015, 35), (0.01, 70)])
+@pytest.mark.parametrize(("offset", "yaw"), [(0.02, 20), (-0.015, 35)])
 def test_smaller_errors_are_no_gain(offset: float, yaw: float) -> None:
     """A tall block wholly on its base tips about its own edge: m g 0.04 / 0.27 = 1.4533 N wherever it stands.
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from bench.scenes.shelf import shelf
 from bench.scenes.voussoirs import arch_of
 from holdfast.answers import Assembly
 from holdfast.applications.disassembly.hands import held_still
@@ -125,26 +124,6 @@ def test_the_least_hold_of_a_body_in_the_air_is_its_weight() -> None:
     (hold,) = least_holds(hf.assemble(scene), ["cup"]) or ()
     assert hold.force == pytest.approx([0, 0, 0.3 * G], rel=1e-6)
     assert "2.94 N" in hold.text
-
-
-def test_one_thing_on_the_shelf_held_changes_its_own_pushes_alone() -> None:
-    """An orange rolls at the slightest push; held with 2 N at its centre, it takes those 2 N."""
-    plain = hf.assemble(shelf())
-    held = plain.with_holds(hf.Hold("orange", hf.pose(-0.5, 0, 0.07), forces=2.0, moments=0.1))
-    points, ways = (-0.5, 0.04, 0.07), (0, -1, 0)
-    loose, firm = (hf.robustness(each, "orange", points, ways, engine="limit") for each in (plain, held))
-    assert float(loose) == pytest.approx(0, abs=1e-6)
-    assert float(firm) >= 2.0 - 1e-6
-    assert hf.stability(held, engine="limit").stable
-    for name, point in (("tin", (-0.3, 0.07, 0.1)), ("bowl", (0.3, 0.05, 0.06))):
-        one, other = (hf.robustness(each, name, point, ways, engine="limit") for each in (plain, held))
-        assert float(other) == pytest.approx(float(one), rel=1e-6)
-
-
-def test_hands_must_be_a_whole_number() -> None:
-    for wrong in (-1, 1.5, "two", 99):
-        with pytest.raises(hf.HoldfastError, match="hands"):
-            hf.build_order(arch(), hands=wrong)  # type: ignore[arg-type]
 
 
 def test_what_a_body_presses_on_its_neighbours_is_its_weight() -> None:

@@ -77,6 +77,8 @@ def test_fig_15(engine: str) -> None:
     two = limits(shipped("slope_two"), -Y, X, -X, engine=engine)
     assert one == pytest.approx([3.27, 1.2 * G, 5.78, 5.78], rel=1e-3)
     assert two == pytest.approx([1.2 * G, 5.084, 5.084], rel=1e-3)
+    if engine == "limit":  # the second cube holds the first
+        assert limits(shipped("slope_two"), Y, engine=engine) == pytest.approx(4.292, rel=1e-3)
 
 
 def test_the_default_directions_are_the_circle_of_fig_15() -> None:
@@ -292,11 +294,8 @@ def test_bounds() -> None:
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        ({"directions": [[0, 0, 0]]}, "a direction is zero; needs"),
         ({"directions": np.zeros((0, 3))}, "is empty; needs"),
-        ({"directions": [1, 2]}, r"shape \(2,\); needs"),
         ({"tilt_degrees": [1, 2]}, r"tilt_degrees: has shape \(2,\); needs"),
-        ({"engine": "grap"}, "'grap' is unknown"),
         ({"engine": "graph", "bounds": True}, "not ordered against limit"),
     ],
 )

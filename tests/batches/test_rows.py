@@ -76,6 +76,7 @@ def test_rows_equal_single_calls_bit_for_bit(folder: Path) -> None:
         push = hf.robustness(assembly, body, point, way)
         compare([r for r in own["pushes"] if r["source"] == "push"], push, push.points, push.directions)
         assert own["scenes"][0]["weakest"] == min(*surfaces.force, *push.force)
+        assert own["scenes"][0]["weakest_lower"] == min(*surfaces.lower, *push.lower) < max(surfaces.lower)
         weak = min((row for row in own["pushes"]), key=lambda row: row["force"])
         assert own["scenes"][0]["weakest_body"] == weak["body"]
         assert own["scenes"][0]["weakest_mode"] == weak["mode"]
@@ -128,6 +129,19 @@ def test_what_was_answered_before_a_scene_ended_its_worker_is_kept(folder: Path)
     assert kept["pushes"] == []
     unread = record_of(job, Reply(TIME, "", "no answer within 60 s"))
     assert [len(unread[table]) for table in TABLES] == [1, 0, 0, 0, 0]
+
+
+def test_what_is_not_known_is_not_the_weakest() -> None:
+    """Engine ``limit`` knows nothing of a cube between walls: the 0 of its pushes is no force."""
+    options = {name: {"engine": "limit"} for name in ("stability", "map", "transport")}
+    options["map"]["spacing"] = 0.1  # type: ignore[assignment]
+    job = Job(0, "wedged", Question(tuple(options), options), scene=hf.shipped_scene("wedged"))
+    tables = answered(job, lambda _: None)
+    (row,) = tables["scenes"]
+    assert {push["status"] for push in tables["pushes"]} == {"undecided"}
+    assert (row["weakest"], row["acceleration"]) == (None, None)
+    assert (row["weakest_lower"], row["acceleration_lower"]) == (0, 0)
+    assert row["undecided"] == len(tables["pushes"]) + len(tables["transports"])
 
 
 def test_a_key_sees_every_byte_of_every_file(folder: Path) -> None:

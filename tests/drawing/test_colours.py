@@ -97,6 +97,10 @@ def test_a_few_outliers_are_clamped_and_marked() -> None:
     assert marks[0].label.startswith("≤ ")
     assert marks[-1].label.startswith("≥ ")
     np.testing.assert_allclose(colours.colours(scale, [1e9])[0], colours.TABLE[-1])
+    for far, ends in ((1e-9, ("≤", "2")), (1e9, ("1", "≥"))):
+        one_sided = colours.scale_of([*bulk, far])
+        assert one_sided is not None
+        assert tuple(mark.label[0] for mark in colours.ticks(one_sided)[:: len(colours.ticks(one_sided)) - 1]) == ends
 
 
 def test_a_weak_spot_is_not_taken_for_an_outlier() -> None:
