@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import holdfast as hf
-from holdfast.applications.calibration.friction_fit import STEPS, Fit
+from holdfast.applications.calibration.friction_fit import Fit
 from holdfast.scene.shipped.blocks import at, box, cube, floor, stack
 
 G = 9.81
@@ -185,14 +185,14 @@ def test_intervals_cover_the_truth_as_often_as_stated(
 
     With a ``limit``, pushes end where ln(force / predicted) reaches it: those that held until then are one-sided.
     """
-    rng, s = np.random.default_rng(7), 0.1
+    rng, s, steps = np.random.default_rng(7), 0.1, np.linspace(-1.6, 1.6, 33)
     covered, widths = 0, []
     for logs in s * rng.standard_normal((draws, count)):
         moved = np.ones(count, dtype=bool) if limit is None else logs < limit
         fit = Fit(
             np.zeros(count),
-            (STEPS,),
-            (np.tile(STEPS[:, None], (1, count)),),
+            (steps,),
+            (np.tile(steps[:, None], (1, count)),),
             np.where(moved, logs, limit or 0),
             moved,
             given,

@@ -19,7 +19,7 @@ from holdfast.drawing.layout import layout_of
 from holdfast.drawing.marks import badge_places, nearest_badges, on_page, room_of_axes, visible
 from holdfast.drawing.picture import Picture
 from holdfast.drawing.png import write_png
-from holdfast.drawing.shade import SHADE_LOSS, render
+from holdfast.drawing.shade import render
 from holdfast.drawing.soup import forces, movable
 
 SIZE = (1600, 1000)
@@ -42,7 +42,7 @@ def pixel(
 def assert_shaded(seen: NDArray[np.float64], legend: object) -> None:
     full = np.asarray(legend)
     assert np.all(seen <= full + 2 / 255)
-    assert np.all(seen >= (1.0 - SHADE_LOSS) * full - 2 / 255)
+    assert np.all(seen >= 0.88 * full - 2 / 255), "shading takes an eighth of the brightness at most"
     brightness = seen.sum() / full.sum()
     np.testing.assert_allclose(seen, brightness * full, atol=2 / 255)
 
