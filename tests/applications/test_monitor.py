@@ -230,6 +230,8 @@ def test_poses_that_change_are_followed_and_only_their_groups_prepared_anew() ->
     known = dict(monitor._watched)
     monitor.update(angular_velocity=spin, poses={"cube": hf.pose(1.5 + 1e-6, 0, 0.05)})
     assert monitor._watched == known, "a micrometre is no motion"
+    monitor.update(angular_velocity=spin, poses={"cube": hf.pose(1.5 + 25e-6, 0, 0.05)})
+    assert monitor._watched.keys() != known.keys(), "but more than a tenth of the gap of 0.173 mm is"
     lifted = monitor.update(poses={"cube": hf.pose(1.5, 0, 0.5)})
     assert (lifted.margin, lifted.status, lifted.moving) == (0, hf.Status.UNSTABLE, ("cube",))
 

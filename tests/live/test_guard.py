@@ -88,12 +88,12 @@ def test_its_own_page_comes_in_and_edits(live: hf.answers.LiveView) -> None:
         assert waited_for(lambda: mass_of(live) == 7.0)
 
 
-@pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://127.0.0.1", "http://127.0.0.1:1"])
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "https://127.0.0.1:{port}", "http://127.0.0.1:1"])
 def test_a_page_of_another_origin_does_not_come_in_though_it_knows_the_token(
     live: hf.answers.LiveView, origin: str
 ) -> None:
     with pytest.raises(InvalidStatus, match="403"):
-        socket_of(live, origin=origin)
+        socket_of(live, origin=origin.format(port=urlsplit(live.url).port))
 
 
 @pytest.mark.parametrize("path", ["", "/", "/wrong", "/index.html", "/?websocket=ws://a"])
@@ -102,6 +102,13 @@ def test_nobody_comes_in_without_the_token(live: hf.answers.LiveView, path: str)
         with pytest.raises(InvalidStatus, match="403"):
             socket_of(live, path, origin=origin)
     assert asked(live, path or "/")[0] == 403
+
+
+def test_a_token_that_is_nearly_right_is_wrong(live: hf.answers.LiveView) -> None:
+    token = urlsplit(live.url).path.strip("/")
+    for wrong in (token[:-1], token[1:], token + "a", token[:-1] + ("b" if token[-1] == "a" else "a"), token[::-1]):
+        assert asked(live, f"/{wrong}")[0] == 403
+    assert asked(live, f"/{token}")[0] == 200
 
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1.evil.example", ""])
