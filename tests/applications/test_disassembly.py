@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.disassembly.order_search import hanging_without
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.base.rigid import pose_from
 from holdfast.engines.limit.loose import comes_loose
@@ -278,13 +277,6 @@ def test_a_budget_ends_the_search_and_says_so() -> None:
     assert d.fewest < np.inf
 
 
-def test_bodies_that_hang_by_one_other() -> None:
-    d = hf.disassembly_order(shipped("table"))
-    everything = frozenset({"slab", "leg_left", "leg_right"})
-    assert hanging_without(d.removals, "leg_left", everything) == set()
-    assert hanging_without(d.removals, "leg_left", everything - {"leg_right"}) == {"slab"}
-
-
 def test_separate_stacks_are_judged_apart() -> None:
     two = [
         box(f"{side}{k}", (0.1, 0.1, 0.1), 1, (x, 0, 0.05 + 0.1 * k))
@@ -293,10 +285,7 @@ def test_separate_stacks_are_judged_apart() -> None:
     ]
     d = hf.disassembly_order(hf.assemble(hf.Scene([floor(), *two], 0.6)))
     assert d.reached
-    assert d.removals.asked == 6
-    assert {part for part, _ in d.removals._answers} == {
-        frozenset(f"{s}{k}" for k in range(n)) for s in "lr" for n in (1, 2, 3)
-    }
+    assert d.removals.asked == 6, "once for each body of each stack"
 
 
 # ---- invariances

@@ -78,16 +78,6 @@ def test_held_and_moved_enclose_the_coefficient() -> None:
     assert alone.intervals[PAIR][0] <= found.intervals[PAIR][0] < found.mu[PAIR] < found.intervals[PAIR][1] < 0.6
 
 
-@pytest.mark.parametrize("engine", ["compliant", "limit", "graph"])
-def test_a_larger_force_is_more_friction(engine: str) -> None:
-    found = [
-        hf.friction_from(cube(), [low(f), low(1.1 * f)], scatter=0.1, engine=engine).intervals[PAIR]
-        for f in (1.0, 2.0, 4.0)
-    ]
-    assert np.diff(np.array(found), axis=0).min() > 0
-    assert found[1] == pytest.approx(2 * np.array(found[0]), rel=5e-3)
-
-
 def test_a_push_that_topples_says_that_friction_is_not_lower() -> None:
     """At its top the cube topples at m g / 2 if mu is more than 0.5, and slides at mu m g if it is less."""
     found = hf.friction_from(cube(), [("cube", TOP, X, 0.5 * G)], scatter=0.1)
@@ -226,12 +216,6 @@ def test_intervals_cover_the_truth_as_often_as_stated(
 def test_what_makes_no_sense_is_refused(measured: Any, match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match):
         hf.friction_from(cube(), measured)
-
-
-def test_friction_of_zero_in_the_scene_is_no_obstacle() -> None:
-    bare = hf.Scene(cube().bodies, 0.0)
-    found = hf.friction_from(bare, [low(0.5 * G)], scatter=0.1)
-    assert found.intervals[PAIR] == pytest.approx(0.5 * np.exp([-0.196, 0.196]), rel=1e-3)
 
 
 def test_what_falls_on_its_own_tells_nothing_of_friction() -> None:

@@ -89,18 +89,6 @@ def test_the_default_directions_are_the_circle_of_fig_15() -> None:
     assert np.argmin(t.acceleration) == 25
 
 
-def test_a_polygon_cone_is_cautious_and_more_sides_less_so() -> None:
-    assembly = shipped("slope_two")
-    ways = assembly.scene.horizontal_directions(12)
-    four, eight, exact = (
-        hf.transport_limits(assembly, ways, engine=e).acceleration
-        for e in (hf.Limit(cone="inscribed", sides=4), hf.Limit(cone="inscribed", sides=8), hf.Limit())
-    )
-    assert (four <= eight * (1 + 1e-6)).all()
-    assert (eight <= exact * (1 + 1e-6)).all()
-    assert four[3] < 0.7 * exact[3]
-
-
 # ---- tilt
 
 
@@ -112,32 +100,6 @@ def test_a_tilted_tray_holds_less_uphill_and_more_downhill(height: float, engine
     up, down = limits(carried(height), Y, -Y, tilt_degrees=(np.degrees(angle), 0, 0), engine=engine)
     assert up == pytest.approx(G * (share * np.cos(angle) - np.sin(angle)), rel=1e-4)
     assert down == pytest.approx(G * (share * np.cos(angle) + np.sin(angle)), rel=1e-4)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("height", [0.1, 0.3])
-def test_a_tilted_tray_lets_go_at_the_friction_angle_or_over_the_edge(height: float, engine: str) -> None:
-    critical = np.arctan(min(MU, 0.1 / height))
-    for sense in (1, -1):
-        for share, status in ((0.99, hf.Status.STABLE), (1.01, hf.Status.UNSTABLE)):
-            turn = (np.degrees(sense * share * critical), 0, 0)
-            t = hf.transport_limits(carried(height), [X, Y], tilt_degrees=turn, engine=engine)
-            assert t.verdict.status is status
-            assert (t.acceleration > 0).all() == (status is hf.Status.STABLE)
-            if status is hf.Status.UNSTABLE:
-                assert set(t.status) == {hf.Status.UNSTABLE}
-                assert t.upper == pytest.approx(0)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_tilt_is_acceleration_under_scaled_gravity(engine: str) -> None:
-    """Level and accelerating uphill by g tan(angle), gravity felt is that of the tilted tray over cos(angle)."""
-    angle, assembly = 0.15, shipped("slope")
-    pulled = hf.sets.inertial_loads(assembly, acceleration=(0, -G * np.tan(angle), 0))
-    ways = np.array([X, Y, -Y, X - Y])
-    level = limits(assembly, *ways, standing=pulled, engine=engine)
-    tilted = limits(assembly, *ways, tilt_degrees=(-np.degrees(angle), 0, 0), engine=engine)
-    assert level * np.cos(angle) == pytest.approx(tilted, rel=1e-3)
 
 
 def test_a_tilt_is_a_rotation_vector_in_degrees() -> None:
@@ -281,14 +243,6 @@ def test_what_falls_is_carried_nowhere() -> None:
         assert not t.acceleration.any()
         assert not t.upper.any()
         assert "b" in t.moving[0]
-
-
-def test_bounds() -> None:
-    t = hf.transport_limits(shipped("table"), bounds=True)
-    assert t.claim is hf.answers.Claim.HOLDS
-    assert (t.lower <= t.acceleration).all()
-    assert (t.acceleration <= t.upper * (1 + 1e-4)).all()
-    assert (t.upper < np.inf).all()
 
 
 @pytest.mark.parametrize(
