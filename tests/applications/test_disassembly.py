@@ -288,6 +288,15 @@ def test_separate_stacks_are_judged_apart() -> None:
     assert d.removals.asked == 6, "once for each body of each stack"
 
 
+@pytest.mark.parametrize(("lift", "order"), [((0, 0, 1), "bac"), ((0.5, 0, 1), "cba")])
+def test_what_is_farthest_along_the_lift_goes_first(lift: tuple[float, float, float], order: str) -> None:
+    """Centres at (x, z) = (-1, 0.1), (0, 0.2) and (1, 0.05): along (0.5, 0, 1) they are at -0.4, 0.2 and 0.55."""
+    blocks = [
+        box(name, (0.1, 0.1, 2 * z), 1, (x, 0, z)) for name, x, z in (("a", -1, 0.1), ("b", 0, 0.2), ("c", 1, 0.05))
+    ]
+    assert "".join(hf.disassembly_order(hf.Scene([floor(4), *blocks], 0.6), lift=lift).order) == order
+
+
 # ---- invariances
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.firmer.firmer import firmer_than
+from holdfast.applications.firmer.firmer import Climb, firmer_than
 from holdfast.applications.firmer.measure import Firmness
 from holdfast.base.values import Table
 from holdfast.scene.shipped.blocks import at, box, floor
@@ -101,6 +101,17 @@ def test_what_counts_as_firmer(
 ) -> None:
     assert firmer_than(firmness(*now), firmness(*before)) is gain
     assert firmer_than(firmness(*now), firmness(*before), certainly=True) is certain
+
+
+@pytest.mark.parametrize(
+    ("other", "ahead"),
+    [((2.0, 2.1), True), ((2.5, 2.6), True), ((1.9, 2.1), False), ((2.0, 1.9), False)],
+    ids=["kept", "firmer", "less promised", "less force"],
+)
+def test_the_weakest_becomes_firmer_at_the_cost_of_no_other(other: tuple[float, float], ahead: bool) -> None:
+    climb = object.__new__(Climb)
+    climb.path = [(None, firmness((1.40, 1.465), (2.0, 2.1)))]  # type: ignore[list-item]
+    assert climb.ahead(firmness((1.50, 1.52), other), climb.path[0][1]) is ahead
 
 
 @pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")

@@ -154,6 +154,16 @@ def test_pushes_that_contradict_each_other_are_undecided() -> None:
     assert "within a scatter of 3" in hf.friction_from(cube(), [low(1.0), low(1e4)]).undecided
 
 
+@pytest.mark.parametrize(("forces", "contradict"), [((5.0, 7.5), False), ((4.9, 8.2), True), ((2.45, 4.1), True)])
+def test_pushes_contradict_each_other_where_a_thousandth_of_all_would_be_as_far_apart(
+    forces: tuple[float, float], contradict: bool
+) -> None:
+    """ln² of their ratio / (2 0.1²) is of chi² with one degree of freedom: 8.2 is of 0.4 %, 13.3 is of 0.03 %."""
+    found = hf.friction_from(cube(), [low(force) for force in forces], scatter=0.1)
+    assert bool(found.undecided) is contradict
+    assert bool(found.mu) is not contradict
+
+
 def test_other_questions_take_the_answer() -> None:
     found = hf.friction_from(cube(), [low(f * G) for f in (0.45, 0.5, 0.55)])
     worst = hf.sets.worst_case(cube(), "cube", LOW, X, mu_range=found.mu_range)

@@ -11,7 +11,7 @@ import holdfast as hf
 from holdfast.base.rigid import pose_from
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
-from holdfast.scene.shipped.blocks import box, cube, floor, table
+from holdfast.scene.shipped.blocks import at, box, cube, floor, table
 
 TOO_MANY_CUTS = {"bonded_wall"}
 
@@ -45,11 +45,13 @@ def test_too_many_cuts_are_no_answer_but_a_remedy(name: str) -> None:
 
 def test_the_map_says_what_a_query_says() -> None:
     assembly = hf.assemble(table())
-    found = hf.robustness_map(assembly, ["slab"], spacing=0.03, engine="graph")
-    asked = hf.robustness(assembly, "slab", found.points, -found.normals, engine="graph")
-    np.testing.assert_allclose(found.force, asked.force, rtol=1e-12)
-    assert list(found.moving) == list(asked.moving)
-    assert list(found.mode) == list(asked.mode)
+    found = hf.robustness_map(assembly, ["leg_left", "slab"], spacing=0.03, engine="graph")
+    for name in ("leg_left", "slab"):
+        own = found.body == name
+        asked = hf.robustness(assembly, name, found.points[own], -found.normals[own], engine="graph")
+        np.testing.assert_allclose(found.force[own], asked.force, rtol=1e-12)
+        assert list(found.moving[own]) == list(asked.moving)
+        assert list(found.mode[own]) == list(asked.mode)
 
 
 def test_the_weakest_point_is_the_smallest_force() -> None:
@@ -68,11 +70,17 @@ def test_the_weakest_point_is_the_smallest_force() -> None:
         assert point.force == pytest.approx(found.force[np.array(found.body) == point.body].min(), rel=1e-9)
 
 
-def test_points_on_contacts_are_hidden() -> None:
-    found = hf.robustness_map(hf.assemble(cube()), spacing=0.02, engine="graph")
-    assert len(found.points) == 5 * 25
-    assert len(found.hidden["cube"].points) == 25
-    assert found.points[:, 2].min() > 0
+@pytest.mark.parametrize(("sunk", "spacing", "hidden"), [(0, 0.02, 2), (1e-4, 0.02, 2), (0, 0.0125, 1)])
+def test_points_on_contacts_and_right_behind_other_bodies_are_hidden(sunk: float, spacing: float, hidden: int) -> None:
+    """A cube on a floor, beside a wall 8 mm away: less than half of 20 mm, but not of 12.5 mm."""
+    wall = hf.Body("wall", hf.Box((0.02, 0.1, 0.1)), pose=at(0.068, 0, 0.05), fixed=True)
+    scene = hf.Scene([floor(), wall, box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05 - sunk))], 0.5)
+    found = hf.robustness_map(hf.assemble(scene), spacing=spacing, engine="graph")
+    on_a_side = round(0.1 / spacing) ** 2
+    assert len(found.points) == (6 - hidden) * on_a_side
+    assert {tuple(n) for n in found.hidden["cube"].normals.round().tolist()} == {(0, 0, -1), (1, 0, 0)} - {
+        (1, 0, 0) if hidden == 1 else None
+    }
 
 
 def test_a_fixed_body_never_moves() -> None:
