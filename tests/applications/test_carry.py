@@ -190,6 +190,8 @@ def test_files_say_the_same_as_tables(tmp_path: Path, separator: str) -> None:
     read = hf.Profile.from_file(tmp_path / "drive.csv")
     given = hf.Profile.from_table(table, name="drive", source="drive.csv")
     assert read == given
+    np.testing.assert_array_equal(given.angular_acceleration[2], [1.2, 1.3, 1.4])
+    np.testing.assert_array_equal(given.angular_velocity[2], [1.5, 1.6, 1.7])
     (tmp_path / "bare.csv").write_text("\n".join(separator.join(f"{v}" for v in row[:4]) for row in table))
     assert (hf.Profile.from_file(tmp_path / "bare.csv").acceleration == table[:, 1:4]).all()
 

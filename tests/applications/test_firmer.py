@@ -159,6 +159,17 @@ def test_it_keeps_away_from_others_and_touches_nothing_new(apart: float, nearest
     assert {frozenset(i.bodies) for i in found.assembly.interfaces} == {frozenset({"column", "cube"})}
 
 
+def test_it_stays_on_all_that_it_stands_on() -> None:
+    """On a column and 10 mm of a post that bears little: off the post it would be firmer, but it leaves no support."""
+    post = hf.Body("post", hf.Box((0.02, 0.1, 0.2)), pose=at(0.07, 0, 0.1), fixed=True, top_load=8)
+    push = hf.Load("cube", (0.065, 0, 0.3), force=(0, 0, -1))
+    moves = hf.sets.Moves(turn_degrees=0, slide=0.06, nearer_edges=True)
+    found = hf.firmer(on_a_column(0.02, 0, post), "cube", pushes=[push], moves=moves, engine="limit")
+    assert found.after > 2 * found.before
+    assert -0.01 < found.poses["cube"][0, 3] - 0.02 < 0
+    assert len(found.assembly.interfaces) == 2
+
+
 def test_it_comes_no_nearer_to_an_edge_unless_asked() -> None:
     """A cube on a tile on a board that bends over a bar would balance the board better nearer to the tile's edge."""
     bar = hf.Body("bar", hf.Box((0.1, 0.3, 0.1)), pose=at(0, 0, -0.05), fixed=True)

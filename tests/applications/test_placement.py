@@ -290,17 +290,85 @@ def test_the_margin_keeps_away_from_the_brink() -> None:
     assert max(reach[0.0]) > 0.04 + spare / 3.2
 
 
-@pytest.mark.parametrize(("margin", "fault"), [(0.2, ""), (0.5, "would not stand if it were heavier by the margin")])
-def test_the_margin_makes_the_object_heavier(margin: float, fault: str) -> None:
-    """A plank of 1 kg juts out 0.1 m over a block; 0.05 m past the edge it carries 2 kg and not more."""
+@pytest.mark.parametrize(
+    ("mass", "search", "stands"),
+    [
+        (1.5, hf.Search(mass_margin=0.2), True),
+        (1.5, hf.Search(mass_margin=0.5), False),
+        (1.8, hf.Search(), True),
+        (1.85, hf.Search(), False),
+    ],
+)
+def test_the_margin_makes_the_object_heavier(mass: float, search: hf.Search, stands: bool) -> None:
+    """A plank of 1 kg juts out 0.1 m over a block; 0.05 m past the edge it carries 2 kg and not more.
+
+    By default the object may be heavier by a tenth: 1.8 kg may be 1.98 kg, and 1.85 kg may be 2.035 kg.
+    """
     block = hf.Body("block", hf.Box((0.2, 0.1, 0.1)), pose=at(0, 0, -0.05), fixed=True)
     plank = hf.Body("plank", hf.Box((0.4, 0.1, 0.02)), mass=1, pose=at(0, 0, 0.01))
     assembly = hf.assemble(hf.Scene([block, plank], 0.5))
-    body = hf.Body("object", hf.Box((0.04, 0.04, 0.04)), mass=1.5)
-    asked = planner(
-        assembly, body, where=hf.Where(supports=["plank"]), search=hf.Search(mass_margin=margin), engine="graph"
-    )
+    body = hf.Body("object", hf.Box((0.04, 0.04, 0.04)), mass=mass)
+    asked = planner(assembly, body, where=hf.Where(supports=["plank"]), search=search, engine="graph")
+    fault = "" if stands else "would not stand if it were heavier by the margin"
     assert asked.checks.fault(at(0.15, 0, 0.04))[0] == fault
+
+
+@pytest.mark.parametrize("confirm", [None, "limit", "compliant"])
+def test_a_pose_counts_only_where_the_second_engine_is_sure_as_well(confirm: str | None) -> None:
+    """Beside a wedged cube, which engine ``graph`` finds stable, ``limit`` undecided and ``compliant`` unstable."""
+    assembly = hf.assemble(hf.shipped_scene("wedged"))
+    body = hf.Body("object", hf.Box((0.01, 0.01, 0.01)), mass=0.01)
+    asked = planner(assembly, body, search=hf.Search(confirm=confirm), engine="graph")
+    on_a_wall = asked.checks.fault(at(-0.075, 0, 0.255))[0]
+    assert on_a_wall == ("" if confirm is None else "refused by the second engine")
+
+
+@pytest.mark.parametrize(("lean", "fault"), [(12, ""), (8, "not in an allowed orientation")])
+def test_an_object_leans_no_further_than_it_may(lean: float, fault: str) -> None:
+    """On a plane that slopes by 10 degrees."""
+    pitch = np.radians(10)
+    plane = hf.Body("plane", hf.Box((0.4, 0.3, 0.02)), pose=at(0, 0, 0, about_y(pitch)), fixed=True)
+    approach = hf.sets.Approach(orientations="upright", lean_degrees=lean)
+    asked = planner(hf.assemble(hf.Scene([plane], 0.5)), thing(), None, approach)
+    assert asked.checks.fault(at(*(0.035 * np.array([np.sin(pitch), 0, np.cos(pitch)])), about_y(pitch)))[0] == fault
+
+
+@pytest.mark.parametrize(("x", "fault"), [(-0.03, ""), (0.0, "not on enough of the supports")])
+def test_an_object_stands_on_its_supports_alone(x: float, fault: str) -> None:
+    """Two blocks of one height side by side, of which the right one is not to be stood on (T5)."""
+    pair = [
+        hf.Body(name, hf.Box((0.1, 0.1, 0.1)), pose=at(x, 0, 0.05), fixed=True)
+        for name, x in (("a", -0.05), ("b", 0.05))
+    ]
+    rest = hf.assemble(hf.Scene(pair, 0.5))
+    asked = planner(rest, thing(), hf.Where(supports=["a"]), engine="graph")
+    assert asked.checks.fault(at(x, 0, 0.125))[0] == fault
+
+
+@pytest.mark.parametrize(
+    ("height", "low", "high", "fits"),
+    [
+        (0.09, (-0.1, -0.01, 0.0), (0.1, 0.01, 0.1), True),
+        (0.11, (-0.1, -0.01, 0.0), (0.1, 0.01, 0.1), False),
+        (0.11, (-0.1, -0.01, 0.02), (0.1, 0.01, 0.1), True),
+        (0.11, (-0.04, -0.01, 0.0), (0.04, 0.01, 0.1), True),
+        (0.11, (0.0, -0.01, 0.0), (0.1, 0.01, 0.1), False),
+        (0.09, (-0.06, -0.01, -0.02), (0.06, 0.01, 0.1), False),
+    ],
+    ids=["over low walls", "against high ones", "raised", "narrow", "to one side", "down beside it"],
+)
+def test_a_gripper_is_as_high_as_the_top_of_the_object(
+    height: float, low: tuple[float, ...], high: tuple[float, ...], fits: bool
+) -> None:
+    """A block 0.06 m wide and 0.1 m high, with walls 2 cm from all its sides."""
+    sides = [((0.02, 0.16, height), (s * 0.06, 0)) for s in (-1, 1)] + [
+        ((0.1, 0.02, height), (0, s * 0.06)) for s in (-1, 1)
+    ]
+    walls = [hf.Body(f"w{k}", hf.Box(size), pose=at(*xy, height / 2), fixed=True) for k, (size, xy) in enumerate(sides)]
+    rest = hf.assemble(hf.Scene([floor(), *walls], 0.5))
+    approach = hf.sets.Approach(gripper=[low, high])
+    asked = planner(rest, thing((0.06, 0.06, 0.1)), None, approach, engine="graph")
+    assert asked.checks.fault(at(0, 0, 0.05))[0] == ("" if fits else "no room for the gripper")
 
 
 def bracket() -> hf.Mesh:

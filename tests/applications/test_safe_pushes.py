@@ -134,6 +134,14 @@ def test_a_tool_does_not_reach_through_the_body_itself() -> None:
     assert reached(assembly, "frame", outer, np.array([[-1.0, 0, 0]]), np.array([X]), 0.0)[0]
 
 
+@pytest.mark.parametrize(("degrees", "pushed"), [(29.9, True), (30.1, False), (45, False), (-29.9, True)])
+def test_no_push_is_further_than_30_degrees_from_the_normal(degrees: float, pushed: bool) -> None:
+    """At a larger angle the tool might slip."""
+    way = (np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0)
+    found = hf.safe_pushes(shipped_scene("cube"), "cube", 1.0, directions=way, spacing=0.1)
+    assert bool(len(found.points)) is pushed
+
+
 def test_pushes_that_no_tool_reaches_are_counted() -> None:
     ceiling = hf.Body("ceiling", hf.Box((1, 1, 0.02)), pose=at(0, 0, 0.14), fixed=True)
     scene = hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), ceiling], 0.5)

@@ -303,6 +303,16 @@ def test_a_body_that_falls_onto_a_rough_slope_stays_where_it_lands(hover: float)
     assert -1.05 * hover * np.tan(slope) <= slid <= 1e-3
 
 
+@pytest.mark.parametrize(("most", "status"), [(8, hf.Status.STABLE), (4, hf.Status.UNSTABLE)])
+def test_what_turns_further_than_it_may_has_fallen(most: float, status: hf.Status) -> None:
+    """A cube on one of its edges, 6 degrees from lying flat, may turn by 8 degrees, or by 4."""
+    turn = np.radians(6)
+    leaning = box("a", at(0, 0, 0.05 * (np.cos(turn) + np.sin(turn)), (0, turn, 0)))
+    result = hf.settle(hf.Scene([floor(), leaning], 0.5), turn_degrees=most, travel=0.05)
+    assert result.status is status
+    assert result.turned_degrees[0] == pytest.approx(6, abs=1e-3) or most < result.turned_degrees[0] < most + 1
+
+
 def test_upright_bodies_are_turned_first() -> None:
     leaning = hf.Body("post", hf.Box((0.02, 0.02, 0.3)), mass=1.0, pose=at(0, 0, 0.151, (0.1, 0, 0)))
     scene = hf.Scene([floor(), leaning], 0.5)
