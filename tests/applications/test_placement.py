@@ -268,28 +268,6 @@ def test_faces_of_a_box_with_its_mass_to_one_side() -> None:
     assert faces[0].tilt == max(face.tilt for face in faces)
 
 
-def test_the_margin_keeps_away_from_the_brink() -> None:
-    """On the cantilever the object stands up to some reach; were it four times as heavy, it must stay nearer."""
-    scene = TABLE_III["cantilever"]()
-    assembly = hf.assemble(scene.scene)
-    reach = {}
-    for margin in (0.0, 3.0):
-        asked = planner(
-            assembly,
-            scene.body,
-            where=hf.Where(supports=["arm"], avoid=["floor"]),
-            search=hf.Search(mass_margin=margin),
-            engine="graph",
-        )
-        found = asked.search(seed=0, candidates=12).found
-        reach[margin] = [candidate.pose[0, 3] for candidate, _ in found]
-    # counterweight 0.9 kg at -0.03, arm 0.4 at 0.08, tip 0.15 at 0.18; the column ends at 0.04
-    spare = 0.9 * 0.07 - 0.4 * 0.04 - 0.15 * 0.14
-    assert max(reach[0.0]) < 0.04 + spare / 0.8 + 1e-6
-    assert max(reach[3.0]) < 0.04 + spare / 3.2 + 1e-6
-    assert max(reach[0.0]) > 0.04 + spare / 3.2
-
-
 @pytest.mark.parametrize(
     ("mass", "search", "stands"),
     [

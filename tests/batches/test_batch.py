@@ -17,24 +17,15 @@ from typing import Any
 
 import batch_drill
 import pytest
-from reproduced import reproducible
+from reproduced import rows
 
 import holdfast as hf
 from holdfast.base import progress
-from holdfast.batches import local_workers, run, tables
+from holdfast.batches import run, tables
 from holdfast.batches.folder import Folder
 from holdfast.batches.schema import TABLES
 
-HERE = str(Path(__file__).parent)
-
-Rows = dict[str, list[dict[str, Any]]]
-
-
-@pytest.fixture(autouse=True)
-def drill(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Workers do what the files say, which takes no time."""
-    monkeypatch.setattr(local_workers, "ANSWERED_BY", "batch_drill:answered")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
+pytestmark = pytest.mark.usefixtures("drill")
 
 
 @pytest.fixture
@@ -64,12 +55,6 @@ def folder(tmp_path: Path) -> Path:
 def batch(folder: Path, **options: Any) -> hf.answers.BatchReport:
     given = {"out": folder.parent / "out", "workers": 2, "resources": hf.sets.Resources(shard_size=3)} | options
     return hf.batch(str(folder / "*.yaml"), **given)
-
-
-def rows(out: Path) -> Rows:
-    """All rows of all tables, as far as two runs give the same."""
-    found = hf.read_batch(out)
-    return {name: [reproducible(name, row) for row in found.rows(name)] for name in TABLES}
 
 
 def test_all_scenes_have_rows_in_the_order_of_the_inputs(folder: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import random
 import shutil
 import warnings
@@ -13,33 +12,23 @@ from typing import Any
 
 import batch_drill
 import pytest
-from reproduced import reproducible
+import reproduced
 
 import holdfast as hf
-from holdfast.batches import local_workers, tables
-from holdfast.batches.schema import TABLES
+from holdfast.batches import tables
 from holdfast.report.batch_report import write_report
 
-HERE = str(Path(__file__).parent)
-Rows = dict[str, list[dict[str, Any]]]
-
-
-@pytest.fixture(autouse=True)
-def drill(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(local_workers, "ANSWERED_BY", "batch_drill:answered")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
+pytestmark = pytest.mark.usefixtures("drill")
 
 
 @pytest.fixture(scope="module", params=["parquet", "json lines"])
-def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, drill: None) -> Path:
     """A folder with eight scenes and their batch in three shards."""
     here = tmp_path_factory.mktemp("made")
     (here / "in").mkdir()
     for k in range(8):
         (here / "in" / f"{k}.yaml").write_text(f"scene {k}")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(local_workers, "ANSWERED_BY", "batch_drill:answered")
-        patch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
         if request.param == "json lines":
             patch.setattr(tables, "has_pyarrow", lambda: False)
         batch(here)
@@ -57,9 +46,9 @@ def batch(here: Path) -> hf.answers.BatchReport:
     return hf.batch(scenes, resources=hf.sets.Resources(shard_size=3), out=here / "out", workers=1)
 
 
-def rows(here: Path) -> Rows:
-    found = hf.read_batch(here / "out")
-    return {name: [{**reproducible(name, row), "path": ""} for row in found.rows(name)] for name in TABLES}
+def rows(here: Path) -> dict[str, Any]:
+    found = reproduced.rows(here / "out")
+    return {name: [{**row, "path": ""} for row in table] for name, table in found.items()}
 
 
 def cut(path: Path) -> None:

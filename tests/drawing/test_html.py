@@ -64,10 +64,10 @@ def test_cells_keep_their_corners(table: Picture) -> None:
     assert off.max() < 0.05, "cells are 0.05 m wide"
 
 
-def test_there_is_a_switch_for_each_layer_and_one_surface_for_all_bodies(blocks: Picture) -> None:
-    text = page_of(blocks)
+def test_there_is_a_switch_for_each_layer_and_one_surface_for_all_bodies(table: Picture) -> None:
+    text = page_of(table)
     data = data_of(text)
-    assert [len(layer["parts"]) for layer in data["layers"]] == [1, 2, 1, 2, 1, 1]
+    assert [len(layer["parts"]) for layer in data["layers"]] == [1, 1, 2, 1, 2, 1, 1]
     for name in ("fixed bodies", "contact patches", "contact forces at rest", "weakest pushes", "body edges"):
         assert f"</i>{name}</label>" in text
     assert re.findall(r'data-layer="(\d+)"', text) == [str(k) for k in range(len(data["layers"]))]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,12 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from holdfast.base import files
 from holdfast.base.errors import HoldfastError
 from holdfast.drawing import colours
 from holdfast.drawing.camera import back_view, front_view
 from holdfast.drawing.layout import layout_of
 from holdfast.drawing.marks import badge_places, nearest_badges, on_page, room_of_axes, visible
-from holdfast.drawing.picture import Picture
+from holdfast.drawing.picture import HeatSurface, Picture
 from holdfast.drawing.png import write_png
 from holdfast.drawing.shade import render
 from holdfast.drawing.soup import forces, movable
@@ -101,14 +101,15 @@ def test_a_large_floor_does_not_shrink_the_bodies(table: Picture) -> None:
     assert layout_of(table, SIZE).shots[0].camera.scale == layout_of(bare, SIZE).shots[0].camera.scale
 
 
-def test_tall_pictures_stand_side_by_side(blocks: Picture, table: Picture) -> None:
-    assert len({shot.box.top for shot in layout_of(blocks, SIZE).shots}) == 1
+def test_tall_pictures_stand_side_by_side(heat_box: Callable[..., HeatSurface], table: Picture) -> None:
+    tower = heat_box("tower", (-0.1, -0.1, 0.0), (0.1, 0.1, 1.0), lambda points: 1 + points[:, 2])
+    assert len({shot.box.top for shot in layout_of(Picture("tower", "", (tower,), ()), SIZE).shots}) == 1
     assert len({shot.box.top for shot in layout_of(table, SIZE).shots}) == 2
 
 
 @pytest.mark.parametrize("size", [(480, 300), (1000, 1400)])
-def test_other_sizes_are_kept(blocks: Picture, tmp_path: Path, size: tuple[int, int]) -> None:
-    assert drawn(blocks, tmp_path, size).shape == (size[1], size[0], 3)
+def test_other_sizes_are_kept(single: Callable[[float], Picture], tmp_path: Path, size: tuple[int, int]) -> None:
+    assert drawn(single(1.0), tmp_path, size).shape == (size[1], size[0], 3)
 
 
 def test_views_are_upright_and_not_mirrored(table: Picture) -> None:
@@ -124,9 +125,8 @@ def test_views_are_upright_and_not_mirrored(table: Picture) -> None:
 
 
 def test_the_vertical_may_be_any_axis(table: Picture, tmp_path: Path) -> None:
-    for up in ([0.0, -1.0, 0.0], [0.6, 0.0, 0.8]):
-        image = drawn(dataclasses.replace(table, up=np.array(up), weakest=()), tmp_path)
-        assert 0.02 < np.mean(np.ptp(image, axis=2) > 0.2) < 0.9
+    image = drawn(dataclasses.replace(table, up=np.array([0.0, -1.0, 0.0]), weakest=()), tmp_path)
+    assert 0.02 < np.mean(np.ptp(image, axis=2) > 0.2) < 0.9
 
 
 def test_nothing_to_show_is_still_a_picture(tmp_path: Path) -> None:
@@ -146,25 +146,9 @@ def test_too_small_a_size_is_refused(table: Picture, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_failure_while_writing_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.png"
-    path.write_bytes(b"old")
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    for broken in ("fsync", "replace"):
-        with monkeypatch.context() as patch:
-            patch.setattr(files.os, broken, full)
-            with pytest.raises(HoldfastError, match="No space left"):
-                files.write_atomically(path, b"new")
-        assert path.read_bytes() == b"old"
-        assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_missing_directory_is_named(table: Picture, tmp_path: Path) -> None:
+def test_a_missing_directory_is_named(single: Callable[[float], Picture], tmp_path: Path) -> None:
     with pytest.raises(HoldfastError, match="nowhere"):
-        write_png(table, tmp_path / "nowhere" / "a.png")
+        write_png(single(1.0), tmp_path / "nowhere" / "a.png")
 
 
 def test_missing_matplotlib_is_explained(table: Picture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

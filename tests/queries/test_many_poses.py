@@ -67,10 +67,11 @@ def assert_same(assembly: hf.answers.Assembly, poses: np.ndarray, **options: Any
     return found
 
 
+@pytest.mark.parametrize(("each", "seed"), [(3, 0), *(pytest.param(10, k, marks=pytest.mark.slow) for k in (10, 11))])
 @pytest.mark.parametrize("name", [*BODIES, *OTHERS])
-def test_the_answers_are_those_of_single_calls(name: str) -> None:
+def test_the_answers_are_those_of_single_calls(name: str, each: int, seed: int) -> None:
     body = (BODIES | OTHERS)[name]()
-    found = assert_same(hf.assemble(scene("table", body)), drawn(body, 3))
+    found = assert_same(hf.assemble(scene("table", body)), drawn(body, each, seed))
     assert {hf.Status.STABLE, hf.Status.UNSTABLE, hf.Status.UNDECIDED} == set(found.status)
 
 
@@ -245,11 +246,3 @@ def test_wrong_pushes_are_refused() -> None:
     given = hf.assemble(assembly.scene, interfaces=assembly.interfaces)
     with pytest.raises(hf.HoldfastError, match="interfaces were given"):
         hf.stability_of_poses(given, "it", poses)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("name", [*BODIES, *OTHERS])
-def test_many_random_poses(name: str, seed: int) -> None:
-    body = (BODIES | OTHERS)[name]()
-    assert_same(hf.assemble(scene("table", body)), drawn(body, 10, seed + 10))
