@@ -172,15 +172,15 @@ def test_whatever_is_damaged_the_answers_are_right_or_it_is_told(here: Path, tmp
 def test_a_flipped_bit_in_a_number_is_told(here: Path) -> None:
     """Pages have checksums: each bit of a shard that is flipped changes no row, or is told."""
     before, rng = rows(here), random.Random(20270113)
-    path = sorted((here / "out").rglob("000000.parquet"))
-    if not path:
+    path = here / "out" / "pushes" / "000000.parquet"
+    if not path.exists():
         pytest.skip("lines of JSON have no checksums: a flipped digit is another digit")
-    whole = path[0].read_bytes()
+    whole = path.read_bytes()
     told = 0
     for _ in range(150):
         content = bytearray(whole)
         content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
-        path[0].write_bytes(content)
+        path.write_bytes(content)
         try:
             found = rows(here)
         except hf.HoldfastError:

@@ -194,6 +194,21 @@ def test_contacts_arise_between_known_pairs_only() -> None:
     assert np.isinf(touching.force[0])
 
 
+def test_a_contact_that_is_not_certain_is_there_in_half_of_the_samples() -> None:
+    """A post 4.5 mm away, where bodies touch within 5 mm: where it is there it stops the cube, whatever the push."""
+    post = hf.Body("post", hf.Box((L, L, L)), pose=at(0.1045, 0, L / 2), fixed=True)
+    assembly = hf.assemble(hf.Scene([*cube().bodies, post], 0.6), gap=5e-3)
+    u = under(assembly, LOW, X, mu_range=(0.6, 0.6), samples=300, seed=4)
+    low, high = binomial(300, 0.5)
+    assert low <= np.isinf(u.force).mean() <= high
+    assert u.force[np.isfinite(u.force)] == pytest.approx(0.6 * G, rel=1e-6)
+
+
+def test_a_sample_of_which_nothing_is_known_does_not_stand() -> None:
+    u = under(hf.shipped_scene("wedged"), (-0.05, 0, 0.15), X, mu_range=0.1, samples=3)
+    assert (u.stands, u.undecided) == (0, 1)
+
+
 def test_no_contact_is_lost_to_the_deviates() -> None:
     doubts = {"pose_sigma": (0.001, 0.2), "samples": 12, "seed": 6}
     u = under(stack(), (0, 0, 0.3), (0, 0, -1), body="cube3", engine="compliant", **doubts)

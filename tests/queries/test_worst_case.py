@@ -19,6 +19,22 @@ G = 9.81
 X = np.array([1.0, 0, 0])
 
 
+def test_of_the_parts_of_two_bodies_the_least_rough_counts() -> None:
+    """A table with a foot of rubber and one of felt, listed either way."""
+    feet = [
+        hf.Part(hf.Box((0.05, 0.1, 0.02)), pose=hf.pose(x, 0, 0.01), material=name)
+        for x, name in ((-0.05, "rubber"), (0.05, "felt"))
+    ]
+    friction = hf.Friction(0.5, pairs={("rubber", "tile"): 0.8, ("felt", "tile"): 0.2})
+    ground = hf.Body("floor", hf.Box((1, 1, 0.05)), position=(0, 0, -0.025), material="tile", fixed=True)
+    for order in (feet, feet[::-1]):
+        top = hf.Part(hf.Box((0.15, 0.1, 0.02)), pose=hf.pose(0, 0, 0.03))
+        standing = hf.Body("table", hf.Compound([*order, top]), mass=1.0, material="wood")
+        assembly = hf.assemble(hf.Scene([ground, standing], friction))
+        assert friction_intervals(assembly, None, "test") == {("floor", "table"): (0.2, 0.2)}
+        assert friction_intervals(assembly, 0.5, "test")["floor", "table"] == pytest.approx((0.1, 0.3))
+
+
 def test_the_worst_cube_in_closed_form() -> None:
     assembly = hf.assemble(cube())
     points, ways, half = [[-0.05, 0, 0.02], [-0.05, 0, 0.098]], [X, X], {"cube": (0.01, 0, 0.02)}
