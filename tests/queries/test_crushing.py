@@ -106,6 +106,7 @@ def test_loads_that_cancel_press_all_the_same(engine: str) -> None:
     loads = [hf.Load("box0", (0, 0, 0.3), (0, 0, -1000)), hf.Load("box0", (0, 0, 0), (0, 0, 1000))]
     verdict = hf.stability(tower(1, top_load=400.0), loads=loads, engine=engine)
     assert verdict.verdict.stable
+    assert not verdict.stable
     assert verdict.bearing[0].load == pytest.approx(1000)
     assert verdict.crushed == ("box0",)
     found = hf.load_factor(tower(1, top_load=400.0), loads, engine=engine)

@@ -63,6 +63,13 @@ def test_the_worst_cube_in_closed_form() -> None:
     assert held.guarantee in str(held.summary())
 
 
+def test_one_width_is_for_all_bodies() -> None:
+    """A fifth of the mass and a centimetre of its centre: 0.8 kg, whose centre is 4 cm from the edge it tips about."""
+    ranges = {"mass_range": 0.2, "com_range": 0.01}
+    found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0, 0.098], X, exists=True, **ranges)
+    assert float(found) == pytest.approx(0.8 * G * 0.04 / 0.098, rel=1e-6)
+
+
 def test_a_corner_that_does_not_stand_makes_the_worst_case_zero() -> None:
     found = worst_case(hf.assemble(cube()), "cube", [-0.05, 0, 0.02], X, com_range={"cube": (0.06, 0, 0)})
     assert found.force[0] == 0
