@@ -160,15 +160,13 @@ def test_rows_that_a_shard_loses_outlast_the_end_of_the_driver(
     ("word", "outcome", "told"),
     [
         ("hang", "time", "no answer within 3 s"),
-        pytest.param("spin", "time", "no answer within 3 s", marks=pytest.mark.slow),
         ("eat", "memory", "MemoryError"),
         ("exit", "crash", "exit code 7"),
-        pytest.param("segfault", "crash", "signal 11", marks=pytest.mark.slow),
         ("killed", "crash", "killed 3 times"),
-        pytest.param("raise", "crash", "ValueError: a defect", marks=pytest.mark.slow),
     ],
 )
 def test_what_a_scene_does_is_one_row_and_harms_no_other(folder: Path, word: str, outcome: str, told: str) -> None:
+    """All other endings: test_supervisor.py."""
     (folder / "3.yaml").write_text(f"{word} now")
     seconds = 60.0 if outcome == "memory" else 3.0  # a busy machine takes a while to use it up
     report = batch(folder, resources=hf.sets.Resources(megabytes=1000, shard_size=3), seconds=seconds)
