@@ -10,7 +10,7 @@ OUT ?= out
 # Where compiled loops are kept (src/holdfast/base/compiled.py)
 COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
 
-.PHONY: demo test test-slow test-referees test-kernels test-numba test-wheels wheels fuzz benchmark figures docs release-check lint clean
+.PHONY: demo test mutants test-slow test-referees test-kernels test-numba test-wheels wheels fuzz benchmark figures docs release-check lint clean
 
 # On all cores, in the order of the files: neighbours share what they assembled. No threads beside the processes
 PARALLEL := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal
@@ -49,6 +49,12 @@ lint: $(VENV)/.ready
 
 test: lint $(VENV)/.bench
 	$(PARALLEL) -m "not slow and not referee"
+
+# Deliberate breaks, each in a copy: whether the tests notice (tools/mutants.py; BREAKS="gap-sign ..." tries these alone)
+BREAKS ?=
+JOBS ?= 1
+mutants: $(VENV)/.bench
+	$(BIN)/python tools/mutants.py run --jobs $(JOBS) $(BREAKS)
 
 test-slow: $(VENV)/.bench
 	$(PARALLEL) -m slow
