@@ -147,7 +147,7 @@ class Copy:
         for name in filter(None, listed.stdout.split("\0")):
             if (root / name).is_file():  # not one that was removed and is still in the index
                 (self.root / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy2(root / name, self.root / name)
+                shutil.copy2(root / name, self.root / name, follow_symlinks=False)
         for command in (["init", "-q"], ["add", "-A"]):  # some tests ask git for the files
             subprocess.run(["git", *command], cwd=self.root, check=True, capture_output=True)
         beside = next((p / "shared" for p in root.parents if (p / "shared" / "cases").is_dir()), None)
