@@ -311,4 +311,6 @@ def main(arguments: Sequence[str] | None = None, root: Path = ROOT) -> int:
 
 
 if __name__ == "__main__":
+    for number in (signal.SIGINT, signal.SIGTERM):  # the copies and what runs in them go, too
+        signal.signal(number, signal.default_int_handler)
     sys.exit(main())
