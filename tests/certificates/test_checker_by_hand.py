@@ -7,11 +7,13 @@ A body of 1 kg under 4 m/s² touches the floor at its centre of mass, with a fri
 from __future__ import annotations
 
 import json
+from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import pytest
 
-from holdfast.certificates.verify_certificate import Certificate, RefusedError, claims_of
+from holdfast.certificates.verify_certificate import Certificate, RefusedError, claims_of, in_cone, unbraked
 
 FORM = {"format": "holdfast-certificate/2", "units": "m, kg, s, N, N m", "standing": [], "resting holds": []}
 
@@ -40,7 +42,9 @@ def stands(data: dict[str, Any]) -> bool:
     try:
         Certificate(data).proved({"kind": "stands", "claim": ""})
     except RefusedError as why:
-        return not ("friction cone" in str(why) or "do not balance" in str(why))  # other words are another error
+        if "friction cone" in str(why) or "do not balance" in str(why):
+            return False
+        raise
     return True
 
 
@@ -144,3 +148,28 @@ def test_words_are_no_proof() -> None:
     assert claims_of(json.dumps(file([["0", "0", "4"]], proofs=[{**proof, "claim": said}]))) == [said]
     with pytest.raises(RefusedError, match="what it claims is not what it proves"):
         claims_of(json.dumps(file([["0", "0", "4"]], proofs=[{**proof, "claim": said.replace("2", "3")}])))
+
+
+def test_a_body_is_held_by_its_rounding_alone() -> None:
+    """1 kg weighs 4 N here, so it may be held with 4e-9 N, and at a lever of 2 m with 8e-9 N m."""
+    low = {"bodies": [block(height="2")]}
+    held_up = file([["0", "0", "3.999999996"]], **low)
+    assert stands({**held_up, "resting holds": [wrench("0", "0", "4e-9")]})
+    assert not stands(held_up)
+    Certificate({**held_up, "resting holds": [wrench("0", "0", "0", torque=("0", "8e-9", "0"))]})
+    for hold in (wrench("0", "0", "4.1e-9"), wrench("0", "0", "0", torque=("0", "8.1e-9", "0"))):
+        with pytest.raises(RefusedError, match="'a' is held with more than"):
+            Certificate({**held_up, "resting holds": [hold]})
+
+
+def test_cones_are_those_of_angles() -> None:
+    """By angles to the normal: a force within the angle of friction; a velocity that rises at least at that angle."""
+    rng = np.random.default_rng(5)
+    for force, normal, mu in zip(
+        rng.normal(size=(400, 3)), rng.normal(size=(400, 3)), rng.uniform(0, 2, 400), strict=True
+    ):
+        cosine = force @ normal / np.linalg.norm(force) / np.linalg.norm(normal)
+        angle, friction = np.arccos(cosine), np.arctan(mu)
+        exact = [tuple(Fraction(float(x)) for x in values) for values in (force, normal)]
+        assert in_cone(*exact, Fraction(float(mu))) == (angle < friction)
+        assert unbraked(*exact, Fraction(float(mu))) == (angle < np.pi / 2 - friction)
