@@ -38,8 +38,8 @@ stands_for = "A loop that never ends."
 tests = ["tests/test_toy.py::test_loop"]
 """
 SOURCE = (
-    "def add(a, b):\n    return a + b\n\n\ndef times(a, b):\n    return a * b\n\n\n"
-    "def loop():\n    while False:\n        pass\n    return 1\n"
+    "import time\n\n\ndef add(a, b):\n    return a + b\n\n\ndef times(a, b):\n    return a * b\n\n\n"
+    "def loop():\n    while False:\n        time.sleep(1)\n    return 1\n"
 )
 TESTS = """
 import pytest
@@ -104,7 +104,7 @@ def test_a_copy_that_fails_unbroken_proves_nothing(toy: Path, capsys: pytest.Cap
 
 @pytest.mark.parametrize(("old", "new", "says"), [
     ('"a * b"', '"b * a"', "product: its words are 0 times"),
-    ('"a * b"', '"a"', "product: its words are 7 times"),
+    ('"a * b"', '"return"', "product: its words are 3 times"),
     ('"a / b"', '"(a * b)"', "product: changes nothing but how"),
     ('"a / b"', '"a /"', "product: leaves src/toy/sums.py with a syntax error"),
     ('"product"', '"sum-sign"', "sum-sign: is there twice"),
