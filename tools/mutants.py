@@ -285,7 +285,7 @@ def main(arguments: Sequence[str] | None = None, root: Path = ROOT) -> int:
     parser.add_argument("--jobs", type=int, default=1, help="breaks tried at a time")
     parser.add_argument("--trust", action="store_true", help="do not run the tests without a break first")
     parser.add_argument("--limit", type=float, default=LIMIT, help="seconds for the tests of one break")
-    options = parser.parse_args(arguments)
+    options = parser.parse_intermixed_args(arguments)  # options may stand before names, too
     try:
         chosen = breaks(root)
         for wanted, known in ((options.rooms, {b.room for b in chosen}), (options.names, {b.name for b in chosen})):
