@@ -56,9 +56,9 @@ JOBS ?= 1
 mutants: $(VENV)/.bench
 	$(BIN)/python tools/mutants.py run --jobs $(JOBS) $(BREAKS)
 
-# While working: closed forms, invariances, what the solver and the checker of certificates say, contacts' shapes, and
+# While working: closed forms, shapes, assemblies, what the conic solver and the checker of certificates say, and
 # golden answers of every engine and question; under 90 s on two cores once machine code is kept (CONTRIBUTING.md)
-QUICK := certificates closed_form conic geometry golden
+QUICK := assembly certificates closed_form conic geometry golden
 test-quick: $(VENV)/.ready
 	$(PARALLEL) -m "not slow and not referee" $(addprefix tests/,$(QUICK))
 
