@@ -51,9 +51,9 @@ def face_patches(pieces: Sequence[Piece], gap: float, angles: Angles, negligible
 
 def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) -> list[Patch]:
     rings = [ring for piece in pieces for ring in piece.rings]
-    counts, holes = np.array([len(ring) for ring in rings]), np.array([len(piece.rings) for piece in pieces])
+    counts, number = np.array([len(ring) for ring in rings]), np.array([len(piece.rings) for piece in pieces])
     ends, corners = np.cumsum(counts), np.vstack(rings) - origin
-    starts, outlines = ends - counts, np.cumsum(holes) - holes
+    starts, outlines = ends - counts, np.cumsum(number) - number
     normal = pieces[0].normal
     if len(pieces) > 1:
         follows = np.arange(1, len(corners) + 1)
@@ -66,7 +66,7 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
     base = origin + level * normal
     seen = corners @ frame.T
     flat_rings = [seen[start:end] for start, end in zip(starts, ends, strict=True)]
-    flats = [flat_rings[first : first + count] for first, count in zip(outlines, holes, strict=True)]
+    flats = [flat_rings[first : first + count] for first, count in zip(outlines, number, strict=True)]
     middles = means @ frame.T
     all_heights = np.array([piece.heights for piece in pieces])
     patches = []
