@@ -10,6 +10,8 @@ import pytest
 import trimesh
 from calling import called
 
+from holdfast.scene.formats.registry import readable
+
 HEAD = "format: holdfast-scene/1\n"
 BODIES = """bodies:
 - {{name: floor, shape: {{type: box, size: [1, 1, 0.2]}}, fixed: true, position: [0, 0, -0.1]}}
@@ -76,7 +78,7 @@ def test_an_overlap_of_half_a_body(
 @pytest.mark.parametrize(
     ("shape", "options", "place"),
     [
-        ('<sphere radius="0.1"/>', (), "arm.urdf:2: <link> 'base': has no friction; give friction="),
+        ('<sphere radius="0.1"/>', (), "arm.urdf:2: <link> 'base': has no friction; give --friction,"),
         ("<box/>", ("--friction", "0.5"), "arm.urdf:4: <box>: has no attribute 'size'; add it"),
         ('<box size="1 1"/>', ("--friction", "0.5"), "arm.urdf:4: <box>: size = '1 1'; needs 3 finite numbers"),
     ],
@@ -96,7 +98,8 @@ def test_a_mesh_as_a_scene(said: Callable[..., str], tmp_path: Path, suffix: str
     path = tmp_path / f"cup{suffix}"
     trimesh.creation.box((0.1, 0.1, 0.1)).export(path)
     text = said("assess", str(path))
-    assert "is a mesh, which says nothing of friction, of mass and of what it lies on; give friction=, density=" in text
+    assert "is a mesh, which says nothing of friction, of mass and of what it lies on" in text
+    assert "give --friction, --density or --mass, and --floor or --fixed" in text
     assert "b'" not in text
 
 
@@ -199,3 +202,47 @@ def test_a_diameter_for_a_radius(said: Callable[..., str], tmp_path: Path, shape
     path.write_text(path.read_text().replace("type: box, size: [0.2, 0.2, 0.2]", f"type: {shape}, diameter: 0.2"))
     assert "bodies[1].shape.diameter (body 'a'): unknown key" in (text := said("assess", str(path)))
     assert "write half of it as 'radius'" in text
+
+
+@pytest.mark.parametrize(
+    ("thing", "options", "remedy"),
+    [
+        ("open.glb", (), "says nothing of friction; give --friction, or write it to"),
+        (
+            "open.glb",
+            ("--friction", "0.5"),
+            "has no mass; give --mass or --density, for it or for all, or --fixed name",
+        ),
+        ("open.glb", ("--friction", "0.5", "--mass", "1"), "a closed mesh or, where a file is read, --collision hull"),
+        ("open.glb", ("--friction", "0.5", "--fixed", "geometry_0", "--world", "w"), "option --world: is unknown"),
+        ("open.stl", ("--friction", "0.5"), "give --density or --mass, for it or for all, or --fixed name"),
+        ("open.stl", ("--friction", "0.5", "--mass", "1", "--collision", "hull"), "give --floor for a floor at z = 0"),
+        ("open.stl", ("--friction", "1", "--mass", "1", "--objects"), "read it as one body, or export it as OBJ"),
+        (
+            "two.urdf",
+            ("--friction", "0.5"),
+            "give --rigid for one rigid body (at --joints name=position), --fixed BODY",
+        ),
+        ("two.urdf", ("--friction", "1", "--rigid"), "--package parts=folder, or --model-path the folder in which"),
+        ("mm.yaml", (), "or say --allow-large"),
+    ],
+)
+def test_an_error_of_a_command_names_its_flags(
+    said: Callable[..., str], tmp_path: Path, thing: str, options: tuple[str, ...], remedy: str
+) -> None:
+    """Options as Python takes them, such as floor=True, are of no use to who types a command."""
+    mesh = trimesh.creation.box((0.1, 0.1, 0.1))
+    mesh.update_faces(range(10))
+    for name in ("open.glb", "open.stl"):
+        mesh.export(tmp_path / name)
+    part = '<mesh filename="package://parts/a.stl"/>'
+    joint = '<joint name="j" type="prismatic"><parent link="base"/><child link="b"/></joint>'
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    body = f'<link name="b">{inertial}<collision><geometry><sphere radius="1"/></geometry></collision></link>{joint}'
+    (tmp_path / "two.urdf").write_text(URDF.format(shape=part).replace("</robot>", f"{body}</robot>"))
+    large = BODIES.replace("0.2, 0.2, 0.2", "200, 200, 200").format(more="position: [0, 0, 100]")
+    (tmp_path / "mm.yaml").write_text(f"{HEAD}friction: 0.5\n{large}")
+    text = said("assess", str(tmp_path / thing), *options)
+    assert remedy in text
+    names = {name for each in readable() for name in each.options} - {"material", "gravity"}  # they have no flags
+    assert not any(f" {name}=" in text for name in (*names, "allow_large"))

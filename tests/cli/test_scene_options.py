@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
+import trimesh
 import typer
 from calling import called as called_with
 
@@ -87,6 +89,7 @@ def test_every_command_that_reads_a_scene_has_all_options() -> None:
 
 def test_every_option_is_one_of_a_reader_or_works_for_all() -> None:
     known = {option for each in readable() for option in each.options}
+    assert known - {each.name for each in fields(SceneGiven)} == {"poses", "bodies", "material", "gravity"}
     general = {"scene", "pose", "fixed", "friction", "without", "on_floor", "objects"}  # --objects is bodies="objects"
     for each in fields(SceneGiven):
         assert each.name in known | general
@@ -188,10 +191,10 @@ def test_a_stream_takes_options(called: Call, monkeypatch: pytest.MonkeyPatch, t
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--key", "up"), "option 'key': is unknown to the format 'holdfast scene'; it has none; .* 'key': MJCF"),
-        (("--density", "5"), "option 'density': is unknown .* 'density': URDF, SDF, glTF, COMPAS assembly, USD"),
-        (("--friction", "0.4"), "option 'friction': is unknown to the format"),
-        (("--floor",), "option 'floor': is unknown to the format"),
+        (("--key", "up"), "option --key: is unknown to the format 'holdfast scene'; it has none; .* --key: MJCF"),
+        (("--density", "5"), "option --density: is unknown .* --density: URDF, SDF, glTF, COMPAS assembly, USD"),
+        (("--friction", "0.4"), "option --friction: is unknown to the format"),
+        (("--floor",), "option --floor: is unknown to the format"),
         (("--pose", "slab=0,0"), "--pose: is 'slab=0,0'; needs BODY=X,Y,Z or BODY=X,Y,Z,ROLL,PITCH,YAW"),
         (("--pose", "slab=0,0,x"), "--pose: is '0,0,x'; needs BODY=X,Y,Z"),
         (("--pose", "slab=0,0,inf"), "--pose: is 'slab=0,0,inf'"),
@@ -207,6 +210,8 @@ def test_a_stream_takes_options(called: Call, monkeypatch: pytest.MonkeyPatch, t
         (("--friction", "1", "--friction", "2"), "--friction: is given 2 times for all"),
         (("--friction", "1,2"), "--friction: is '1,2'"),
         (("--density", "1", "--density", "slab=2"), "--density: is given for all and for some"),
+        (("--mass", "1", "--mass", "slab=2"), "--mass: is given for all and for some"),
+        (("--mass", "slab=x"), "--mass: is 'x'; needs M, or BODY=M"),
         (("--qpos", "a"), "--qpos: is 'a'; needs numbers with commas between them"),
         (("--joints", "a"), "--joints: is 'a'; needs NAME=VALUE"),
         (("--package", "a"), "--package: is 'a'; needs NAME=FOLDER"),
@@ -246,3 +251,41 @@ def test_a_file_is_put_on_the_floor_after_its_poses(
     code, out, _ = called("assess", tmp_path / "sunk.yaml", "--on-floor", "--engine", "limit")
     assert code == 0
     assert "note: on_floor: raised by 0.03 m, so that the lowest point is on the floor" in " ".join(out.split())
+
+
+def test_open_meshes_of_gltf_are_their_hulls_if_a_command_says_so(
+    called: Call, converted: Callable[..., hf.Scene], tmp_path: Path
+) -> None:
+    """A truck as modellers leave it: a box without a side, and wheels without some of their triangles."""
+    body, wheel = trimesh.creation.box((2, 1, 1)), trimesh.creation.icosphere(2, 0.25)
+    body.update_faces(range(2, 12))
+    wheel.update_faces(range(2, len(wheel.faces)))
+    truck = trimesh.Scene()
+    for name, mesh, at in (("body", body, (0, 1, 0)), ("wheel", wheel, (3, 0.25, 0))):
+        truck.add_geometry(mesh, node_name=name, transform=trimesh.transformations.translation_matrix(at))
+    truck.export(tmp_path / "truck.glb")
+    rest = ("--floor", "--friction", "0.5")
+    code, _, err = called("assess", tmp_path / "truck.glb", *rest, "--density", "10")
+    assert (code, "is not watertight" in err) == (2, True)
+    scene = converted(tmp_path / "truck.glb", *rest, "--density", "10", "--collision", "hull")
+    assert scene.body("body").mass == pytest.approx(10 * 2 * 1 * 1)  # ρ V of the whole box
+    assert scene.body("body").pose[:3, 3].tolist() == pytest.approx([0, 0, 1])
+    assert len(scene.body("body").shape.surface.vertices) == 8
+    with pytest.raises(AssertionError, match="node 'wheel': is not watertight"):
+        converted(tmp_path / "truck.glb", *rest, "--density", "10", "--collision", "body=hull")
+    named = converted(tmp_path / "truck.glb", *rest, "--mass", "body=20", "--mass", "wheel=3", "--collision", "hull")
+    assert (named.body("body").mass, named.body("wheel").mass) == (20, 3)
+
+
+def test_the_hull_of_what_holdfast_wrote_is_that_of_its_mesh(tmp_path: Path, called: Call) -> None:
+    """Its shape in the file is not the body any more, and what is not named stays as it was."""
+    outline = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
+    bent = trimesh.creation.extrude_polygon(shapely.Polygon(outline), 1.0)
+    mesh = hf.Mesh(bent.vertices, bent.faces)
+    things = [hf.Body("bent", mesh, density=1.0), hf.Body("ball", hf.Sphere(0.5), mass=1, position=(5, 0, 0.5))]
+    hf.save_scene(hf.Scene([floor(), *things], 0.5), tmp_path / "things.glb")
+    scene = hf.load_scene(tmp_path / "things.glb", collision={"bent": "hull"})
+    assert scene.body("bent").shape.mass_properties.volume == pytest.approx(3.5)  # 3 m³, and the corner of 1/2
+    assert scene.body("ball").shape == hf.Sphere(0.5)
+    with pytest.raises(hf.errors.SceneError, match="no body is named 'bant'; did you mean 'bent'"):
+        hf.load_scene(tmp_path / "things.glb", collision={"bant": "hull"})
