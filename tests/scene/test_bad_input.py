@@ -200,21 +200,6 @@ def test_the_error_says_what_where_and_what_to_do(
     assert not Path("HACKED").exists()
 
 
-@pytest.mark.parametrize("suffix", [".obj", ".stl", ".ply", ".glb", ".off"])
-@pytest.mark.parametrize("damage", ["empty", "binary", "text", "cut"])
-def test_a_damaged_mesh_file_is_called_damaged(suffix: str, damage: str, tmp_path: Path) -> None:
-    path = tmp_path / f"part{suffix}"
-    whole = trimesh.creation.box((1, 1, 1)).export(file_type=suffix[1:])
-    whole = whole if isinstance(whole, bytes) else whole.encode()
-    content = {"empty": b"", "binary": BINARY, "text": b"hello world\n" * 50, "cut": whole[: len(whole) // 2]}
-    path.write_bytes(content[damage])
-    with pytest.raises(
-        hf.errors.GeometryError, match=rf"part\{suffix}: (cannot be read|holds no triangles).*; "
-    ) as caught:
-        hf.Mesh.from_file(path)
-    assert "ModuleNotFoundError" not in str(caught.value)
-
-
 @pytest.mark.parametrize(
     ("home", "limit", "name"), [(plain_data, "MAX_YAML", "s.yaml"), (source, "MAX_BYTES", "s.json")]
 )

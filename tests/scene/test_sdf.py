@@ -254,9 +254,14 @@ def test_masses_are_worked_out_from_densities(load: Load) -> None:
     assert body.mass == pytest.approx(ball + cone, rel=1e-12)
     assert body.com_body[2] == pytest.approx(cone * 1.0 / (ball + cone), rel=1e-12)  # a quarter of its height up
     across = ball * 0.4 / 4 + cone * (3 / 20 / 4 + 3 / 80 * 4) + ball * cone / (ball + cone)
-    np.testing.assert_allclose(np.diag(body.inertia_com), [across, across, ball * 0.1 + cone * 0.3 / 4], rtol=1e-12)
+    moments = np.array([across, across, ball * 0.1 + cone * 0.3 / 4])
+    np.testing.assert_allclose(np.diag(body.inertia_com), moments, rtol=1e-12)
     given = inertial.replace("<density>", "<mass>5</mass><density>")
-    assert load(world(model(link(shapes=shapes, inertial=given)))).body("m").mass == pytest.approx(5, rel=1e-12)
+    scaled = load(world(model(link(shapes=shapes, inertial=given)))).body("m")
+    assert scaled.mass == pytest.approx(5, rel=1e-12)
+    np.testing.assert_allclose(np.diag(scaled.inertia_com), moments * 5 / (ball + cone), rtol=1e-12)
+    usual = load(world(model(link(inertial='<inertial auto="true"/>')))).body("m")
+    assert usual.mass == pytest.approx(48, rel=1e-12)  # 0.048 m³ of water, which SDF says where a file says none
 
 
 def test_an_inertial_frame_turns_and_shifts_the_inertia(load: Load) -> None:
