@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 
 import pytest
-from calling import called, command
+from calling import Call, command
 
 import holdfast as hf
 
-Call = Callable[..., tuple[int, str, str]]
 remove, build, safe = command("remove"), command("build"), command("safe")
 
 
@@ -65,14 +63,14 @@ def test_safe_lists_pushes_with_their_effects(safe: Call) -> None:
     assert set(json.loads(out)["effect"]) == {"nothing"}
 
 
-def test_bad_input_ends_with_2(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_ends_with_2(call: Call) -> None:
     for words, text in (
         (("remove", "stack", "cube7"), "did you mean"),
         (("remove", "stack", "floor"), "the body is fixed"),
         (("safe", "stack", "cube3", "--force", "-1"), "needs a finite number > 0"),
         (("safe", "stack", "cube3"), "--force"),
     ):
-        code, _, err = called(monkeypatch, capsys, *words)
+        code, _, err = call(*words)
         assert code == 2
         assert text in err
 

@@ -217,6 +217,8 @@ LOOP = '<equality><connect body1="rod" body2="rocker" anchor=".5 0 0"/></equalit
         (FINGERS, COUPLED + ON_TENDON + '<actuator><motor tendon="both"/></actuator>', None),
         (FINGERS, ON_TENDON + '<actuator><motor tendon="both"/></actuator>', "left"),
         (FINGERS, COUPLED, "left"),
+        (FINGERS, COUPLED + LEFT + '<option><flag actuation="disable"/></option>', "left"),
+        (FINGERS, COUPLED + LEFT.replace("<motor", '<motor group="3"') + '<option actuatorgroupdisable="3"/>', "left"),
         (FINGERS, '<equality><joint joint1="left"/><joint joint1="right"/></equality>', None),
         (FINGERS, COUPLED.replace("<joint", '<joint active="false"') + LEFT, "right"),
         (FOUR_BARS, LOOP + '<actuator><motor joint="rocker"/></actuator>', None),
