@@ -30,6 +30,12 @@ def test_remove_as_json(remove: Call) -> None:
     assert data == hf.can_remove(hf.shipped_scene("stack"), "cube2", lift=(1, 0, 0)).to_dict() | {"notes": []}
 
 
+def test_what_a_hand_would_have_to_hold_is_told(remove: Call) -> None:
+    sideways = ("stack", "cube2", "--lift", 1, 0, 0)
+    assert "hold cube3" not in remove(*sideways).out
+    assert "it may with hands: hold cube3 with 9.81 N" in " ".join(remove(*sideways, "--hands", 1).out.split())
+
+
 def test_build_lists_the_steps_and_what_each_state_holds(build: Call) -> None:
     code, out, _ = build("stack", "--pushes", 50, "--save", "b.json")
     assert code == 0

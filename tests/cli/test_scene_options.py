@@ -125,7 +125,7 @@ def test_a_body_is_held_in_every_format(suffix: str, converted: Callable[..., hf
 
 def test_friction_of_a_pair_by_names_that_hold_colons(call: Call, tmp_path: Path) -> None:
     bodies = [box(name, (0.1, 0.1, 0.1), 1, (k, 0, 0.05)) for k, name in enumerate(["a", "b::c", "a:b", ":c", "x=y"])]
-    hf.save_scene(hf.Scene([floor(), *bodies], 0.5), tmp_path / "s.yaml")
+    hf.save_scene(hf.Scene([floor(), *bodies], hf.Friction(0.5, {("floor", "a:b"): 0.9})), tmp_path / "s.yaml")
     given = ("convert", tmp_path / "s.yaml", tmp_path / "t.yaml", "--friction")
     assert call(*given, "floor:b::c=0.1", "--friction", "x=y:a=0.2", "--friction", "floor:a:b=0")[0] == 0
     scene = hf.load_scene(tmp_path / "t.yaml")
