@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import trimesh
-from calling import called
+from calling import Call, called
 
 from holdfast.scene.formats.registry import readable
 
@@ -63,10 +63,8 @@ def test_angles_as_orientation(said: Callable[..., str], tmp_path: Path) -> None
     assert "needs either rpy_degrees or orientation" in said("assess", path)
 
 
-def test_an_overlap_of_half_a_body(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    code, out, err = called(monkeypatch, capsys, "assess", scene(tmp_path, "position: [0, 0, 0]"))
+def test_an_overlap_of_half_a_body(call: Call, tmp_path: Path) -> None:
+    code, out, err = call("assess", scene(tmp_path, "position: [0, 0, 0]"))
     assert code == 3
     for text in (out, err):
         words = " ".join(text.split())
@@ -107,11 +105,9 @@ def test_a_misspelt_command(said: Callable[..., str]) -> None:
     assert said("asses", "table") == "error: command: 'asses' is unknown; did you mean 'assess'?"
 
 
-def test_numbers_with_commas_are_those_with_spaces(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_numbers_with_commas_are_those_with_spaces(call: Call) -> None:
     answers = {
-        called(monkeypatch, capsys, "push", "cube", "cube", "--engine", "limit", *given)
+        call("push", "cube", "cube", "--engine", "limit", *given)
         for given in (
             ("--at", "-0.05", "0", "0.05", "--along", "1", "0", "0"),
             ("--at", "-0.05,0,0.05", "--along", "1,0,0"),
@@ -126,31 +122,27 @@ def test_several_values_after_an_option_for_one(said: Callable[..., str]) -> Non
     assert "say --bodies before each: --bodies A --bodies B" in said("map", "table", "--bodies", "slab", "leg_0")
 
 
-def test_what_is_only_balanced_hides_no_other_answer(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_what_is_only_balanced_hides_no_other_answer(call: Call, tmp_path: Path) -> None:
     ball = "- {name: an orange, shape: {type: sphere, radius: 0.04}, mass: 0.2, position: [0.4, 0, 0.04]}\n"
     path = Path(scene(tmp_path, "position: [0, 0, 0.1]"))
     path.write_text(path.read_text() + ball)
-    code, out, _ = called(monkeypatch, capsys, "transport", path)
+    code, out, _ = call("transport", path)
     words = "the least is 0 because an orange is only balanced: --without 'an orange' asks about the rest"
     assert (code, words in " ".join(out.split())) == (0, True)
 
 
-def test_an_overlap_is_told_once_to_each_stream(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    _, out, err = called(monkeypatch, capsys, "map", scene(tmp_path, "position: [0, 0, 0.09]"), "--spacing", "0.1")
+def test_an_overlap_is_told_once_to_each_stream(call: Call, tmp_path: Path) -> None:
+    _, out, err = call("map", scene(tmp_path, "position: [0, 0, 0.09]"), "--spacing", "0.1")
     assert (" ".join(out.split()).count("overlap by 10 mm"), " ".join(err.split()).count("by 10 mm")) == (1, 1)
 
 
-def test_a_body_is_left_out(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, _ = called(monkeypatch, capsys, "assess", "stack", "--without", "cube3", "--engine", "limit", "--json")
+def test_a_body_is_left_out(call: Call) -> None:
+    code, out, _ = call("assess", "stack", "--without", "cube3", "--engine", "limit", "--json")
     answer = json.loads(out)
     assert code == 0
     assert "cube3" not in {name for pair in answer["interfaces"] for name in pair["bodies"]}
     assert "--without cube3" in answer["notes"]
-    code, _, err = called(monkeypatch, capsys, "transport", "stack", "--without", "cub3")
+    code, _, err = call("transport", "stack", "--without", "cub3")
     assert code == 2
     assert "has no body named 'cub3'; did you mean 'cube3'?" in err
 
@@ -163,15 +155,13 @@ def test_friction_for_a_file_that_says_its_own(said: Callable[..., str], tmp_pat
     assert "add `{name: floor, shape: {type: halfspace}, fixed: true}` to the bodies" in said("assess", path, "--floor")
 
 
-def test_the_remedy_for_friction_does_what_it_says(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_the_remedy_for_friction_does_what_it_says(call: Call, tmp_path: Path) -> None:
     path = scene(tmp_path, "position: [0, 0, 0.1]")
     push = ("a", "--at", "-0.1", "0", "0.01", "--along", "1", "0", "0", "--engine", "limit", "--json")
     for given in (("--friction", "a:floor=0.3"), ()):
         if not given:
             path = scene(tmp_path, "position: [0, 0, 0.1]", friction="friction: 0.3\n")
-        _, out, _ = called(monkeypatch, capsys, "push", path, *push, *given)
+        _, out, _ = call("push", path, *push, *given)
         assert json.loads(out)["force"][0] == pytest.approx(0.3 * 9.81, rel=1e-4)
 
 

@@ -17,7 +17,7 @@ import pytest
 import shapely
 import trimesh
 import typer
-from calling import called as called_with
+from calling import Call
 
 import holdfast as hf
 from holdfast.cli.main import COMMANDS, app
@@ -25,7 +25,6 @@ from holdfast.cli.scenes import AssemblyGiven, SceneGiven
 from holdfast.scene.formats.registry import readable
 from holdfast.scene.shipped.blocks import box, floor
 
-Call = Callable[..., tuple[int, str, str]]
 READING = ("convert", "settle", "rest")
 ASSEMBLING = (
     "assess",
@@ -54,19 +53,14 @@ MODEL = """<mujoco><worldbody><geom type="plane" size="0 0 1"/><body name="crate
 
 
 @pytest.fixture
-def called(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    return lambda *arguments: called_with(monkeypatch, capsys, *arguments)
-
-
-@pytest.fixture
-def converted(called: Call, tmp_path: Path) -> Callable[..., hf.Scene]:
+def converted(call: Call, tmp_path: Path) -> Callable[..., hf.Scene]:
     """The scene that ``convert`` makes of a file, or of the text of one, with these options."""
 
     def scene(source: object, *options: object, name: str = "") -> hf.Scene:
         path = tmp_path / name if name else source
         if name:
             (tmp_path / name).write_text(str(source))
-        code, _, err = called("convert", path, tmp_path / "out.json", *options)
+        code, _, err = call("convert", path, tmp_path / "out.json", *options)
         assert code == 0, err
         return hf.load_scene(tmp_path / "out.json")
 
@@ -105,16 +99,16 @@ def test_a_body_is_put_where_the_command_says(converted: Callable[..., hf.Scene]
     assert converted("table").body("leg_right") == moved.body("leg_right")
 
 
-def test_copies_of_a_thing_make_a_tower(called: Call, tmp_path: Path) -> None:
+def test_copies_of_a_thing_make_a_tower(call: Call, tmp_path: Path) -> None:
     (tmp_path / "block.urdf").write_text(BLOCK)
     tower = [tmp_path / "block.urdf", "--floor", "--friction", "0.5", "--friction", "low:high=0.25"]
     tower += ["--pose", "low=0,0,0.03", "--pose", "high=0,0,0.09,0,0,90"]
-    code, text, _ = called(
+    code, text, _ = call(
         "push", *tower, "high", "--at", -0.05, 0, 0.07, "--along", 1, 0, 0, "--engine", "limit", "--json"
     )
     assert code == 0
     assert json.loads(text)["force"] == pytest.approx([0.25 * 2 * 9.81], rel=1e-6)  # slides, low on its side
-    code, text, _ = called("assess", *tower, "--fixed", "low", "--engine", "limit", "--json")
+    code, text, _ = call("assess", *tower, "--fixed", "low", "--engine", "limit", "--json")
     assert code == 0
     assert "low" not in str(json.loads(text)["groups"])
 
@@ -132,15 +126,15 @@ def test_a_body_is_held_in_every_format(suffix: str, converted: Callable[..., hf
     assert converted(path, "--fixed", "block", *more).body("block").fixed
 
 
-def test_friction_of_a_pair_by_names_that_hold_colons(called: Call, tmp_path: Path) -> None:
+def test_friction_of_a_pair_by_names_that_hold_colons(call: Call, tmp_path: Path) -> None:
     bodies = [box(name, (0.1, 0.1, 0.1), 1, (k, 0, 0.05)) for k, name in enumerate(["a", "b::c", "a:b", ":c", "x=y"])]
-    hf.save_scene(hf.Scene([floor(), *bodies], 0.5), tmp_path / "s.yaml")
+    hf.save_scene(hf.Scene([floor(), *bodies], hf.Friction(0.5, {("floor", "a:b"): 0.9})), tmp_path / "s.yaml")
     given = ("convert", tmp_path / "s.yaml", tmp_path / "t.yaml", "--friction")
-    assert called(*given, "floor:b::c=0.1", "--friction", "x=y:a=0.2", "--friction", "floor:a:b=0")[0] == 0
+    assert call(*given, "floor:b::c=0.1", "--friction", "x=y:a=0.2", "--friction", "floor:a:b=0")[0] == 0
     scene = hf.load_scene(tmp_path / "t.yaml")
     assert [scene.mu("floor", name) for name in ("b::c", "a:b", "a")] == [0.1, 0, 0.5]
     assert scene.mu("a", "x=y") == 0.2
-    code, _, err = called(*given, "a:b::c=0.1")
+    code, _, err = call(*given, "a:b::c=0.1")
     assert code == 2
     assert "--friction: 'a:b::c' may be several pairs" in err
 
@@ -176,15 +170,15 @@ def test_positions_of_a_model(options: tuple[str, ...], height: float, converted
     assert converted(MODEL, *options, name="m.xml").body("crate").pose[2, 3] == pytest.approx(height)
 
 
-def test_tolerances_reach_the_search(called: Call, tmp_path: Path) -> None:
+def test_tolerances_reach_the_search(call: Call, tmp_path: Path) -> None:
     hf.save_scene(hf.Scene([floor(), box("a", (0.1, 0.1, 0.1), 1, (0, 0, 0.052))], 0.5), tmp_path / "s.yaml")
-    assert called("assess", tmp_path / "s.yaml", "--engine", "limit")[0] == 3
-    assert called("assess", tmp_path / "s.yaml", "--engine", "limit", "--gap", 0.003)[0] == 0
+    assert call("assess", tmp_path / "s.yaml", "--engine", "limit")[0] == 3
+    assert call("assess", tmp_path / "s.yaml", "--engine", "limit", "--gap", 0.003)[0] == 0
 
 
-def test_a_stream_takes_options(called: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_stream_takes_options(call: Call, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=io.BytesIO(BLOCK.encode())))
-    assert called("convert", "-", tmp_path / "t.json", "--floor", "--friction", "0.3", "--pose", "it=0,0,1")[0] == 0
+    assert call("convert", "-", tmp_path / "t.json", "--floor", "--friction", "0.3", "--pose", "it=0,0,1")[0] == 0
     assert hf.load_scene(tmp_path / "t.json").body("it").pose[2, 3] == 1
 
 
@@ -217,28 +211,28 @@ def test_a_stream_takes_options(called: Call, monkeypatch: pytest.MonkeyPatch, t
         (("--package", "a"), "--package: is 'a'; needs NAME=FOLDER"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told_in_one_line(options: tuple[str, ...], said: str, called: Call, tmp_path: Path) -> None:
-    code, out, err = called("convert", "table", tmp_path / "t.yaml", *options)
+def test_what_is_wrong_is_told_in_one_line(options: tuple[str, ...], said: str, call: Call, tmp_path: Path) -> None:
+    code, out, err = call("convert", "table", tmp_path / "t.yaml", *options)
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
     assert re.search(said, err), err
     assert not any(tmp_path.iterdir())
 
 
-def test_a_map_is_written_to_files_of_other_programs(called: Call, tmp_path: Path) -> None:
+def test_a_map_is_written_to_files_of_other_programs(call: Call, tmp_path: Path) -> None:
     files = {suffix: tmp_path / f"m{suffix}" for suffix in (".glb", ".ply")}
     options = [item for suffix, path in files.items() for item in (f"--{suffix[1:]}", path)]
-    code, out, _ = called("map", "cube", "--spacing", 0.05, "--engine", "limit", *options)
+    code, out, _ = call("map", "cube", "--spacing", 0.05, "--engine", "limit", *options)
     assert code == 0
     assert [path.read_bytes()[:3] for path in files.values()] == [b"glT", b"ply"]
     assert all(f"wrote {path}" in out.replace("\n", "") for path in files.values())
-    code, _, err = called("map", "cube", "--glb", tmp_path / "m.ply")
+    code, _, err = call("map", "cube", "--glb", tmp_path / "m.ply")
     assert code == 2
     assert "--glb: " in err
 
 
 def test_a_file_is_put_on_the_floor_after_its_poses(
-    converted: Callable[..., hf.Scene], called: Call, tmp_path: Path
+    converted: Callable[..., hf.Scene], call: Call, tmp_path: Path
 ) -> None:
     """--pose comes first, whether the reader applies it or the command."""
     given = ("--floor", "--friction", "0.5", "--pose", "block=0,0,0,90,0,0", "--on-floor")
@@ -248,7 +242,7 @@ def test_a_file_is_put_on_the_floor_after_its_poses(
     hf.save_scene(sunk, tmp_path / "sunk.yaml")
     scene = converted(tmp_path / "sunk.yaml", "--pose", "block=0,0,-2", "--on-floor")
     assert scene.body("block").pose[2, 3] == pytest.approx(0.03)
-    code, out, _ = called("assess", tmp_path / "sunk.yaml", "--on-floor", "--engine", "limit")
+    code, out, _ = call("assess", tmp_path / "sunk.yaml", "--on-floor", "--engine", "limit")
     assert code == 0
     assert "note: on_floor: raised by 0.03 m, so that the lowest point is on the floor" in " ".join(out.split())
 
