@@ -74,7 +74,7 @@ def toy(tmp_path: Path) -> Path:
 
 def test_the_list_fits_the_sources() -> None:
     found = mutants.breaks(mutants.ROOT)  # raises if a name is there twice, or words are gone
-    assert found
+    assert len(found) >= 80
     assert all(one.stands_for.endswith(".") for one in found)
 
 
@@ -84,13 +84,13 @@ def test_caught_survived_and_out_of_time(toy: Path, capsys: pytest.CaptureFixtur
     assert caught == "caught sum-sign by 1 tests: tests/test_toy.py::test_add (2)"
     assert survived == "survived product"
     assert endless == "caught endless by 0 tests: out of time"
-    assert last == "caught 2, survived: product"
+    assert last == "caught 2, survived: 1"
     assert (toy / "src/toy/sums.py").read_text() == SOURCE
 
 
 def test_all_caught_is_success(toy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert mutants.main(["run", "sum-sign"], toy) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "caught 1, survived: none"
+    assert capsys.readouterr().out.splitlines()[-1] == "caught 1, survived: 0"
 
 
 def test_a_copy_that_fails_unbroken_proves_nothing(toy: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,7 +14,7 @@ from holdfast.assembly.contact_nodes import (
     equilibrium_operator,
     wrenches_of,
 )
-from holdfast.engines.compliant.places import SEVERAL, Places
+from holdfast.engines.compliant.places import Places
 from holdfast.scene.shipped import shipped_scene
 
 
@@ -29,8 +29,8 @@ def test_all_ways_to_apply_the_operator_agree(name: str) -> None:
     rng = np.random.default_rng(2)
     forces = rng.standard_normal((len(nodes), 3))
     assert np.allclose(wrenches_of(assembly, nodes, forces), G @ forces.ravel(), rtol=0, atol=1e-12)
-    twists = rng.standard_normal((SEVERAL, 6 * count))
+    twists = rng.standard_normal((8, 6 * count))
     places = Places.at(assembly, nodes)
-    expected = (G.T @ twists.T).T.reshape(SEVERAL, len(nodes), 3)
+    expected = (G.T @ twists.T).T.reshape(8, len(nodes), 3)
     for some in (twists, twists[:-1]):
         assert np.allclose(places.velocities(some), expected[: len(some)], rtol=0, atol=1e-12)

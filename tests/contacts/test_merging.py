@@ -14,7 +14,7 @@ from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.rigid import transform
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.merging import BROAD, FEW, merged
+from holdfast.contacts.merging import merged
 from holdfast.contacts.patch_nodes import interface_nodes
 from holdfast.geometry.polygon import polynomial_moments
 
@@ -103,10 +103,9 @@ def test_patches_further_from_the_plane_or_more_inclined_stay_out() -> None:
 
 
 def test_few_patches_and_broad_faces_are_left_as_they_are() -> None:
-    few = slivers(count=FEW)
+    few = slivers(count=8)
     assert all(a is b for a, b in zip(merged(few, GAP, 1.0), few, strict=True))
     feet = [tilted(np.array([0.1 * x, 0.1 * y, 0.0]), 0.05, UP) for x in range(4) for y in range(5)]
-    assert len(feet) <= BROAD
     assert all(a is b for a, b in zip(merged(feet, GAP, 1.0), feet, strict=True))
 
 
