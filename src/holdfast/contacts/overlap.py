@@ -27,10 +27,10 @@ from holdfast.scene.scene import Scene
 
 MOST_DISTANCES = 3_000_000  # largest number of distances from corners to triangles; they take about 1 s
 MOST_ANGLES = 5_000_000  # largest number of solid angles; they take about 0.25 s
-MOST_WAYS = 60  # directions that are tried as ways out of a solid that is not convex; each takes about a millisecond
+# directions that are tried as ways out of a solid that is not convex, and equal steps on each; each takes a millisecond
+MOST_WAYS = 60
 ALIKE = 0.97  # cosine of the angle up to which a direction is one that was tried already
 NEARLY = 1e-3  # relative error of a way out that is found by trying
-FEW_STEPS = 8  # on such a way; there are one or two unless a small body is deep in a large one
 SHRUNK = 1e-7  # share by which the second of two solids is shrunk
 ROUNDING = 1e-9  # relative error of volumes and of supports
 
@@ -247,7 +247,7 @@ def _length(
     """Return how far b must go along ``way`` (3,) to leave a where they share a ``part`` [m]; from ``most`` on, any.
 
     It goes by ``length`` [m] at first, and then on by the extent of what is still shared near the part. A grain deep in
-    a rock would take thousands of such steps, so they double after the first few, and the last one is halved again.
+    a rock would take thousands of such steps, so they double from MOST_WAYS on, and the last one is halved again.
     """
     low, high = part.vertices.min(0), part.vertices.max(0)
 
@@ -260,8 +260,8 @@ def _length(
     steps, short = 0, length
     while length < most and (further := shared(length)):
         steps += 1
-        short, length = length, length + further * 2.0 ** max(steps - FEW_STEPS, 0)
-    while steps > FEW_STEPS and length - short > NEARLY * length:
+        short, length = length, length + further * 2.0 ** max(steps - MOST_WAYS, 0)
+    while steps > MOST_WAYS and length - short > NEARLY * length:
         middle = (short + length) / 2
         short, length = (middle, length) if shared(middle) else (short, middle)
     return length
