@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import importlib
 import re
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from numbers import Number
@@ -94,3 +95,9 @@ def test_a_planted_import_is_found(source: str) -> None:
 ])  # fmt: skip
 def test_what_is_no_number_may_be_imported(source: str) -> None:
     assert list(numbers_imported(source)) == []
+
+
+def test_files_of_tests_have_names_of_their_own() -> None:
+    """Without packages, pytest imports them by name: of two with one name, the second cannot be collected."""
+    names = Counter(path.name for path in TESTS.rglob("test_*.py"))
+    assert [name for name, count in names.items() if count > 1] == []

@@ -248,7 +248,7 @@ def test_a_file_is_put_on_the_floor_after_its_poses(
 
 
 def test_open_meshes_of_gltf_are_their_hulls_if_a_command_says_so(
-    called: Call, converted: Callable[..., hf.Scene], tmp_path: Path
+    call: Call, converted: Callable[..., hf.Scene], tmp_path: Path
 ) -> None:
     """A truck as modellers leave it: a box without a side, and wheels without some of their triangles."""
     body, wheel = trimesh.creation.box((2, 1, 1)), trimesh.creation.icosphere(2, 0.25)
@@ -259,7 +259,7 @@ def test_open_meshes_of_gltf_are_their_hulls_if_a_command_says_so(
         truck.add_geometry(mesh, node_name=name, transform=trimesh.transformations.translation_matrix(at))
     truck.export(tmp_path / "truck.glb")
     rest = ("--floor", "--friction", "0.5")
-    code, _, err = called("assess", tmp_path / "truck.glb", *rest, "--density", "10")
+    code, _, err = call("assess", tmp_path / "truck.glb", *rest, "--density", "10")
     assert (code, "is not watertight" in err) == (2, True)
     scene = converted(tmp_path / "truck.glb", *rest, "--density", "10", "--collision", "hull")
     assert scene.body("body").mass == pytest.approx(10 * 2 * 1 * 1)  # ρ V of the whole box
@@ -271,7 +271,7 @@ def test_open_meshes_of_gltf_are_their_hulls_if_a_command_says_so(
     assert (named.body("body").mass, named.body("wheel").mass) == (20, 3)
 
 
-def test_the_hull_of_what_holdfast_wrote_is_that_of_its_mesh(tmp_path: Path, called: Call) -> None:
+def test_the_hull_of_what_holdfast_wrote_is_that_of_its_mesh(tmp_path: Path) -> None:
     """Its shape in the file is not the body any more, and what is not named stays as it was."""
     outline = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
     bent = trimesh.creation.extrude_polygon(shapely.Polygon(outline), 1.0)
