@@ -70,6 +70,22 @@ def test_an_uneven_support_keeps_area_pressure_centre_second_moments_and_hull() 
     assert ((seen[:, None] - ring) * inward).sum(-1).min() > -1e-9  # and none lies outside
 
 
+def test_lines_merge_into_a_support_with_their_second_moments() -> None:
+    """Of lines of a breadth, ∫ x² over each is its measure times (x0² + x0 x1 + x1²) / 3, in either order of its ends."""
+    rng = np.random.default_rng(7)
+    ends = rng.uniform(-0.05, 0.05, (20, 2, 2))
+    lines = [Patch(np.column_stack([pair, np.zeros(2)]), UP, breadth=1e-4) for pair in ends]
+    (one,) = merged(lines, GAP, 1.0)
+    assert one.spots is not None
+    steps = (np.arange(2000) + 0.5) / 2000
+    exact = np.zeros(6)
+    for pair, line in zip(ends, lines, strict=True):
+        places = pair[0] + steps[:, None] * (pair[1] - pair[0])
+        x, y = ((np.column_stack([places, np.zeros(2000)]) - one.polygon[0]) @ one.frame.T).T
+        exact += np.array([np.ones_like(x), x, y, x * x, x * y, y * y]).mean(axis=1) * line.length * 1e-4
+    np.testing.assert_allclose(one.moments, exact, rtol=1e-6)
+
+
 def test_residual_and_spread_are_those_of_the_patches() -> None:
     patches = slivers()
     (one,) = merged(patches, GAP, 1.0)
