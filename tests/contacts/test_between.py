@@ -41,6 +41,8 @@ def test_a_patch_of_flat_faces_lies_midway_between_them(shape: str, order: int, 
     below_cube = (beneath - patch.polygon) @ turn[:, 2]
     assert above_floor == pytest.approx(below_cube, abs=1e-9)
     assert above_floor.mean() == pytest.approx(APART / 2, rel=5e-3)
+    assert patch.separation is not None
+    assert np.mean(patch.separation) == pytest.approx(APART, rel=5e-3)
 
 
 @pytest.mark.parametrize("order", [1, -1])

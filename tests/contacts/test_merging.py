@@ -71,7 +71,7 @@ def test_an_uneven_support_keeps_area_pressure_centre_second_moments_and_hull() 
 
 
 def test_lines_merge_into_a_support_with_their_second_moments() -> None:
-    """Of lines of a breadth, ∫ x² over each is its measure times (x0² + x0 x1 + x1²) / 3, in either order of its ends."""
+    """Beside sums over 2,000 places on each line."""
     rng = np.random.default_rng(7)
     ends = rng.uniform(-0.05, 0.05, (20, 2, 2))
     lines = [Patch(np.column_stack([pair, np.zeros(2)]), UP, breadth=1e-4) for pair in ends]
