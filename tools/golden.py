@@ -2,11 +2,12 @@
 
     PYTHONPATH=src python tools/golden.py save before.json
     PYTHONPATH=src python tools/golden.py compare before.json     # prints every difference, ends with 1 if there is one
-    PYTHONPATH=src python tools/golden.py accept                  # rewrites tests/golden/answers
-    PYTHONPATH=src python tools/golden.py accept before.json      # with kept ones, without asking again
+    PYTHONPATH=src python tools/golden.py accept --why "..."      # rewrites tests/golden/answers, and logs the reason
+    PYTHONPATH=src python tools/golden.py accept before.json --why "..."   # with kept ones, without asking again
 
 The answers are those of the ``holdfast`` that PYTHONPATH leads to. ``--quick`` asks for a part of them, ``--topic`` for
-single files of answers. Bits are those of one machine: processors differ in the last digits.
+single files of answers. What was accepted, and why, is in tests/golden/CHANGES.md. Bits are those of one machine:
+processors differ in the last digits.
 """
 
 from __future__ import annotations
@@ -85,12 +86,19 @@ def main() -> int:
     parser.add_argument("--quick", action="store_true", help=f"only {', '.join(record.QUICK)}")
     parser.add_argument("--topic", action="append", choices=list(record.TOPICS), help="only this one; may be repeated")
     parser.add_argument("--most", type=int, default=200, help="differences to print")
+    parser.add_argument("--why", help="why other answers are right, for the log; accept needs it")
     options = parser.parse_args()
     topics = options.topic or list(record.QUICK if options.quick else record.TOPICS)
     if options.command == "accept":
+        if len((options.why or "").split()) < 4:
+            parser.error("accept needs a reason: --why, in a sentence")
+        before = record.mark()
         for topic, answers in (computed(topics) if options.file is None else kept(options.file, topics)).items():
             record.FOLDER.mkdir(exist_ok=True)
             (record.FOLDER / f"{topic}.json").write_text(record.as_text(answers) + "\n", encoding="utf-8")
+        if record.mark() != before:
+            with record.LOG.open("a", encoding="utf-8") as log:
+                log.write(f"- {record.mark()}: {' '.join(options.why.split())}\n")
         return 0
     if options.file is None:
         parser.error(f"{options.command} needs a file")

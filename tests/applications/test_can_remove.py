@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 import holdfast as hf
@@ -40,12 +38,6 @@ def test_the_way_out_alone_may_forbid_it() -> None:
     ).safe
 
 
-def test_a_voussoir_stays() -> None:
-    found = hf.can_remove(shipped_scene("arch"), "v3")
-    assert (found.answer, found.blockers) == (Answer.UNSAFE, ())
-    assert {"v2", "v4"} <= set(found.moving)
-
-
 def test_what_falls_as_it_is_may_not_be_touched_but_others_may() -> None:
     ball = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0.3, 0, 0.05))
     tilted = box("tower", (0.02, 0.02, 0.1), 0.1, (-0.3, 0, 0.25))
@@ -64,7 +56,7 @@ def test_what_is_not_known_is_undecided() -> None:
     assert whole.reason.startswith("whether it stands as it is: ")
 
 
-@pytest.mark.parametrize("name", ["cantilever", "table", "tabletop"])
+@pytest.mark.parametrize("name", ["cantilever", "table"])
 def test_the_answers_are_those_of_the_first_step_of_an_order(name: str) -> None:
     assembly = hf.assemble(shipped_scene(name))
     for removal in hf.disassembly_order(assembly).answers(0):
@@ -75,11 +67,3 @@ def test_a_fixed_or_unknown_body_is_refused() -> None:
     for name, words in (("floor", "removal of 'floor': the body is fixed"), ("cub", "unknown|no body")):
         with pytest.raises(hf.errors.SceneError, match=words):
             hf.can_remove(shipped_scene("cube"), name)
-
-
-def test_the_answer_is_a_value(tmp_path: Path) -> None:
-    found = hf.can_remove(shipped_scene("stack"), "cube2")
-    assert "cube2: unsafe, its way out" in repr(found)
-    assert found.to_dict()["moving"] == ["cube3"]
-    found.save(tmp_path / "r.json")
-    assert hf.load_answer(tmp_path / "r.json") == found

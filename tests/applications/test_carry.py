@@ -87,16 +87,6 @@ def test_on_a_turntable_friction_bears_the_way_out(engine: str) -> None:
     assert c.mechanism[1].twists[0, 0] > 0
 
 
-@pytest.mark.parametrize("engine", ["limit", "compliant"])
-def test_turning_faster_and_faster_throws_sideways(engine: str) -> None:
-    """alpha r, against the sense of the turn."""
-    radius, alpha = 0.8, 2.0
-    motion = hf.Profile([0.0], [(0, 0, 0)], [(0, 0, alpha)])
-    c = hf.carry(carried(0.02, (radius, 0.0)), motion, engine=engine)
-    assert c.factor[0] == pytest.approx(MU * G / (alpha * radius), rel=0.01)
-    assert c.mechanism[0].twists[0, 1] < 0
-
-
 def test_what_turns_about_a_level_axis_tilts() -> None:
     """By the time it has turned by arctan(mu), it slides however slowly it is carried."""
     rate = 0.1
@@ -200,6 +190,8 @@ def test_files_say_the_same_as_tables(tmp_path: Path, separator: str) -> None:
     read = hf.Profile.from_file(tmp_path / "drive.csv")
     given = hf.Profile.from_table(table, name="drive", source="drive.csv")
     assert read == given
+    np.testing.assert_array_equal(given.angular_acceleration[2], [1.2, 1.3, 1.4])
+    np.testing.assert_array_equal(given.angular_velocity[2], [1.5, 1.6, 1.7])
     (tmp_path / "bare.csv").write_text("\n".join(separator.join(f"{v}" for v in row[:4]) for row in table))
     assert (hf.Profile.from_file(tmp_path / "bare.csv").acceleration == table[:, 1:4]).all()
 
@@ -213,10 +205,7 @@ def test_files_say_the_same_as_tables(tmp_path: Path, separator: str) -> None:
         ("t,ax,ay,az,speed\n0,1,2,3,4\n", "speed"),
         ("0,1,2,3\n1,2,3\n", "row 2 has 3 cells"),
         ("0,1,2,3\n1,2,x,3\n", "needs numbers"),
-        ("0,1,2\n", "3 columns"),
         ("0,1,2,3\n0,1,2,3\n", "increase"),
-        ("0,1,2,nan\n", "finite"),
-        ("0,1,2,1e99\n", "1e\\+99"),
     ],
 )
 def test_other_files_are_told(tmp_path: Path, text: str, told: str) -> None:
@@ -257,15 +246,11 @@ def test_cargo_is_thrown_forwards_when_the_vehicle_brakes() -> None:
     assert c.mechanism[1].twists[0, 0] > 0
 
 
-def test_the_picture_is_written_and_the_answer_read_back(tmp_path: Path) -> None:
+def test_the_picture_is_written(tmp_path: Path) -> None:
     c = hf.carry(carried(), ramp(10.0), engine="limit")
     c.save_png(tmp_path / "c.png")
     assert (tmp_path / "c.png").stat().st_size > 20_000
-    for suffix in ("json", "npz"):
-        c.save(tmp_path / f"c.{suffix}")
-        assert hf.load_answer(tmp_path / f"c.{suffix}") == c
     assert "gives way" in repr(c)
-    assert c.to_dict()["outcome"] == "unstable"
 
 
 def test_turns_about_several_axes_follow_one_another_in_the_axes_of_the_carrier() -> None:
@@ -308,15 +293,10 @@ def test_accelerations_that_contain_gravity_are_told(mean: float, told: bool) ->
     assert any("do these accelerations contain gravity? Take it off" in note for note in notes) is told
 
 
-def test_gravity_in_a_profile_makes_a_load_seem_firm() -> None:
-    """Why it is told: with 9.81 upwards twice the friction holds; and gravity is along the scene's own vertical."""
-    box_, tilted = carried(), carried().tilted((0, 90, 0))
+def test_gravity_in_a_profile_is_along_the_scenes_own_vertical() -> None:
     table = ramp(8.0)
-    assert hf.carry(box_, table, engine="limit").outcome is hf.Status.UNSTABLE
     table[:, 3] = G
-    assert hf.carry(box_, table).outcome is hf.Status.STABLE
-    measured = hf.carry(box_, table, engine="limit")
-    assert any("upwards by 9.81 m/s²" in note for note in measured.notes)
-    single = hf.carry(box_, table[:1], engine="limit")
-    assert any("contain gravity" in note for note in single.notes)
-    assert not any("contain gravity" in note for note in hf.carry(tilted, table, engine="limit").notes)
+    for rows in (table, table[:1]):
+        assert any("upwards by 9.81 m/s²" in note for note in hf.carry(carried(), rows, engine="limit").notes)
+        turned = hf.carry(carried().tilted((0, 90, 0)), rows, engine="limit")
+        assert not any("contain gravity" in note for note in turned.notes)

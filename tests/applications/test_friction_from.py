@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import holdfast as hf
-from holdfast.applications.calibration.friction_fit import STEPS, Fit
+from holdfast.applications.calibration.friction_fit import Fit
 from holdfast.scene.shipped.blocks import at, box, cube, floor, stack
 
 G = 9.81
@@ -76,16 +76,6 @@ def test_held_and_moved_enclose_the_coefficient() -> None:
     alone = hf.friction_from(cube(), [low(0.5 * G), low(0.55 * G)], scatter=0.05)
     assert not any("the interval alone" in note for note in found.notes)
     assert alone.intervals[PAIR][0] <= found.intervals[PAIR][0] < found.mu[PAIR] < found.intervals[PAIR][1] < 0.6
-
-
-@pytest.mark.parametrize("engine", ["compliant", "limit", "graph"])
-def test_a_larger_force_is_more_friction(engine: str) -> None:
-    found = [
-        hf.friction_from(cube(), [low(f), low(1.1 * f)], scatter=0.1, engine=engine).intervals[PAIR]
-        for f in (1.0, 2.0, 4.0)
-    ]
-    assert np.diff(np.array(found), axis=0).min() > 0
-    assert found[1] == pytest.approx(2 * np.array(found[0]), rel=5e-3)
 
 
 def test_a_push_that_topples_says_that_friction_is_not_lower() -> None:
@@ -164,6 +154,16 @@ def test_pushes_that_contradict_each_other_are_undecided() -> None:
     assert "within a scatter of 3" in hf.friction_from(cube(), [low(1.0), low(1e4)]).undecided
 
 
+@pytest.mark.parametrize(("forces", "contradict"), [((5.0, 7.5), False), ((4.9, 8.2), True), ((2.45, 4.1), True)])
+def test_pushes_contradict_each_other_where_a_thousandth_of_all_would_be_as_far_apart(
+    forces: tuple[float, float], contradict: bool
+) -> None:
+    """ln² of their ratio / (2 0.1²) is of chi² with one degree of freedom: 8.2 is of 0.4 %, 13.3 is of 0.03 %."""
+    found = hf.friction_from(cube(), [low(force) for force in forces], scatter=0.1)
+    assert bool(found.undecided) is contradict
+    assert bool(found.mu) is not contradict
+
+
 def test_other_questions_take_the_answer() -> None:
     found = hf.friction_from(cube(), [low(f * G) for f in (0.45, 0.5, 0.55)])
     worst = hf.sets.worst_case(cube(), "cube", LOW, X, mu_range=found.mu_range)
@@ -176,7 +176,7 @@ def test_other_questions_take_the_answer() -> None:
 
 @pytest.mark.parametrize(
     ("given", "count", "limit", "draws"),
-    [(0.1, 10, None, 300), (None, 10, None, 300), (0.1, 20, 0.05, 300), (None, 20, 0.05, 200)],
+    [(0.1, 10, None, 200), (None, 10, None, 200), (0.1, 20, 0.05, 150), (None, 20, 0.05, 150)],
 )
 def test_intervals_cover_the_truth_as_often_as_stated(
     given: float | None, count: int, limit: float | None, draws: int
@@ -185,14 +185,14 @@ def test_intervals_cover_the_truth_as_often_as_stated(
 
     With a ``limit``, pushes end where ln(force / predicted) reaches it: those that held until then are one-sided.
     """
-    rng, s = np.random.default_rng(7), 0.1
+    rng, s, steps = np.random.default_rng(7), 0.1, np.linspace(-1.6, 1.6, 33)
     covered, widths = 0, []
     for logs in s * rng.standard_normal((draws, count)):
         moved = np.ones(count, dtype=bool) if limit is None else logs < limit
         fit = Fit(
             np.zeros(count),
-            (STEPS,),
-            (np.tile(STEPS[:, None], (1, count)),),
+            (steps,),
+            (np.tile(steps[:, None], (1, count)),),
             np.where(moved, logs, limit or 0),
             moved,
             given,
@@ -214,17 +214,11 @@ def test_intervals_cover_the_truth_as_often_as_stated(
     [
         ([], r"measured: is empty; needs at least one push"),
         ("cube", r"measured: is 'cube'; needs a list of pushes as \(body, point, direction, force\)"),
-        ([3], r"push 0: is 3; needs pushes as"),
         ([("cube", LOW, X)], r"push 0: is .*; needs pushes as"),
         ([low(1.0), low(-1.0)], r"push 1: force: is -1; needs a finite number > 0"),
-        ([low(0.0)], r"push 0: force: is 0; needs a finite number > 0"),
-        ([low(np.inf)], r"push 0: force: is inf; needs a finite number > 0"),
         ([("cub", LOW, X, 1.0)], r"'cub'; did you mean 'cube'"),
         ([("floor", (0, 0, 0), X, 1.0)], r"push 0: 'floor' is fixed; name movable bodies"),
-        ([("cube", LOW, (np.nan, 0, 0), 1.0)], r"push 0: direction"),
-        ([("cube", LOW, (0, 0, 0), 1.0)], r"push 0: direction: is zero"),
         ([("cube", (0, 0, 0.5), X, 1.0)], r"push 0: point 0 at .* from the surface"),
-        ([("cube", LOW, X, 1.0, "no")], r"push 0: moved: is 'no'; needs True or False"),
         ([low(1.0)], r"scatter: cannot be estimated from 1 pushes that moved something and 1 coefficients; give more"),
         ([low(1.0, False)] * 3, r"scatter: cannot be estimated from 0 pushes"),
     ],
@@ -232,26 +226,6 @@ def test_intervals_cover_the_truth_as_often_as_stated(
 def test_what_makes_no_sense_is_refused(measured: Any, match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match):
         hf.friction_from(cube(), measured)
-
-
-@pytest.mark.parametrize(
-    ("options", "match"),
-    [
-        ({"scatter": 0}, r"scatter: is 0; needs a finite number >= 0\.001"),
-        ({"scatter": 10.0}, r"scatter: is 10; needs at most 3"),
-        ({"confidence": 1}, r"confidence: is 1; needs a finite number > 0 and < 1"),
-        ({"engine": "complian"}, r"'complian' is unknown"),
-    ],
-)
-def test_options_out_of_range_are_refused(options: dict[str, Any], match: str) -> None:
-    with pytest.raises(hf.HoldfastError, match=match):
-        hf.friction_from(cube(), [low(1.0)], **{"scatter": 0.1} | options)
-
-
-def test_friction_of_zero_in_the_scene_is_no_obstacle() -> None:
-    bare = hf.Scene(cube().bodies, 0.0)
-    found = hf.friction_from(bare, [low(0.5 * G)], scatter=0.1)
-    assert found.intervals[PAIR] == pytest.approx(0.5 * np.exp([-0.196, 0.196]), rel=1e-3)
 
 
 def test_what_falls_on_its_own_tells_nothing_of_friction() -> None:

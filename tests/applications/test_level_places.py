@@ -77,6 +77,12 @@ def test_no_place_is_closer_to_a_neighbour_than_asked_and_one_is_just_so_close()
     assert not found(thing, full)
 
 
+@pytest.mark.parametrize(("length", "stands"), [(0.45, True), (0.65, True), (0.68, False), (1.2, False)])
+def test_three_fifths_of_the_face_must_lie_on_the_tray(length: float, stands: bool) -> None:
+    """The tray is 0.4 m long: of a plank of 0.65 m, 0.615 can lie on it, and of one of 0.68 m, 0.588."""
+    assert bool(found(box("plank", (length, 0.06, 0.02), 1, (0, 0, 0)), inset=0.0)) is stands
+
+
 @pytest.mark.parametrize(("slot", "free"), [(0.101, True), (0.09, False)])
 def test_a_place_beside_one_neighbour_is_no_place_if_it_is_too_near_to_another(slot: float, free: bool) -> None:
     """Between two walls a cube of 6 cm has 2 cm to either side, or 2 cm to one side and 1 cm to the other."""

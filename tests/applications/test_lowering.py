@@ -86,7 +86,7 @@ def test_a_ball_rests_in_a_groove_and_rolls_off_nothing() -> None:
     assert len(touching(moved, pose, stills, 1e-5).gaps) >= 3
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_it_never_ends_inside_and_always_touches(seed: int) -> None:
     rng = np.random.default_rng(seed)
     bodies = [floor()] + [

@@ -15,10 +15,10 @@ UP = np.array([0, 0, 1.0])
 PITCH = np.radians(30)
 
 
-def roof() -> hf.answers.RobustnessMap:
-    """A fixed block with a flat top and a side that slopes down at 30°; no push moves it."""
+def roof(pitch: float = PITCH) -> hf.answers.RobustnessMap:
+    """A fixed block with a flat top and a side that slopes down at a ``pitch``; no push moves it."""
     fall = 0.2 * np.tan(PITCH)
-    outline = np.array([(-0.2, 0), (0.2, 0), (0.2, 0.3 - fall), (0, 0.3), (-0.2, 0.3)])
+    outline = np.array([(-0.2, 0), (0.2, 0), (0.2, 0.3 - fall), (0.2 - fall / np.tan(pitch), 0.3), (-0.2, 0.3)])
     block = prism("block", outline, 0.2, 1, fixed=True)
     other = hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(5, 0, 0))
     return hf.robustness_map(hf.assemble(hf.Scene([block, other], 0.5)), ["block"], spacing=0.05, engine="limit")
@@ -38,6 +38,12 @@ def test_a_slope_is_chosen_less_by_its_cosine_to_the_power_of_level(level: float
     assert len(flat) > 5
     assert flat == pytest.approx(np.full(len(flat), flat[0]), rel=1e-9)
     assert slope == pytest.approx(np.full(len(slope), flat[0] * np.cos(PITCH) ** level), rel=1e-9)
+
+
+@pytest.mark.parametrize(("degrees", "chosen"), [(60, True), (78, True), (79, False), (85, False)])
+def test_what_is_steeper_than_arccos_0_2_carries_nothing(degrees: float, chosen: bool) -> None:
+    found = support_points([roof(np.radians(degrees))], 2.0, UP, hf.sets.Weights(), ANYWHERE)
+    assert (found.normals[:, 2] < 0.999).any() == chosen
 
 
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])

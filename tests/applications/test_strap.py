@@ -165,12 +165,8 @@ def test_wrong_straps_are_told() -> None:
         hf.Strap([("floor", (0, -1, 0)), ("crate", (0, 0, 0.1))], 1.0).loads(assembly)
     with pytest.raises(hf.errors.SceneError, match="coincide"):
         hf.Strap([("floor", (0, 0, 0)), ("box", (0, 0, 0))], 1.0)
-    with pytest.raises(hf.errors.SceneError, match="needs 2"):
-        hf.Strap([("floor", (0, 0, 0))], 1.0)
     with pytest.raises(hf.errors.SceneError, match="closed"):
         hf.Strap([("box", X), ("box", Y), ("box", Z)], 1.0, closed=True, mu=0.1)
-    with pytest.raises(hf.errors.SceneError, match="pretension"):
-        hf.Strap([("floor", X), ("box", Y)], -1.0)
     with pytest.raises(hf.errors.SceneError, match="no spring"):
         hf.Strap.tied(assembly, [hf.Strap([("floor", (1.2, 0, 0)), ("box", (h, 0, 0.05))], 1.0)], bedding=1e7)
     with pytest.raises(hf.errors.SceneError, match="4 points"):
@@ -190,7 +186,6 @@ def test_straps_from_files(tmp_path: Path) -> None:
     for wrong, told in (
         ("{}", "list"),
         ("- 3", "pretension"),
-        ("- {route: [], pretension: 1}", "route"),
         ("- {route: [[floor, 0, 0]], pretension: 1}", "route"),
         ("- {route: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: 1, sprng: 2}", "spring"),
         ("- {route: [[a, 0, 0, 0], [b, 0, 0, 1]], pretension: x}", "pretension"),

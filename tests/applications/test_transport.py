@@ -77,12 +77,8 @@ def test_fig_15(engine: str) -> None:
     two = limits(shipped("slope_two"), -Y, X, -X, engine=engine)
     assert one == pytest.approx([3.27, 1.2 * G, 5.78, 5.78], rel=1e-3)
     assert two == pytest.approx([1.2 * G, 5.084, 5.084], rel=1e-3)
-
-
-def test_fig_15_the_second_cube_holds_the_first() -> None:
-    one, two = (limits(shipped(name), Y, engine="limit")[0] for name in ("slope", "slope_two"))
-    assert two == pytest.approx(4.292, rel=1e-3)
-    assert two / one == pytest.approx(1.31, abs=0.01)
+    if engine == "limit":  # the second cube holds the first
+        assert limits(shipped("slope_two"), Y, engine=engine) == pytest.approx(4.292, rel=1e-3)
 
 
 def test_the_default_directions_are_the_circle_of_fig_15() -> None:
@@ -91,24 +87,6 @@ def test_the_default_directions_are_the_circle_of_fig_15() -> None:
     assert t.directions[[0, 25, 50, 75]] == pytest.approx(np.array([X, Y, -X, -Y]), abs=1e-12)
     assert t.acceleration[[25, 75]] == pytest.approx([3.27, 11.772], rel=1e-3)
     assert np.argmin(t.acceleration) == 25
-
-
-def test_a_polygon_cone_is_cautious_and_more_sides_less_so() -> None:
-    assembly = shipped("slope_two")
-    ways = assembly.scene.horizontal_directions(12)
-    four, eight, exact = (
-        hf.transport_limits(assembly, ways, engine=e).acceleration
-        for e in (hf.Limit(cone="inscribed", sides=4), hf.Limit(cone="inscribed", sides=8), hf.Limit())
-    )
-    assert (four <= eight * (1 + 1e-6)).all()
-    assert (eight <= exact * (1 + 1e-6)).all()
-    assert four[3] < 0.7 * exact[3]
-
-
-def test_graph_and_limit_agree_on_one_box() -> None:
-    for height in (0.1, 0.3):
-        graph, limit = (hf.transport_limits(carried(height), engine=e).acceleration for e in ("graph", "limit"))
-        assert graph == pytest.approx(limit, rel=1e-4)
 
 
 # ---- tilt
@@ -122,32 +100,6 @@ def test_a_tilted_tray_holds_less_uphill_and_more_downhill(height: float, engine
     up, down = limits(carried(height), Y, -Y, tilt_degrees=(np.degrees(angle), 0, 0), engine=engine)
     assert up == pytest.approx(G * (share * np.cos(angle) - np.sin(angle)), rel=1e-4)
     assert down == pytest.approx(G * (share * np.cos(angle) + np.sin(angle)), rel=1e-4)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("height", [0.1, 0.3])
-def test_a_tilted_tray_lets_go_at_the_friction_angle_or_over_the_edge(height: float, engine: str) -> None:
-    critical = np.arctan(min(MU, 0.1 / height))
-    for sense in (1, -1):
-        for share, status in ((0.99, hf.Status.STABLE), (1.01, hf.Status.UNSTABLE)):
-            turn = (np.degrees(sense * share * critical), 0, 0)
-            t = hf.transport_limits(carried(height), [X, Y], tilt_degrees=turn, engine=engine)
-            assert t.verdict.status is status
-            assert (t.acceleration > 0).all() == (status is hf.Status.STABLE)
-            if status is hf.Status.UNSTABLE:
-                assert set(t.status) == {hf.Status.UNSTABLE}
-                assert t.upper == pytest.approx(0)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_tilt_is_acceleration_under_scaled_gravity(engine: str) -> None:
-    """Level and accelerating uphill by g tan(angle), gravity felt is that of the tilted tray over cos(angle)."""
-    angle, assembly = 0.15, shipped("slope")
-    pulled = hf.sets.inertial_loads(assembly, acceleration=(0, -G * np.tan(angle), 0))
-    ways = np.array([X, Y, -Y, X - Y])
-    level = limits(assembly, *ways, standing=pulled, engine=engine)
-    tilted = limits(assembly, *ways, tilt_degrees=(-np.degrees(angle), 0, 0), engine=engine)
-    assert level * np.cos(angle) == pytest.approx(tilted, rel=1e-3)
 
 
 def test_a_tilt_is_a_rotation_vector_in_degrees() -> None:
@@ -177,16 +129,6 @@ def test_a_turntable_uses_up_friction_outwards(engine: str) -> None:
         assert (found[2:] < across).all()
     else:
         assert found[2:] == pytest.approx(across, rel=1e-3)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_turntable_throws_off_at_mu_g(engine: str) -> None:
-    radius = 0.4
-    for share, status in ((0.995, hf.Status.STABLE), (1.005, hf.Status.UNSTABLE)):
-        rate = share * np.sqrt(MU * G / radius)
-        motion = {"angular_velocity": (0, 0, -rate), "pivot": (0.3, 0.2 - radius, 0)}
-        t = turned(carried(place=(0.3, 0.2)), X, motion, engine=engine)
-        assert t.verdict.status is status
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -303,22 +245,11 @@ def test_what_falls_is_carried_nowhere() -> None:
         assert "b" in t.moving[0]
 
 
-def test_bounds() -> None:
-    t = hf.transport_limits(shipped("table"), bounds=True)
-    assert t.claim is hf.answers.Claim.HOLDS
-    assert (t.lower <= t.acceleration).all()
-    assert (t.acceleration <= t.upper * (1 + 1e-4)).all()
-    assert (t.upper < np.inf).all()
-
-
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        ({"directions": [[0, 0, 0]]}, "a direction is zero; needs"),
         ({"directions": np.zeros((0, 3))}, "is empty; needs"),
-        ({"directions": [1, 2]}, r"shape \(2,\); needs"),
         ({"tilt_degrees": [1, 2]}, r"tilt_degrees: has shape \(2,\); needs"),
-        ({"engine": "grap"}, "'grap' is unknown"),
         ({"engine": "graph", "bounds": True}, "not ordered against limit"),
     ],
 )

@@ -26,6 +26,7 @@ print(told[-1][0] == told[-1][1], count, *ready())
 """
 
 
+@pytest.mark.slow
 def test_every_function_has_machine_code_afterwards(tmp_path: Path) -> None:
     """With an empty folder: what is loaded from a full one brings its short functions along, unseen."""
     known = dict(os.environ, HOLDFAST_CACHE_DIR=str(tmp_path))

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from bench.scenes.random_assemblies import FAMILIES, standing
-from holdfast.assembly.axes import own_frame
+from holdfast.assembly.axes import contact_axes, own_frame
 from holdfast.assembly.one_group import part_of
-from holdfast.base.rigid import BESIDE, NOTHING, WORLD, snapped, snapped_number
+from holdfast.base.rigid import WORLD, snapped, snapped_number
 
 
 def moved(scene: hf.Scene, seed: int) -> hf.Scene:
@@ -85,6 +85,16 @@ def test_rounding_is_to_binary_digits_of_the_size_and_symmetric() -> None:
 
 def test_the_step_of_nothing_is_a_normal_number() -> None:
     """Genesis makes the processor take denormal numbers for zero, and values are divided by this step."""
-    assert sys.float_info.min < NOTHING * BESIDE / 2**55
+    step = snapped_number(1e-281, 0.0, 53)
+    assert step == 0 or step > sys.float_info.min
     assert snapped_number(0.0, 0.0, 53) == 0
     assert snapped(np.zeros(2), 0.0, 53).tolist() == [0, 0]
+
+
+def test_axes_of_contacts_are_right_handed_with_the_normal_first() -> None:
+    normals = np.random.default_rng(3).standard_normal((50, 3))
+    normals = np.vstack([normals / np.linalg.norm(normals, axis=1)[:, None], np.eye(3), -np.eye(3)])
+    axes = contact_axes(np.eye(3), normals)
+    np.testing.assert_array_equal(axes[:, 0], normals)
+    np.testing.assert_allclose(axes @ axes.transpose(0, 2, 1), np.broadcast_to(np.eye(3), axes.shape), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(axes), 1.0, atol=1e-12)

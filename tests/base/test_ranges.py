@@ -89,13 +89,13 @@ def test_d16_numbers_out_of_all_range_are_refused(name: str) -> None:
     assert str(caught.value).isprintable()
 
 
-@pytest.mark.parametrize("value", [LENGTH.least, LENGTH.largest])
+@pytest.mark.parametrize("value", [1e-6, 1e6])
 def test_the_ends_of_a_range_belong_to_it(value: float) -> None:
     assert hf.Sphere(value).radius == value
     assert checked_number(value, "x", above=0, within=LENGTH) == value
 
 
-@pytest.mark.parametrize("value", [LENGTH.least * (1 - 1e-9), LENGTH.largest * (1 + 1e-9)])
+@pytest.mark.parametrize("value", [1e-6 * (1 - 1e-9), 1e6 * (1 + 1e-9)])
 def test_what_is_just_outside_does_not(value: float) -> None:
     with pytest.raises(HoldfastError):
         hf.Sphere(value)

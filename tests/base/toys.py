@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
 import holdfast
-from holdfast.base.linking import SHORT
 
 TOY = """
 import numpy as np
@@ -35,6 +35,8 @@ def copied(copy: Path) -> Path:
     shutil.copytree(own, copy / "base", ignore=shutil.ignore_patterns("__pycache__"))
     (copy / "__init__.py").write_text("")
     linking = copy / "base" / "linking.py"
-    linking.write_text(linking.read_text().replace(f"SHORT = {SHORT}", "SHORT = 0"))
+    text, count = re.subn(r"^SHORT = \d+", "SHORT = 0", linking.read_text(), flags=re.MULTILINE)
+    assert count == 1
+    linking.write_text(text)
     (copy / "toy.py").write_text(TOY)
     return copy

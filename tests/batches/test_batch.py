@@ -17,24 +17,15 @@ from typing import Any
 
 import batch_drill
 import pytest
-from reproduced import reproducible
+from reproduced import rows
 
 import holdfast as hf
 from holdfast.base import progress
-from holdfast.batches import local_workers, run, tables
+from holdfast.batches import run, tables
 from holdfast.batches.folder import Folder
 from holdfast.batches.schema import TABLES
 
-HERE = str(Path(__file__).parent)
-
-Rows = dict[str, list[dict[str, Any]]]
-
-
-@pytest.fixture(autouse=True)
-def drill(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Workers do what the files say, which takes no time."""
-    monkeypatch.setattr(local_workers, "ANSWERED_BY", "batch_drill:answered")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
+pytestmark = pytest.mark.usefixtures("drill")
 
 
 @pytest.fixture
@@ -66,25 +57,18 @@ def batch(folder: Path, **options: Any) -> hf.answers.BatchReport:
     return hf.batch(str(folder / "*.yaml"), **given)
 
 
-def rows(out: Path) -> Rows:
-    """All rows of all tables, as far as two runs give the same."""
-    found = hf.read_batch(out)
-    return {name: [reproducible(name, row) for row in found.rows(name)] for name in TABLES}
-
-
 def test_all_scenes_have_rows_in_the_order_of_the_inputs(folder: Path) -> None:
     report = batch(folder)
     assert (report.scenes, report.asked, report.kept) == (8, 8, 0)
     assert dict(report.outcomes) == {"answered": 8}
+    report.save(folder.parent / "report.json")
+    assert hf.load_answer(folder.parent / "report.json") == report
     found = rows(folder.parent / "out")
     assert [row["reason"] for row in found["scenes"]] == [f"scene {k}" for k in range(8)]
     assert [row["number"] for row in found["pushes"]] == [k // 3 for k in range(24)]
     assert found["pushes"][5]["force"] == float("inf")
-    assert [path.name[:6] for path in sorted((folder.parent / "out" / "scenes").iterdir())] == [
-        "000000",
-        "000001",
-        "000002",
-    ]
+    shards = sorted(path.name[:6] for path in (folder.parent / "out" / "scenes").iterdir())
+    assert shards == ["000000", "000001", "000002"]
     assert list((folder.parent / "out" / "journal").glob("*.jsonl")) == []
 
 
@@ -105,13 +89,6 @@ def test_it_says_that_it_compiles_before_the_first_answer(folder: Path, monkeypa
     first = "compiling once for this version, then scenes"
     assert {stage for stage, done in told if done == 0} == {first}
     assert {stage for stage, done in told if done} == {"scenes"}
-
-
-@pytest.mark.parametrize("suffix", [".json", ".npz"])
-def test_the_report_is_read_back_from_a_file(folder: Path, tmp_path: Path, suffix: str) -> None:
-    report = batch(folder)
-    report.save(tmp_path / f"report{suffix}")
-    assert hf.load_answer(tmp_path / f"report{suffix}") == report
 
 
 def test_what_is_unchanged_is_not_asked_again(folder: Path, asked: Callable[[], list[str]]) -> None:
@@ -183,15 +160,13 @@ def test_rows_that_a_shard_loses_outlast_the_end_of_the_driver(
     ("word", "outcome", "told"),
     [
         ("hang", "time", "no answer within 3 s"),
-        pytest.param("spin", "time", "no answer within 3 s", marks=pytest.mark.slow),
         ("eat", "memory", "MemoryError"),
         ("exit", "crash", "exit code 7"),
-        pytest.param("segfault", "crash", "signal 11", marks=pytest.mark.slow),
         ("killed", "crash", "killed 3 times"),
-        pytest.param("raise", "crash", "ValueError: a defect", marks=pytest.mark.slow),
     ],
 )
 def test_what_a_scene_does_is_one_row_and_harms_no_other(folder: Path, word: str, outcome: str, told: str) -> None:
+    """All other endings: test_supervisor.py."""
     (folder / "3.yaml").write_text(f"{word} now")
     seconds = 60.0 if outcome == "memory" else 3.0  # a busy machine takes a while to use it up
     report = batch(folder, resources=hf.sets.Resources(megabytes=1000, shard_size=3), seconds=seconds)
@@ -397,15 +372,11 @@ def test_a_manifest_names_scenes_relative_to_its_folder(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"ask": "push"}, "'push' is unknown"),
         ({"ask": ()}, "ask: is empty"),
         ({"ask": "map:file"}, "'map:file' is unknown"),
         ({"options": {"map": {"spacin": 0.1}}}, "did you mean 'spacing'"),
-        ({"options": {"maps": {}}}, "'maps'"),
         ({"options": {"assemble": {"gap": object()}}}, "cannot be written as JSON"),
         ({"resources": hf.sets.Resources(shard="2/2")}, "0 <= i < n"),
-        ({"workers": 0}, "workers"),
-        ({"seconds": -1}, "seconds"),
         ({"retry": ["never"]}, "'never' is no outcome"),
     ],
 )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import ipaddress
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -16,21 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from reproduced import reproducible
+from reproduced import rows
 
 import holdfast as hf
-from holdfast.batches.schema import TABLES
 
 distributed = pytest.importorskip("distributed")
-HERE = str(Path(__file__).parent)
+pytestmark = pytest.mark.usefixtures("drill")
 LOOPBACK = "127.0.0.1"
-
-
-@pytest.fixture(autouse=True)
-def drill(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Workers, here and in the processes of Dask, do what the files say."""
-    monkeypatch.setattr("holdfast.batches.local_workers.ANSWERED_BY", "batch_drill:answered")
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([HERE, *filter(None, [os.environ.get("PYTHONPATH")])]))
 
 
 @pytest.fixture
@@ -43,11 +34,6 @@ def folder(tmp_path: Path) -> Path:
     (made / "4.yaml").write_text("exit")
     (made / "7.yaml").write_text("eat")
     return made
-
-
-def rows(out: Path) -> dict[str, list[dict[str, Any]]]:
-    found = hf.read_batch(out)
-    return {name: [reproducible(name, row) for row in found.rows(name)] for name in TABLES}
 
 
 def same(folder: Path, scheduler: Any) -> None:
@@ -93,11 +79,6 @@ def test_separate_workers_with_tls_one_of_them_killed(folder: Path, tmp_path: Pa
             assert workers[0].wait() == -signal.SIGKILL
         assert dict(here.outcomes) == dict(there.outcomes)
         assert rows(folder.parent / "there") == rows(folder.parent / "here")
-
-
-def test_by_address_it_gives_the_same_rows(folder: Path, tmp_path: Path) -> None:
-    with processes(None, tmp_path) as (address, _):
-        same(folder, address)
 
 
 @pytest.mark.parametrize("tls", [False, True], ids=["tcp", "tls"])
@@ -154,16 +135,8 @@ class processes:  # noqa: N801 - used as a function
             time.sleep(0.1)
         time.sleep(0.5)
         address = json.loads(self.file.read_text())["address"]
-        options = (
-            "--host",
-            LOOPBACK,
-            "--nthreads",
-            1,
-            "--no-nanny",
-            "--no-dashboard",
-            "--local-directory",
-            self.folder,
-        )
+        own = ("--local-directory", self.folder)
+        options = ("--host", LOOPBACK, "--nthreads", 1, "--no-nanny", "--no-dashboard", *own)
         workers = [self.run("distributed.cli.dask_worker", address, *options) for _ in range(2)]
         return address, workers
 

@@ -25,6 +25,8 @@ def row(**changed: Any) -> dict[str, Any]:
         (row(status="unstable"), Rules(stands=True), FAILED),
         (row(status="undecided"), Rules(stands=True), UNDECIDED),
         (row(status="unstable"), Rules(), PASSED),
+        (row(crushed=["carton"]), Rules(stands=True), FAILED),
+        (row(crushed=["carton"]), Rules(min_force=3.9), PASSED),
         (row(outcome="time", status=None), Rules(), FAILED),
         (row(), Rules(min_force=3.9), PASSED),
         (row(), Rules(min_force=4.0), PASSED),
@@ -72,6 +74,8 @@ def test_what_changed_is_told() -> None:
 def test_poses_are_compared_whatever_the_sign_of_a_quaternion() -> None:
     assert compared(row(), BODY | {"y": 3e-3, "z": -4e-3}) == "changed: cup moved by 5 mm"
     assert compared(row(), BODY | {"x": 5e-3}, distance=6e-3) == ""
+    assert compared(row(), BODY | {"x": 2e-6}) == "changed: cup moved by 0.002 mm", "a micrometre is allowed"
+    assert compared(row(), BODY | {"x": 5e-7}) == ""
     assert compared(row(), BODY | {"qw": -1.0}) == ""
     half = math.radians(2.0) / 2
     turned = BODY | {"qx": math.sin(half), "qw": math.cos(half)}

@@ -76,6 +76,7 @@ def test_rows_equal_single_calls_bit_for_bit(folder: Path) -> None:
         push = hf.robustness(assembly, body, point, way)
         compare([r for r in own["pushes"] if r["source"] == "push"], push, push.points, push.directions)
         assert own["scenes"][0]["weakest"] == min(*surfaces.force, *push.force)
+        assert own["scenes"][0]["weakest_lower"] == min(*surfaces.lower, *push.lower) < max(surfaces.lower)
         weak = min((row for row in own["pushes"]), key=lambda row: row["force"])
         assert own["scenes"][0]["weakest_body"] == weak["body"]
         assert own["scenes"][0]["weakest_mode"] == weak["mode"]
@@ -128,6 +129,22 @@ def test_what_was_answered_before_a_scene_ended_its_worker_is_kept(folder: Path)
     assert kept["pushes"] == []
     unread = record_of(job, Reply(TIME, "", "no answer within 60 s"))
     assert [len(unread[table]) for table in TABLES] == [1, 0, 0, 0, 0]
+
+
+def test_what_is_not_known_is_not_the_weakest() -> None:
+    """A cube on its edge along the edge of another: nothing is known of it, and the 0 of its pushes is no force."""
+    below, above = (
+        hf.Body(name, hf.Box((0.1,) * 3), mass=1, pose=hf.pose(0, 0, z * 2**0.5, pitch=45), fixed=name == "below")
+        for name, z in (("below", 0.05), ("above", 0.15))
+    )
+    options: dict[str, Any] = {"map": {"engine": "limit", "spacing": 0.1}, "transport": {"engine": "limit"}}
+    job = Job(0, "ridges", Question(("map", "transport"), options), scene=hf.Scene([below, above], 0.5))
+    tables = answered(job, lambda _: None)
+    (row,) = tables["scenes"]
+    assert {push["status"] for push in tables["pushes"]} == {"undecided"}
+    assert (row.get("weakest"), row.get("acceleration")) == (None, None)
+    assert (row["weakest_lower"], row["acceleration_lower"]) == (0, 0)
+    assert row["undecided"] == len(tables["pushes"]) + len(tables["transports"])
 
 
 def test_a_key_sees_every_byte_of_every_file(folder: Path) -> None:

@@ -35,15 +35,15 @@ OUTCOMES = [
     ("lego_cantilever.yaml", (), 1, "over turns about the axis"),
     ("drake_scene.dmd.yaml", (), 0, "tags of drake"),
     # what is missing is told, and nothing is guessed
-    ("table.scene_instance.json", (), 2, "give model_path=[the folder of the data set]"),
-    ("rim.obj", (), 2, "give friction=, density= or mass=, and floor=True or fixed="),
+    ("table.scene_instance.json", (), 2, "give --model-path the folder of the data set"),
+    ("rim.obj", (), 2, "give --friction, --density or --mass, and --floor or --fixed"),
     ("rim.obj", (*GIVEN, "--floor", "--collision", "hull"), 3, "rim is 10 mm above 'floor'"),
 ]
 ATTACKS = [
     ("m_model.xml", 2, "m_model.xml"),
     ("case_900308.usdz", 2, "case_900308.usdz"),
     ("hang.json", 1, "unsupported"),
-    ("layers/main.usda", 2, "has no physics material, so no friction; give friction="),
+    ("layers/main.usda", 2, "has no physics material, so no friction; give --friction"),
 ]
 
 

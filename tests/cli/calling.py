@@ -5,23 +5,32 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
 from holdfast.cli.main import run
 
 
-def called(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: object
-) -> tuple[int, str, str]:
+class Answer(NamedTuple):
+    """The exit code of a call, and what it printed."""
+
+    code: int
+    out: str
+    err: str
+
+
+Call = Callable[..., Answer]
+
+
+def called(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: object) -> Answer:
     """The exit code of `holdfast` with these arguments, and what it printed to stdout and stderr."""
     monkeypatch.setattr(sys, "argv", ["holdfast", *map(str, arguments)])
     with pytest.raises(SystemExit) as stopped:
         run()
     out, err = capsys.readouterr()
     code = stopped.value.code
-    return code if isinstance(code, int) else 0 if code is None else 1, out, err
+    return Answer(code if isinstance(code, int) else 0 if code is None else 1, out, err)
 
 
 def command(name: str) -> Callable[..., Any]:

@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
-from calling import called
+from calling import Call
 
 import holdfast as hf
 
 HOSTILE = "<script>alert(1)<!--&\"'"  # as a file name may be
-
-
-@pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    return lambda *arguments: called(monkeypatch, capsys, *arguments)
 
 
 def raised(height: float) -> hf.Scene:
@@ -41,17 +35,17 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_a_batch_is_told_and_reported_on_one_page(folder: Path, command: Callable[..., Any]) -> None:
+def test_a_batch_is_told_and_reported_on_one_page(folder: Path, call: Call) -> None:
     options = folder / "options.json"
     options.write_text(json.dumps({"engine": "limit", "transport": {"directions": [[1, 0, 0]]}}))
     arguments = ("--out", folder / "out", "--ask", "stability,transport", "--options", options, "--workers", 1)
-    code, out, _ = command("batch", folder / "in", *arguments)
+    code, out, _ = call("batch", folder / "in", *arguments)
     assert code == 1
     assert "3 scenes: 2 answered, 1 error, 2 stable" in out.replace("\n", " ")
     assert "error: " in out
-    code, out, _ = command("batch", folder / "in" / "*.yaml", *arguments, "--json")
+    code, out, _ = call("batch", folder / "in" / "*.yaml", *arguments, "--json")
     assert (json.loads(out)["asked"], json.loads(out)["kept"]) == (0, 3)
-    assert command("report", folder / "out")[0] == 0
+    assert call("report", folder / "out")[0] == 0
     page = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert "<script" not in page
     assert "&lt;script&gt;" in page
@@ -71,7 +65,7 @@ def test_a_batch_is_told_and_reported_on_one_page(folder: Path, command: Callabl
     ],
 )
 def test_a_check_says_what_fails(
-    tmp_path: Path, command: Callable[..., Any], height: float, options: tuple[Any, ...], code: int, result: str | None
+    tmp_path: Path, call: Call, height: float, options: tuple[Any, ...], code: int, result: str | None
 ) -> None:
     """A cube of 1 kg, friction 0.6: pushed at half its height it slips at 5.886 N; ``lower`` is a little less."""
     hf.save_scene(raised(height), tmp_path / "cube.yaml")
@@ -79,20 +73,20 @@ def test_a_check_says_what_fails(
     pushes.write_text("body,x,y,z,dx,dy,dz\ncube,-0.05,0,0.05,1,0,0\n")
     given = (*options, *(("--push", pushes) if "--min-force" in options else ()))
     junit = tmp_path / "junit.xml"
-    found, out, _ = command("check", tmp_path / "cube.yaml", *given, "--junit", junit, "--workers", 1)
+    found, out, _ = call("check", tmp_path / "cube.yaml", *given, "--junit", junit, "--workers", 1)
     assert found == code, out
     (case,) = Xml.parse(junit).getroot()
     assert [child.tag for child in case] == ([] if result is None else [result])
 
 
-def test_a_check_says_what_changed_since_the_baseline(tmp_path: Path, command: Callable[..., Any]) -> None:
+def test_a_check_says_what_changed_since_the_baseline(tmp_path: Path, call: Call) -> None:
     scene, old, new = tmp_path / "cube.yaml", tmp_path / "old", tmp_path / "new"
     hf.save_scene(raised(0.0), scene)
-    assert command("check", scene, "--stands", "--out", old, "--workers", 1)[0] == 0
+    assert call("check", scene, "--stands", "--out", old, "--workers", 1)[0] == 0
     hf.save_scene(raised(1e-5), scene)
-    code, out, _ = command("check", scene, "--baseline", old, "--out", new, "--workers", 1)
+    code, out, _ = call("check", scene, "--baseline", old, "--out", new, "--workers", 1)
     assert (code, "cube moved by 0.01 mm" in out) == (1, True)
-    assert command("check", scene, "--baseline", old, "--out", new, "--distance", 2e-5)[0] == 0
+    assert call("check", scene, "--baseline", old, "--out", new, "--distance", 2e-5)[0] == 0
 
 
 @pytest.mark.parametrize(
@@ -106,9 +100,9 @@ def test_a_check_says_what_changed_since_the_baseline(tmp_path: Path, command: C
     ],
 )
 def test_bad_input_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: Callable[..., Any], arguments: tuple[str, ...], words: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: Call, arguments: tuple[str, ...], words: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    code, _, err = command(*arguments)
+    code, _, err = call(*arguments)
     assert code == 2
     assert words in err

@@ -10,6 +10,7 @@ import pytest
 from calling import command
 
 import holdfast as hf
+from holdfast.cli.calibrate_command import measured_pushes
 
 calibrate = command("calibrate")
 HEAD = "body,x,y,z,dx,dy,dz,force,moved\n"
@@ -38,6 +39,12 @@ def test_it_says_what_friction_is_and_how_surely(calibrate: Any, tmp_path: Path)
     assert data["mu"] == {"cube-floor": saved.mu["cube", "floor"]}
     assert data["moved"] == [True, True, True, False]
     assert saved.mu["cube", "floor"] == pytest.approx(0.5, rel=0.02)
+
+
+def test_every_word_for_what_moved_is_read(tmp_path: Path) -> None:
+    words = {"1": True, "true": True, "YES": True, "": True, "0": False, "False": False, "no": False}
+    pushes = measured_pushes(written(tmp_path, *(f"4,{word}" for word in words)))
+    assert [push[-1] for push in pushes] == [*words.values()]
 
 
 def test_scatter_and_confidence_are_options(calibrate: Any, tmp_path: Path) -> None:

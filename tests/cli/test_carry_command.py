@@ -59,6 +59,23 @@ def test_the_vehicle_drives_where_it_heads(carry: Any) -> None:
     assert times[0, -1, 0] == pytest.approx((11.772 / (0.8 * 9.80665)) ** 0.5, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("omega", "options", "code"),
+    [
+        (0, (), 0),
+        (0, ("--tilt-degrees", 40, 0, 0), 1),  # beyond the angle of friction, 31 degrees
+        (2, (), 0),
+        (2, ("--pivot", 2, 0, 0), 1),  # 8 m/s² outwards, of 5.9 that friction bears
+    ],
+)
+def test_a_carrier_leans_and_turns_about_a_point(
+    omega: float, options: tuple[object, ...], code: int, carry: Any, tmp_path: Path
+) -> None:
+    rows = "".join(f"{t},0,0,0,0,0,0,0,0,{omega}\n" for t in (0, 1))
+    (tmp_path / "turn.csv").write_text(rows)
+    assert carry("cube", "--profile", "turn.csv", *options)[0] == code
+
+
 def test_straps_hold_what_slips(carry: Any, tmp_path: Path) -> None:
     path = [["floor", 0, -0.05, 0], ["cube", 0, -0.05, 0.1], ["cube", 0, 0.05, 0.1], ["floor", 0, 0.05, 0]]
     (tmp_path / "straps.json").write_text(json.dumps([{"route": path, "pretension": 50}]))

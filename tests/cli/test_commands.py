@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from calling import called
+from calling import Call
 
 import holdfast as hf
 from holdfast.cli.main import COMMANDS
@@ -36,42 +36,32 @@ def test_the_help_imports_neither_compiler_nor_engines() -> None:
     assert all(name in done.stdout for name in COMMANDS)
 
 
-def test_an_unknown_command_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _, err = called(monkeypatch, capsys, "asses", "table")
-    assert code == 2
-    assert "asses" in err
-
-
-def test_warmup_tells_the_folder(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_warmup_tells_the_folder(monkeypatch: pytest.MonkeyPatch, call: Call, tmp_path: Path) -> None:
     monkeypatch.setattr("holdfast.cli.warmup_command.compile_all", lambda group, processes: 93)
     monkeypatch.setenv("HOLDFAST_CACHE_DIR", str(tmp_path))
-    code, out, _ = called(monkeypatch, capsys, "warmup", "--json")
+    code, out, _ = call("warmup", "--json")
     assert (code, json.loads(out)) == (0, {"functions": 93, "folder": str(tmp_path)})
 
 
-def test_a_map_of_many_bodies_says_what_engine_limit_would_cost(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_map_of_many_bodies_says_what_engine_limit_would_cost(call: Call, tmp_path: Path) -> None:
     """On stderr, so that the table and JSON are as they were; never where it is no choice."""
     path = tmp_path / "wall.yaml"
     many = wall(6, 5, 0.5, "wall")
     hf.save_scene(many, path)
     options = ("--bodies", many.movable[0].name, "--spacing", 1.0)
-    told = called(monkeypatch, capsys, "map", path, *options)[2]
+    told = call("map", path, *options)[2]
     assert f"{len(many.movable)} bodies hold each other here: --engine limit takes about" in told
-    assert called(monkeypatch, capsys, "map", path, *options, "--engine", "limit")[2] == ""
-    assert called(monkeypatch, capsys, "map", "table", "--spacing", 0.5)[2] == ""
+    assert call("map", path, *options, "--engine", "limit")[2] == ""
+    assert call("map", "table", "--spacing", 0.5)[2] == ""
 
 
 def test_doctor_tells_versions_extras_and_the_folder(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    monkeypatch: pytest.MonkeyPatch, call: Call, tmp_path: Path
 ) -> None:
     """An extra whose package is missing is named with the command that installs it."""
     monkeypatch.setenv("HOLDFAST_CACHE_DIR", str(tmp_path / "code"))
     monkeypatch.setattr("holdfast.cli.doctor._version", lambda name: None if name == "pyarrow" else "1.2.3")
-    code, out, _ = called(monkeypatch, capsys, "doctor", "--json")
+    code, out, _ = call("doctor", "--json")
     found = json.loads(out)
     assert code == 0
     assert found["cache"] == {"folder": str(tmp_path / "code"), "writable": True, "megabytes": 0.0}
@@ -80,4 +70,4 @@ def test_doctor_tells_versions_extras_and_the_folder(
     assert found["packages"]["core"]["numpy"] == "1.2.3"
     assert found["packages"]["tables"] == {"pyarrow": None}
     monkeypatch.setenv("COLUMNS", "120")
-    assert "missing: pip install 'holdfast-robotics[tables]'" in called(monkeypatch, capsys, "doctor")[1]
+    assert "missing: pip install 'holdfast-robotics[tables]'" in call("doctor")[1]

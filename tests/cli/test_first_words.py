@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from calling import called as called_with
+from calling import Call
 from rich.console import Console
 
 import holdfast as hf
@@ -15,16 +14,9 @@ from holdfast.cli.main import COMMANDS, TASKS
 from holdfast.report.stability_table import stability_report
 from holdfast.scene.shipped.blocks import at
 
-Call = Callable[..., tuple[int, str, str]]
 
-
-@pytest.fixture
-def called(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    return lambda *arguments: called_with(monkeypatch, capsys, *arguments)
-
-
-def test_without_arguments_it_shows_five_tasks(called: Call) -> None:
-    code, text, _ = called()
+def test_without_arguments_it_shows_five_tasks(call: Call) -> None:
+    code, text, _ = call()
     assert code == 0
     assert len(TASKS) == 5
     for task, command in TASKS:
@@ -34,8 +26,8 @@ def test_without_arguments_it_shows_five_tasks(called: Call) -> None:
         assert command.split()[1] in COMMANDS
 
 
-def test_the_push_of_the_five_tasks_answers(called: Call) -> None:
-    code, text, _ = called(*TASKS[1][1].split()[1:])
+def test_the_push_of_the_five_tasks_answers(call: Call) -> None:
+    code, text, _ = call(*TASKS[1][1].split()[1:])
     assert code == 0
     assert "before something moves" in text
 
@@ -65,11 +57,11 @@ def test_each_leg_has_its_own_force() -> None:
     assert {place: float(row[-2]) for place, row in rows.items()} == pytest.approx(expected, rel=3e-3)  # three digits
 
 
-def test_nothing_that_is_zero_is_printed_as_rounding(called: Call, tmp_path: Path) -> None:
+def test_nothing_that_is_zero_is_printed_as_rounding(call: Call, tmp_path: Path) -> None:
     floor = hf.Body("floor", hf.Box((1, 1, 0.1)), pose=at(0, 0, -0.05), fixed=True)
     orange = hf.Body("orange", hf.Sphere(0.04), mass=0.2, pose=at(0, 0, 0.04))
     hf.save_scene(hf.Scene([floor, orange], 0.5), tmp_path / "orange.yaml")
-    code, text, _ = called(
+    code, text, _ = call(
         "push", tmp_path / "orange.yaml", "orange", "--at", "-0.04", "0", "0.04", "--along", "1", "0", "0"
     )
     assert code == 0
@@ -92,8 +84,8 @@ def test_a_reason_is_said_once_whatever_is_only_balanced() -> None:
     assert "ball, other" in reason
 
 
-def test_an_engine_without_bounds_answers_a_push(called: Call) -> None:
-    code, text, _ = called(
+def test_an_engine_without_bounds_answers_a_push(call: Call) -> None:
+    code, text, _ = call(
         "push", "cube", "cube", "--at", "-0.05", "0", "0.05", "--along", "1", "0", "0", "--engine", "graph"
     )
     assert code == 0
@@ -103,7 +95,7 @@ def test_an_engine_without_bounds_answers_a_push(called: Call) -> None:
 @pytest.mark.parametrize(
     "question", [("push", "vase", "--at=-0.08,0,0.1", "--along=1,0,0"), ("map", "--spacing", "0.1"), ("transport",)]
 )
-def test_no_reason_is_said_twice(called: Call, tmp_path: Path, question: tuple[str, ...]) -> None:
+def test_no_reason_is_said_twice(call: Call, tmp_path: Path, question: tuple[str, ...]) -> None:
     """One box falls, another hovers by a little more than what counts as contact."""
     scene = hf.Scene(
         [
@@ -115,7 +107,7 @@ def test_no_reason_is_said_twice(called: Call, tmp_path: Path, question: tuple[s
     )
     hf.save_scene(scene, tmp_path / "scene.yaml")
     command, *rest = question
-    _, text, _ = called(command, tmp_path / "scene.yaml", *rest)
+    _, text, _ = call(command, tmp_path / "scene.yaml", *rest)
     told = " ".join(text.split())
     assert told.count("would rest there") == 1
     assert told.count("no contact forces balance every body") <= 1

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 
 import pytest
-from calling import called, command
+from calling import Call, command
 
 import holdfast as hf
 
-Call = Callable[..., tuple[int, str, str]]
 remove, build, safe = command("remove"), command("build"), command("safe")
 
 
@@ -30,6 +28,12 @@ def test_remove_as_json(remove: Call) -> None:
     data = json.loads(out)
     assert (code, data["answer"], data["moving"], data["blockers"]) == (1, "unsafe", ["cube3"], [])
     assert data == hf.can_remove(hf.shipped_scene("stack"), "cube2", lift=(1, 0, 0)).to_dict() | {"notes": []}
+
+
+def test_what_a_hand_would_have_to_hold_is_told(remove: Call) -> None:
+    sideways = ("stack", "cube2", "--lift", 1, 0, 0)
+    assert "hold cube3" not in remove(*sideways).out
+    assert "it may with hands: hold cube3 with 9.81 N" in " ".join(remove(*sideways, "--hands", 1).out.split())
 
 
 def test_build_lists_the_steps_and_what_each_state_holds(build: Call) -> None:
@@ -65,14 +69,14 @@ def test_safe_lists_pushes_with_their_effects(safe: Call) -> None:
     assert set(json.loads(out)["effect"]) == {"nothing"}
 
 
-def test_bad_input_ends_with_2(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_ends_with_2(call: Call) -> None:
     for words, text in (
         (("remove", "stack", "cube7"), "did you mean"),
         (("remove", "stack", "floor"), "the body is fixed"),
         (("safe", "stack", "cube3", "--force", "-1"), "needs a finite number > 0"),
         (("safe", "stack", "cube3"), "--force"),
     ):
-        code, _, err = called(monkeypatch, capsys, *words)
+        code, _, err = call(*words)
         assert code == 2
         assert text in err
 

@@ -3,58 +3,51 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from calling import called as called_with
+from calling import Call
 
 import holdfast as hf
 
-Call = Callable[..., tuple[int, str, str]]
 SIDE = ("--at", "-0.05", "0", "0.05", "--along", "1", "0", "0")
 
 
-@pytest.fixture
-def called(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    return lambda *arguments: called_with(monkeypatch, capsys, *arguments)
-
-
-def test_a_cube_is_pushed_and_the_answer_is_that_of_the_library(called: Call) -> None:
-    code, text, _ = called("push", "cube", "cube", *SIDE)
+def test_a_cube_is_pushed_and_the_answer_is_that_of_the_library(call: Call) -> None:
+    code, text, _ = call("push", "cube", "cube", *SIDE)
     assert code == 0
     assert "5.886 N before something moves" in text
     assert "estimated to hold up to 5.8" in text
     assert "above" in text
-    code, text, _ = called("push", "cube", "cube", *SIDE, "--engine", "limit", "--json")
+    code, text, _ = call("push", "cube", "cube", *SIDE, "--engine", "limit", "--json")
     found = hf.robustness(hf.assemble(hf.shipped_scene("cube")), "cube", (-0.05, 0, 0.05), (1, 0, 0), engine="limit")
     assert code == 0
     assert json.loads(text)["force"] == pytest.approx(found.force.tolist())
 
 
-def test_points_and_directions_may_be_the_bodys_own(called: Call, tmp_path: Path) -> None:
+def test_points_and_directions_may_be_the_bodys_own(call: Call, tmp_path: Path) -> None:
     pose = np.array([[0.0, -1, 0, 3], [1, 0, 0, 2], [0, 0, 1, 0.05], [0, 0, 0, 1]])
     box = hf.Body("box", hf.Box((0.2, 0.1, 0.1)), mass=1, pose=pose)
     scene = hf.Scene([hf.Body("floor", hf.HalfSpace(), fixed=True), box], 0.4)
     hf.save_scene(scene, tmp_path / "scene.yaml")
     where = ("push", str(tmp_path / "scene.yaml"), "box", "--engine", "limit", "--json")
-    _, own, _ = called(*where, "--local", "--at", "-0.1", "0.02", "0", "--along", "1", "0.1", "0")
-    _, world, _ = called(*where, "--at", "2.98", "1.9", "0.05", "--along", "-0.1", "1", "0")
+    _, own, _ = call(*where, "--local", "--at", "-0.1", "0.02", "0", "--along", "1", "0.1", "0")
+    _, world, _ = call(*where, "--at", "2.98", "1.9", "0.05", "--along", "-0.1", "1", "0")
     assert json.loads(own)["force"] == pytest.approx(json.loads(world)["force"], rel=1e-9)
     assert json.loads(own)["points"] == [pytest.approx([2.98, 1.9, 0.05])]
 
 
-def test_uncertain_poses_lower_what_is_promised(called: Call) -> None:
+def test_uncertain_poses_lower_what_is_promised(call: Call) -> None:
     sure, unsure = (
-        json.loads(called("push", "cube", "cube", *SIDE, "--engine", "limit", "--json", *more)[1])["lower"][0]
+        json.loads(call("push", "cube", "cube", *SIDE, "--engine", "limit", "--json", *more)[1])["lower"][0]
         for more in ((), ("--pose-sigma", "0.0005", "0.2"))
     )
     assert 0.3 * sure < unsure < sure
 
 
-def test_pressing_down_moves_nothing(called: Call) -> None:
-    code, text, _ = called("push", "cube", "cube", "--local", "--at", "0", "0", "0.05", "--along", "0", "0", "-1")
+def test_pressing_down_moves_nothing(call: Call) -> None:
+    code, text, _ = call("push", "cube", "cube", "--local", "--at", "0", "0", "0.05", "--along", "0", "0", "-1")
     assert code == 0
     assert "however hard: nothing moves" in text
 
@@ -68,7 +61,7 @@ def test_pressing_down_moves_nothing(called: Call) -> None:
         (("cub", "--local", *SIDE), "did you mean 'cube'"),
     ],
 )
-def test_what_cannot_be_asked_is_told(called: Call, arguments: tuple[str, ...], told: str) -> None:
-    code, _, text = called("push", "cube", *arguments)
+def test_what_cannot_be_asked_is_told(call: Call, arguments: tuple[str, ...], told: str) -> None:
+    code, _, text = call("push", "cube", *arguments)
     assert code == 2
     assert told in text

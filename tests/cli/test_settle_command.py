@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calling import called
+from calling import Call
 
 import holdfast as hf
 from holdfast.scene.shipped.blocks import box, floor
@@ -25,10 +25,8 @@ def scenes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "code", "status"), [("hover", 0, "stable"), ("hang", 1, "unstable"), ("deep", 3, "undecided")]
 )
-def test_exit_codes_and_json(
-    name: str, code: int, status: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    ended, out, _ = called(monkeypatch, capsys, "settle", f"{name}.yaml", "--travel", "0.01", "--json")
+def test_exit_codes_and_json(name: str, code: int, status: str, call: Call) -> None:
+    ended, out, _ = call("settle", f"{name}.yaml", "--travel", "0.01", "--json")
     assert ended == code
     told = json.loads(out)
     assert told["status"] == status
@@ -36,9 +34,9 @@ def test_exit_codes_and_json(
 
 
 @pytest.mark.usefixtures("scenes")
-def test_files(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_files(call: Call) -> None:
     arguments = ("settle", "hover.yaml", "-o", "rest.yaml", "--png", "rest.png")
-    ended, out, _ = called(monkeypatch, capsys, *arguments)
+    ended, out, _ = call(*arguments)
     assert ended == 0
     assert "sank 2 mm" in " ".join(out.split())
     assert np.allclose(hf.load_scene("rest.yaml").body("a").pose[:3, 3], (0, 0, 0.05), atol=1e-5)

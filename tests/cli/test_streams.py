@@ -10,25 +10,19 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from calling import called
+from calling import Call
 
 import holdfast as hf
 from holdfast.cli.output import Output, OutputLost, make_writable, out, print_json
 from holdfast.cli.stopping import STOPPED, stoppable
 from holdfast.scene.shipped.blocks import box, cube, floor
 
-Call = Callable[..., tuple[int, str, str]]
 FULL = Path("/dev/full")
-
-
-@pytest.fixture
-def call(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    return lambda *arguments: called(monkeypatch, capsys, *arguments)
 
 
 @pytest.fixture

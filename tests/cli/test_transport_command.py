@@ -76,6 +76,12 @@ def test_motion_of_the_tray(transport: Any) -> None:
     assert json.loads(out)["gravity"] == pytest.approx([0, -across, -along])
 
 
+def test_a_jolt_upwards_presses_the_load_down(transport: Any) -> None:
+    for jolt in (2, -2):
+        _, out, _ = transport("cube", "--count", 4, "--json", "--engine", "limit", "--jolt", jolt)
+        assert json.loads(out)["acceleration"] == pytest.approx([0.6 * (9.81 + jolt)] * 4, rel=1e-4)
+
+
 def test_the_set_and_the_picture_are_written(transport: Any) -> None:
     for name in ("set.json", "set.npz"):
         code, out, _ = transport("cube", "--engine", "limit", "--compare", "graph", "--set", name, "--png", "p.png")

@@ -64,6 +64,13 @@ def test_the_verdict_comes_first(status: hf.Status, code: int) -> None:
     assert common.exit_code(UNSTABLE, unknown(found).answers) == 1
 
 
+@pytest.mark.parametrize(
+    ("reached", "proven", "code"), [(True, True, 0), (True, False, 0), (False, True, 1), (False, False, 3)]
+)
+def test_a_search_that_gave_up_proves_nothing(reached: bool, proven: bool, code: int) -> None:
+    assert common.order_exit_code(reached=reached, proven=proven) == code
+
+
 def test_the_table_of_a_map_tells_the_kinds_apart(holdfast: Any) -> None:
     def change(found: Any) -> Any:
         found = retold(found, found.body == "slab", UNDECIDED, notes=(REASON,))

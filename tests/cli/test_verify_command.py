@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from calling import called, command
+from calling import Call, command
 
 import holdfast as hf
 from holdfast.scene.shipped import shipped_scene
@@ -53,11 +53,9 @@ def test_a_scene_with_holds_is_refused(verify: Any, certificate: Path, tmp_path:
 
 
 @pytest.mark.parametrize("asked", [["assess"], ["remove", "cube3"], ["disassemble"], ["build"]])
-def test_commands_write_certificates(
-    verify: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, asked: list[str]
-) -> None:
+def test_commands_write_certificates(verify: Any, call: Call, tmp_path: Path, asked: list[str]) -> None:
     path = tmp_path / "proof.json"
-    code, out, err = called(monkeypatch, capsys, asked[0], "stack", *asked[1:], "--certificate", path)
+    code, out, err = call(asked[0], "stack", *asked[1:], "--certificate", path)
     assert (code, err) == (0, "")
     assert "wrote" in out
     assert verify(path)[0] == 0

@@ -46,11 +46,3 @@ def test_mean_error_and_class_of_a_thousand_pushes(scene: str, names: list[str],
     assert len(error) > 300
     assert error.mean() <= limit
     assert clear_mismatches == 0
-
-
-def test_the_truth_that_couples_slip_and_torsion_lies_lower() -> None:
-    """A reminder that ``graph`` is optimistic off-centre: 3.544 N is the full limit surface (method.md)."""
-    assembly = hf.assemble(shipped_scene("cube"))
-    force = hf.robustness(assembly, "cube", (-0.05, 0.045, 0.02), (1, 0, 0), engine="graph").force[0]
-    assert force == pytest.approx(5.00438, rel=1e-4)
-    assert force > 1.4 * 3.544

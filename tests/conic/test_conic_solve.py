@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import clarabel
 import numpy as np
 import pytest
 from scipy import sparse
@@ -169,3 +170,39 @@ def test_certificates_of_any_length_are_numbers_whose_products_are_still_numbers
     assert np.isfinite(found.residual)
     prepared._solver = real
     assert prepared.solve().x.tolist() == solve(LINE).x.tolist()
+
+
+@pytest.mark.parametrize("status", sorted(name for name in dir(clarabel.SolverStatus) if name[0].isupper()))
+def test_every_end_of_the_solver_is_told_as_what_it_is(status: str) -> None:
+    """By the solver's own names: full accuracy is claimed for one of them, and proofs for no more than two each."""
+    expected = {
+        "Solved": "SOLVED",
+        "AlmostSolved": "ALMOST_SOLVED",
+        "PrimalInfeasible": "INFEASIBLE",
+        "AlmostPrimalInfeasible": "INFEASIBLE",
+        "DualInfeasible": "UNBOUNDED",
+        "AlmostDualInfeasible": "UNBOUNDED",
+        "MaxIterations": "LIMIT",
+        "MaxTime": "LIMIT",
+    }
+    ended = SimpleNamespace(status=getattr(clarabel.SolverStatus, status), x=[2.0, 0], z=[-1.0, 0, 2], iterations=3)
+    prepared = Prepared(LINE)
+    prepared._solver = SimpleNamespace(solve=lambda: ended)
+    assert prepared.solve().outcome.name == expected.get(status, "TROUBLE")
+
+
+def test_violation_is_the_way_back_into_the_cones() -> None:
+    """Adding a violation to the slack, along each cone's axis, is just enough to be inside; random cones and points."""
+    rng = np.random.default_rng(8)
+    for _ in range(50):
+        slack, x, A = rng.normal(size=9), rng.normal(size=4), rng.normal(size=(9, 4))
+        cones: Cones = (("zero", 1), ("second_order", 3), ("nonnegative", 2), ("second_order", 3))
+        off = violation(program(A, slack + A @ x, np.zeros(4), cones), x)
+
+        def inside(more: float, slack: np.ndarray = slack) -> bool:
+            zero, first, second = abs(slack[0]), slack[1:4], slack[6:9]
+            round_ones = all(np.linalg.norm(cone[1:]) <= cone[0] + more for cone in (first, second))
+            return bool(zero <= more and round_ones and (slack[4:6] >= -more).all())
+
+        assert inside(off + 1e-9)
+        assert not inside(off - 1e-9)

@@ -6,6 +6,8 @@ import warnings
 
 import numpy as np
 import pytest
+import shapely
+import trimesh
 
 import holdfast as hf
 from holdfast.base.rigid import pose_from
@@ -39,6 +41,21 @@ def test_a_patch_of_flat_faces_lies_midway_between_them(shape: str, order: int, 
     below_cube = (beneath - patch.polygon) @ turn[:, 2]
     assert above_floor == pytest.approx(below_cube, abs=1e-9)
     assert above_floor.mean() == pytest.approx(APART / 2, rel=5e-3)
+    assert patch.separation is not None
+    assert np.mean(patch.separation) == pytest.approx(APART, rel=5e-3)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("apart", [5e-5, 0.0, -5e-5])
+def test_the_separation_of_a_face_with_many_corners_is_positive_where_there_is_a_gap(apart: float, order: int) -> None:
+    """An L on a floor: its area is 0.03 m², and the patch lies halfway in the gap or in the overlap."""
+    outline = shapely.Polygon([(0, 0), (0.2, 0), (0.2, 0.1), (0.1, 0.1), (0.1, 0.2), (0, 0.2)])
+    mesh = trimesh.creation.extrude_polygon(outline, 0.1)
+    ell = hf.Body("ell", hf.Mesh(mesh.vertices, mesh.faces), mass=1, position=(0, 0, apart))
+    (found,) = hf.assemble(hf.Scene([floor(), ell][::order], 0.5), gap=2e-4).interfaces
+    assert found.separation == pytest.approx(apart, abs=1e-12)
+    assert found.area == pytest.approx(0.03)
+    assert [patch.centroid[2] for patch in found.patches] == pytest.approx([apart / 2], abs=1e-12)
 
 
 def test_surfaces_at_one_height_do_not_hide_each_other() -> None:

@@ -8,7 +8,7 @@ import trimesh
 
 from holdfast.base.arrays import Float
 from holdfast.contacts.cuboids import Near, patches_of
-from holdfast.contacts.detect import NEGLIGIBLE_WIDTH, find_patches
+from holdfast.contacts.detect import find_patches
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Tolerances
@@ -29,7 +29,7 @@ def directly(a: Body, b: Body, gap: float = GAP) -> tuple[Patch, ...] | None:
     assert a.cuboid is not None
     assert b.cuboid is not None
     own, size = Tolerances(gap, 1.0).between(a, b), min(a.size, b.size)
-    return patches_of([Near(a.cuboid, b.cuboid, own.gap, size, NEGLIGIBLE_WIDTH * size)])[0]
+    return patches_of([Near(a.cuboid, b.cuboid, own.gap, size, 1e-6 * size)])[0]
 
 
 def through_triangles(a: Body, b: Body, gap: float = GAP) -> tuple[Patch, ...]:
@@ -90,7 +90,7 @@ def test_one_pair_does_not_depend_on_the_others() -> None:
         a, b = pair(rng)
         assert a.cuboid is not None
         assert b.cuboid is not None
-        near.append(Near(a.cuboid, b.cuboid, GAP, min(a.size, b.size), NEGLIGIBLE_WIDTH * min(a.size, b.size)))
+        near.append(Near(a.cuboid, b.cuboid, GAP, min(a.size, b.size), 1e-6 * min(a.size, b.size)))
     together, alone = patches_of(near), [patches_of([each])[0] for each in near]
     assert together == alone
 

@@ -7,10 +7,13 @@ import warnings
 
 import numpy as np
 import pytest
+import shapely
+import trimesh
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
+from holdfast.contacts import overlap
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 
@@ -147,3 +150,17 @@ def test_one_depth_is_told_everywhere() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         assert "by 58 mm" in hf.settle(scene).reason
+
+
+def test_the_way_out_of_a_grain_in_a_rock_takes_no_thousand_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The grain goes up by .1 m and by its own size into the notch; the hull of the rock knows of .3 m only."""
+    tried: list[int] = []
+    monkeypatch.setattr(overlap, "_shrunk", lambda solid, old=overlap._shrunk: (tried.append(1), old(solid))[1])
+    outline = np.array([[0, 0], [2, 0], [2, 1.4], [1.3, 1.4], [1.3, 0.4], [0.7, 0.4], [0.7, 1.4], [0, 1.4]])
+    bent = trimesh.creation.extrude_polygon(shapely.Polygon(outline), 1.0)
+    rock = hf.Body("rock", hf.Mesh(bent.vertices, bent.faces), fixed=True)
+    grain = hf.Body("grain", hf.Box((2e-4, 2e-4, 2e-4)), mass=1.0, position=(1.0, 0.3, 0.5))
+    with pytest.warns(hf.errors.HoldfastWarning):
+        (found,) = hf.assemble(hf.Scene([rock, grain], 0.5)).overlaps
+    assert found.depth == pytest.approx(0.1001, rel=2e-3)
+    assert len(tried) < 1500  # 4,500 in equal steps

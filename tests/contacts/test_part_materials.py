@@ -107,3 +107,17 @@ def test_a_body_and_the_material_of_a_part_make_a_pair() -> None:
         assembly = hf.assemble(hf.Scene(bodies, table))
         middles = {i.mu: np.mean([patch.centroid[1] for patch in i.patches]) for i in assembly.interfaces}
         assert middles == pytest.approx({0.9: -0.09, 0.2: 0.09})
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_where_edges_meet_sharply_the_largest_friction_of_any_parts_is_allowed_for(order: int) -> None:
+    """A block of two materials whose lower edge lies on the upper edge of another: what touches there is not known."""
+    half = hf.Box((0.1, 0.1, 0.05))
+    halves = [hf.Part(half, at(0, 0, z), name) for z, name in ((0.025, "rubber"), (-0.025, "steel"))]
+    base = hf.Body("base", hf.Box((0.1, 0.1, 0.1)), position=(0, 0, 0.05), fixed=True, material="wood")
+    top = hf.Body("top", hf.Compound(halves), mass=1, position=(0.1, 0, 0.15))
+    scene = hf.Scene([base, top][::order], hf.Friction(pairs=TABLE))
+    assembly = hf.assemble(scene)
+    assert assembly.interfaces == ()
+    assert [interface.mu for interface in assembly.sharpened.interfaces] == [0.9]
+    assert hf.stability(assembly).status is hf.Status.UNSTABLE

@@ -1,4 +1,4 @@
-"""Small made-up pictures: a table on a floor, ten stacked blocks, and the odd cases."""
+"""Small made-up pictures: a table on a floor, and the odd cases."""
 
 from __future__ import annotations
 
@@ -107,37 +107,6 @@ def make_table() -> Picture:
     )
 
 
-def _stronger(factor: float) -> Values:
-    return lambda p: factor * (0.4 + 9 * np.abs(p[:, 0])) + 0.2
-
-
-def make_blocks(count: int = 10) -> Picture:
-    """Stacked blocks, each set back a little, on a fixed plinth."""
-    heat, outlines, forces = [], [], []
-    for k in range(count):
-        x = 0.03 * np.sin(1.3 * k)
-        low, high = (x - 0.12, -0.08, 0.1 * k), (x + 0.12, 0.08, 0.1 * (k + 1))
-        heat.append(make_box(f"block {k}", low, high, _stronger((count - k) ** 2), 0.02))
-        outlines.append(rectangle((x - 0.10, -0.08), (x + 0.10, 0.08), 0.1 * k))
-        forces += forces_at(outlines[-1], 0.02 + 0.008 * (count - k))
-    top = np.array([0.1, -0.08, 0.1 * count - 0.03])
-    weakest = []
-    for k in range(min(count, 8)):
-        head = top - np.array([0.0, 0.0, 0.1 * k])
-        label = f"block {count - 1 - k}: {1.3 * (k + 1) ** 2:.2f} N"
-        weakest.append(Arrow(head - np.array([0.0, 0.1, 0.0]), head, label))
-    return Picture(
-        f"{count} stacked blocks",
-        "made-up values",
-        tuple(heat),
-        (solid_box("plinth", (-0.5, -0.5, -0.05), (0.5, 0.5, 0)),),
-        tuple(outlines),
-        np.concatenate([o[:-1] for o in outlines]),
-        tuple(forces),
-        tuple(weakest),
-    )
-
-
 def make_single(value: float) -> Picture:
     """One triangle, one cell, without a name, which would stand on it."""
     vertices = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -150,11 +119,6 @@ def make_single(value: float) -> Picture:
 @pytest.fixture
 def table() -> Picture:
     return make_table()
-
-
-@pytest.fixture
-def blocks() -> Picture:
-    return make_blocks()
 
 
 @pytest.fixture

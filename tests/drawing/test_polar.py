@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import holdfast as hf
+from holdfast.drawing.polar import draw_curves
 from holdfast.report.level_directions import level_angles
 from holdfast.report.transport_plot import polar_picture, save_polar
 from holdfast.scene.shipped import shipped_scene
@@ -33,6 +35,17 @@ def test_the_curve_is_the_answer() -> None:
     wedge = next(f for f in picture.footprints if not f.fixed)
     assert wedge.outline.min(0) == pytest.approx([-0.05, -0.15])
     assert wedge.outline.max(0) == pytest.approx([0.05, 0.15])
+
+
+def test_the_names_of_directions_stand_at_their_angles() -> None:
+    """Anticlockwise from +x on the right, so that +y is up the page."""
+    axes = Figure().add_axes((0, 0, 1, 1), projection="polar")
+    draw_curves(axes, polar_picture([limits("slope", 8)]))
+    names = [label.get_text() for label in axes.get_xticklabels()]
+    assert np.degrees(axes.get_xticks()) == pytest.approx(30 * np.arange(12))
+    assert names[::3] == ["+x", "+y", "−x", "−y"]
+    assert (names[1], names[11]) == ("30°", "330°")
+    assert (axes.get_theta_direction(), axes.get_theta_offset()) == (1, 0)
 
 
 def test_a_dot_lies_where_its_direction_points(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from paged import data_of, faces
 from PIL import Image
 from retold import REASON, orange, retold, shelf, unknown
@@ -17,6 +18,7 @@ import holdfast as hf
 from holdfast.drawing import colours
 from holdfast.drawing.colours import Kind
 from holdfast.drawing.picture import kinds, legend
+from holdfast.drawing.polar import draw_curves
 from holdfast.drawing.soup import forces
 from holdfast.report.map_picture import picture_of
 from holdfast.report.transport_plot import polar_picture
@@ -139,6 +141,11 @@ def test_the_plot_hatches_undecided_sectors_and_never_draws_them_as_zero(
     least = carried.acceleration[np.r_[0:2, 8:24]].min()
     assert curve.lines[0].startswith(f"least {least:.3g} at ")
     assert curve.lines[-1] == "6 of 24 undecided (25 %)"
+    axes = Figure().add_axes((0, 0, 1, 1), projection="polar")
+    draw_curves(axes, picture)
+    radii = np.concatenate([line.get_ydata() for line in axes.lines])
+    assert np.isnan(radii).any()
+    assert np.nanmin(radii) > 0
     found.save_png(tmp_path / "some.png")
     carried.save_png(tmp_path / "all.png")
     hatch = 0.8 * np.asarray(colours.UNDECIDED) + 0.2

@@ -6,11 +6,10 @@ from elastic_blocks import block, twist_matrices
 
 import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes, equilibrium_operator
-from holdfast.elastic import fronts
 from holdfast.elastic.elimination import apply_pivots, eliminate, finish
 from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
 from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
-from holdfast.elastic.linear import ROUNDED, SINGULAR, dense_solve, make_work
+from holdfast.elastic.linear import dense_solve, make_work
 from holdfast.elastic.model import Runs
 from holdfast.elastic.sparse import write_entries
 from holdfast.elastic.twists import set_units, sheet_twist
@@ -18,7 +17,6 @@ from holdfast.engines.compliant.elastic_model import elastic_model, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.scene.shipped import shipped_scene
-from holdfast.scene.shipped.blocks import wall
 
 SCENES = ["cube", "table", "arch", "v_groove", "tabletop"]
 
@@ -27,6 +25,12 @@ def model(name: str, ratio: float = 1.0) -> tuple:
     assembly = hf.assemble(shipped_scene(name))
     nodes = contact_nodes(assembly, 49, "quadrature")
     return assembly, nodes, elastic_model(Places.at(assembly, nodes), assembly.weight_wrench(), ratio)
+
+
+def rough(m, seed: int):
+    """The model with clearances at random, some of them negative, as of faces that are pulled together."""
+    apart = np.random.default_rng([seed, 7]).uniform(-0.5, 0.5, len(m.k))
+    return m._replace(apart=apart, runs=Runs.of(m.first, m.x, m.y, apart))
 
 
 def unbalance(m, q: np.ndarray, K: np.ndarray | None = None) -> np.ndarray:
@@ -38,14 +42,15 @@ def unbalance(m, q: np.ndarray, K: np.ndarray | None = None) -> np.ndarray:
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("ratio", [1.0, 0.5])
 def test_forces_follow_the_law_at_every_node(name: str, ratio: float) -> None:
-    assembly, nodes, m = model(name, ratio)
+    assembly, nodes, flat = model(name, ratio)
     seen = set()
     for seed in range(20):
+        m = rough(flat, seed) if seed % 2 else flat
         q = np.random.default_rng(seed).normal(size=len(m.wrench))
         f = np.zeros((len(nodes), 3))
         node_forces(m, q, f)
         u = relative_velocity(nodes, assembly.com, world_rows(assembly, q[None]).reshape(-1, 6))
-        normal = m.k * np.maximum(0, -u[:, 0])
+        normal = m.k * np.maximum(0, -u[:, 0] - m.apart)
         trial = -ratio * m.k[:, None] * u[:, 1:]
         share = np.minimum(1, nodes.mu * normal / np.linalg.norm(trial, axis=1))
         np.testing.assert_allclose(f, np.column_stack([normal, share[:, None] * trial]), rtol=1e-5, atol=1e-9)
@@ -54,14 +59,19 @@ def test_forces_follow_the_law_at_every_node(name: str, ratio: float) -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_unbalance_is_that_of_the_equilibrium_operator(name: str) -> None:
-    assembly, nodes, m = model(name)
-    q = np.random.default_rng(1).normal(size=len(m.wrench))
-    f = np.zeros((len(nodes), 3))
-    node_forces(m, q, f)
-    along_the_world = assembly.levers * (equilibrium_operator(assembly, nodes) @ f.ravel())
-    expected = (along_the_world.reshape(-1, 3) @ assembly.axes.T).ravel() + m.wrench
-    np.testing.assert_allclose(unbalance(m, q), expected, rtol=1e-7, atol=1e-8)  # the model is rounded to nine digits
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_the_unbalance_is_that_of_the_equilibrium_operator(name: str, ratio: float) -> None:
+    """Of nodes that are open, stuck, sliding, or all but sliding."""
+    assembly, nodes, flat = model(name, ratio)
+    for seed in range(1, 7):
+        m = rough(flat, seed) if seed % 2 else flat
+        q = np.random.default_rng(seed).normal(size=len(m.wrench))
+        f = np.zeros((len(nodes), 3))
+        node_forces(m, q, f)
+        along_the_world = assembly.levers * (equilibrium_operator(assembly, nodes) @ f.ravel())
+        expected = (along_the_world.reshape(-1, 3) @ assembly.axes.T).ravel() + m.wrench
+        # the model is rounded to nine digits
+        np.testing.assert_allclose(unbalance(m, q), expected, rtol=1e-7, atol=1e-8)
 
 
 def bordered(m, K: np.ndarray, w: np.ndarray, c: np.ndarray) -> np.ndarray:
@@ -109,8 +119,9 @@ def test_the_entries_of_the_stiffness_are_those_of_the_matrix_by_its_definition(
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_jacobian_is_the_derivative(name: str) -> None:
-    _, _, m = model(name)
+@pytest.mark.parametrize("ratio", [1.0, 0.5])
+def test_the_jacobian_is_the_derivative(name: str, ratio: float) -> None:
+    _, _, m = model(name, ratio)
     n = len(m.wrench)
     q = np.random.default_rng(2).normal(size=n)
     K = np.zeros_like(m.bonded)
@@ -161,8 +172,8 @@ def test_a_body_on_one_point_has_no_unique_direction(seed: int) -> None:
         for way in (None, fronts_of(held)):
             work = make_work(held, way)
             work.K[:], work.w[:], work.c[:], work.rhs[:] = K, w, c, rhs
-            sign = solve(held, work, 0.0, 0.0, way, ROUNDED)
-            assert (sign == SINGULAR) == (hold == 0.0)
+            sign = solve(held, work, 0.0, 0.0, way, 1e-14)
+            assert (sign == 0) == (hold == 0.0)
 
 
 @pytest.mark.parametrize(("size", "full"), [(31, 17), (19, 12), (8, 3), (14, 14)])
@@ -180,34 +191,11 @@ def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -
     np.testing.assert_allclose(F[full:, full:], left, atol=1e-12)
 
 
-def test_few_pivots_wait_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small bodies resist turns far less than shifts: without scaled columns, 13 times one pivot waits for a front."""
-    assembly = hf.assemble(wall(50, 3, 0.25, "wall"))
-    m = elastic_model(Places.at(assembly, contact_nodes(assembly, 25, "quadrature")), assembly.weight_wrench())
-    order = fronts_of(m)
-    work = make_work(m, order)
-    work.K[:] = m.bonded
-    work.w[:], work.c[:] = np.random.default_rng(6).normal(size=(2, len(m.wrench)))
-    waiting = []
-
-    def watched(F: np.ndarray, P: np.ndarray, columns: np.ndarray, full: int, least: float) -> tuple[int, float]:
-        done, sign = eliminate(F, P, columns, full, least)
-        waiting.append(full - done)
-        return done, sign
-
-    monkeypatch.setattr(fronts, "eliminate", watched)
-    fronts_solve.py_func(m, work, order, 0.0, 0.0, 0.0)
-    assert len(waiting) > 20
-    assert sum(waiting) <= 4
-
-
 @pytest.mark.parametrize("name", [*SCENES, "rough"])
 def test_runs_of_open_nodes_are_passed_over_and_no_others(name: str) -> None:
     _, _, m = model("table" if name == "rough" else name)
     rng = np.random.default_rng(7)
-    if name == "rough":
-        apart = rng.uniform(-0.5, 0.5, len(m.k))
-        m = m._replace(apart=apart, runs=Runs.of(m.first, m.x, m.y, apart))
+    m = rough(m, 7) if name == "rough" else m
     box = np.tile([-1e9, 1e9, -1e9, 1e9, -1e9], (len(m.runs.box), 1))
     every = m._replace(runs=m.runs._replace(box=box))
     assert m.runs.node[-1] == len(m.k)

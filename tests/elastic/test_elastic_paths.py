@@ -8,28 +8,22 @@ from elastic_blocks import HALF, HEIGHT, Array, Walk, at, block, push
 
 import holdfast as hf
 from holdfast.base.progress import listening
-from holdfast.elastic.direction import torn
+from holdfast.elastic.direction import torn, turn
 from holdfast.elastic.fronts import solve
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.newton import Balance, newton, unbalance
-from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome, goes_on, outcome_of
-from holdfast.elastic.path import PathResult
+from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome
 from holdfast.elastic.step_control import (
-    FALLEN,
-    QUICK,
     Progress,
     appraise,
     set_next_step,
 )
 from holdfast.elastic.stepper import (
-    AWAY,
-    HARDLY_AWAY,
-    MOST_CHANGES,
     advance,
     begin,
     make_stepper,
 )
-from holdfast.elastic.system import STAGE, System
+from holdfast.elastic.system import System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
@@ -63,77 +57,11 @@ def test_a_body_lifted_straight_up_loses_all_contacts_at_once_at_the_peak() -> N
     assert 0 < found.peak[0] <= 1 + 1e-6
 
 
-@pytest.mark.parametrize("name", PUSHES)
-def test_machine_code_and_python_give_the_same_path(name: str) -> None:
-    mu, load, _ = PUSHES[name]
-    one, two = (
-        system.paths(system.come_to_rest().q, load[None])
-        for system in (System.dense(block(mu)), System.by_fronts(block(mu)))
-    )
-    assert one.outcome == two.outcome
-    np.testing.assert_allclose(one.peak, two.peak, rtol=1e-4)
-
-
 def test_what_has_no_weight_to_rest_on_drifts() -> None:
     falling = block(0.5)._replace(wrench=np.array([0.0, 0, 1, 0, 0, 0]))
     end = System.dense(falling).come_to_rest()
     assert end.outcome is RestOutcome.DRIFTS
     assert end.drift[2] > 0
-
-
-def test_results_are_read_only_and_change_in_copies() -> None:
-    system = System.dense(block(0.2))
-    found = system.paths(system.come_to_rest().q, np.array([push(X), push(DOWN)]))
-    for column in found:
-        assert not column.flags.writeable
-    other = found.replaced(np.array([1]), found.chosen(np.array([0])))
-    assert other.outcome.tolist() == [PathOutcome.PEAK, PathOutcome.PEAK]
-    assert found.outcome.tolist() == [PathOutcome.PEAK, PathOutcome.ENDLESS]
-
-
-def test_factors_say_how_paths_end() -> None:
-    lost = PathResult.lost(3, 6)
-    found = lost._replace(
-        outcome=np.array([PathOutcome.LOST, PathOutcome.PEAK, PathOutcome.ENDLESS]), peak=np.array([0.1, 0.2, np.inf])
-    )
-    assert found.factor.tolist() == [0.0, 0.2, np.inf]
-
-
-@pytest.mark.parametrize("event", Event)
-def test_a_path_goes_on_or_has_an_outcome(event: Event) -> None:
-    ends = {Event.FALLEN: PathOutcome.PEAK, Event.FAR: PathOutcome.PEAK, Event.FLAT: PathOutcome.PEAK}
-    ends |= {Event.ENDLESS: PathOutcome.ENDLESS, Event.REACHED: PathOutcome.REACHED}
-    assert outcome_of(event) == ends.get(event, PathOutcome.LOST)
-    if event in ends:
-        assert not goes_on(event)
-
-
-def test_a_path_begins_at_rest_and_advances() -> None:
-    walk = Walk(0.2, push(X))
-    assert walk.event is Event.BEGUN
-    assert walk.step() is Event.ADVANCED
-    assert walk.stepper.now.points == 1
-    assert walk.stepper.now.s > 0
-
-
-def test_directions_are_those_of_the_points_found() -> None:
-    """Most come from the system of the last step of Newton's method, a little before the point."""
-    walk, cosines = Walk(0.5, PUSHES["slanted"][1]), []
-    while walk.stepper.now.points < 20 and walk.stepper.now.systems < 200:
-        if walk.step() is not Event.ADVANCED:
-            continue
-        q, now, tangent = walk.stepper.q, walk.stepper.now, walk.stepper.tangent
-        work = make_work(walk.model, walk.fronts)
-        work.w[:], work.c[:] = walk.work.w, walk.work.c
-        unbalance(walk.model, work, walk.stepper.path, q, now.s)
-        work.rhs[-1, 1] = 1.0
-        solve(walk.model, work, 0.0, 0.0, walk.fronts)
-        exact = work.rhs[:-1, 1]
-        cosines.append(abs(exact @ tangent) / (np.linalg.norm(exact) * np.linalg.norm(tangent)))
-        set_next_step(now)
-    assert len(cosines) > 5
-    assert walk.stepper.now.systems < 4 * walk.stepper.now.points
-    np.testing.assert_allclose(cosines, 1, atol=1e-6)
 
 
 def test_where_nodes_change_in_the_last_step_the_direction_is_that_behind_them() -> None:
@@ -183,22 +111,22 @@ def test_a_step_that_fails_where_no_node_changes_is_shortened_until_it_is_stuck(
     assert [walk.step() for _ in range(4)] == [*[Event.SHORTENED] * 3, Event.STUCK]
 
 
-def test_behind_the_last_contact_a_body_is_released() -> None:
-    walk = Walk(0.5, push(UP))
-    assert walk.cross() is Event.RELEASED
-    assert walk.stepper.now.s == pytest.approx(1.0)
-
-
 def test_behind_a_change_of_one_node_the_path_goes_on() -> None:
     walk = Walk(0.2, push((1.0, 0.2, 0.0), 0.3))
     assert walk.cross() is Event.NODE_CHANGED
     assert walk.stepper.now.s > 0
 
 
-def test_too_many_changes_lead_astray() -> None:
-    walk = Walk(0.2, push((1.0, 0.2, 0.0), 0.3))
-    walk.stepper.now.changes = MOST_CHANGES
-    assert walk.cross() is Event.ASTRAY
+@pytest.mark.parametrize("orientation", [1.0, -1.0])
+def test_onwards_is_where_the_determinant_keeps_the_sign_that_it_had_at_rest(orientation: float) -> None:
+    work, tangent = make_work(block(0.5), None), np.zeros(6)
+    work.rhs[:, 1] = 0.5, 0.0, -0.25, 0.0, 0.0, 0.0, 3.0
+    length = np.hypot(0.5, 0.25)
+    for sign in (orientation, -orientation):
+        onwards = sign * orientation / length
+        assert turn(work, sign, orientation, tangent) == pytest.approx(3.0 * onwards)
+        np.testing.assert_allclose(tangent, onwards * work.rhs[:6, 1])
+        np.testing.assert_allclose(work.c @ tangent, 1.0)
 
 
 @pytest.mark.parametrize(("reached", "expected"), [(0, False), (1, True)])
@@ -207,7 +135,7 @@ def test_a_point_far_from_where_the_directions_at_both_ends_lead_is_torn(reached
     axes = np.eye(6)
     work = make_work(block(0.5), None)
     work.rhs[0, 1] = 1.0
-    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0, AWAY) is expected
+    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0, 0.7) is expected
 
 
 def test_how_far_is_too_far() -> None:
@@ -216,8 +144,8 @@ def test_how_far_is_too_far() -> None:
     work = make_work(block(0.5), None)
     work.rhs[0, 1] = 1.0
     point = axes[0] + 0.5 * axes[1]
-    assert not torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, AWAY)
-    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, HARDLY_AWAY)
+    assert not torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, 0.7)
+    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, 0.4)
 
 
 @pytest.mark.parametrize("along", [(1.0, 0.2, -0.1), (0.5, 0.5, 0.1), (1.0, 1.0, 0.0)])
@@ -266,7 +194,7 @@ def test_where_the_load_falls_steps_are_so_short_that_the_end_is_seen() -> None:
     now = at(slope=-0.5, highest=2.0, length=100.0)
     now.step, now.turned = 10.0, 0.1
     set_next_step(now)
-    assert now.step == pytest.approx(2 * (1 - FALLEN) / 0.5)
+    assert now.step == pytest.approx(2 * 0.01 / 0.5)
 
 
 @pytest.mark.parametrize(
@@ -274,10 +202,14 @@ def test_where_the_load_falls_steps_are_so_short_that_the_end_is_seen() -> None:
     [
         (at(), Event.ADVANCED),
         (at(s=0.98), Event.FALLEN),
-        (at(late=QUICK.patience), Event.ADVANCED),
-        (at(late=QUICK.patience + 1), Event.FALLEN),
+        (at(late=80), Event.ADVANCED),
+        (at(late=81), Event.FALLEN),
         (at(slope=-1e-9, length=10.0), Event.FALLEN),
         (at(length=1e9, at_peak=1e9), Event.FAR),
+        (at(length=0.9e8, at_peak=1e8), Event.ADVANCED),
+        (at(rest=0.1, by_springs=0.1 + 0.9e-5), Event.ADVANCED),
+        (at(rest=0.1, by_springs=0.1 + 1.1e-5), Event.FAR),  # the spring carries what contacts do not
+        (at(strength=100.0, by_springs=0.9e-3), Event.ADVANCED),  # of a load a hundred times the weight
         (at(slope=1e-9, length=100.0, at_peak=100.0, flat_since=9.0), Event.FLAT),
         (at(slope=1e-9, length=100.0, at_peak=100.0, flat_since=11.0), Event.ADVANCED),
         (at(s=200.0, highest=200.0, slope=1.0, length=200.0, at_peak=200.0, similar_since=19.0), Event.PROPORTIONAL),
@@ -307,7 +239,7 @@ def test_a_path_that_takes_long_is_stopped_half_way() -> None:
     heard: list[int] = []
 
     def listen(stage: str, now: int, total: int) -> None:
-        if stage == STAGE:
+        if stage == "load paths":
             heard.append(now)
             if len(heard) > 2:
                 raise Stopped

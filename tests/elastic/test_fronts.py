@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from holdfast.elastic import fronts as module
 from holdfast.elastic.elimination import eliminate
 from holdfast.elastic.fronts import fronts_of, fronts_solve, passes_on
-from holdfast.elastic.linear import SINGULAR, Work, dense_solve, make_work
+from holdfast.elastic.linear import Work, dense_solve, make_work
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.newton import add_drag
 from holdfast.elastic.ordering import Fronts
@@ -147,25 +147,14 @@ def test_pivots_wait_wherever_they_may(seed: int, monkeypatch: pytest.MonkeyPatc
     assert max(np.array(waiting)[~at_once]) > 5
 
 
-@pytest.mark.parametrize("rank", [6, 1])
-def test_memory_grows_where_there_is_too_little(rank: int) -> None:
-    each = case(8, 40, rank=rank, drag=0.0)
-    found = []
-    for fronts in (each.fronts, None):
-        work = filled(make_work(each.m, fronts), each)
-        sign = fronts_solve(each.m, work, each.fronts, 0.0, CORNER, 0.0)
-        found.append([*work.rhs.ravel(), sign])
-    assert found[0] == found[1]
-
-
 def test_a_body_that_nothing_holds_makes_a_system_singular() -> None:
     each = case(9, 30, drag=0.0)
     m = each.m._replace(hold=np.zeros_like(each.m.hold), still=np.zeros_like(each.m.still))
     K = each.K * ((m.a != 4) & (m.b != 4))[:, None, None]
     each = each._replace(m=m, K=K)
     dense, sparse = filled(make_work(m, None), each), filled(make_work(m, each.fronts), each)
-    assert dense_solve(m, dense, 0.0, 0.0, 1e-12) == SINGULAR
-    assert fronts_solve(m, sparse, each.fronts, 0.0, 0.0, 1e-12) == SINGULAR
+    assert dense_solve(m, dense, 0.0, 0.0, 1e-12) == 0
+    assert fronts_solve(m, sparse, each.fronts, 0.0, 0.0, 1e-12) == 0
 
 
 @pytest.mark.parametrize(("seed", "bodies"), [(0, 1), (3, 20), (5, 45)])
@@ -183,37 +172,3 @@ def test_a_front_comes_right_after_the_last_one_that_it_takes_from(seed: int, bo
         left = slice(e.first[k] + e.owned[k], e.first[k + 1])
         assert (np.diff(e.onward[left]) > 0).all()
         np.testing.assert_array_equal(e.body[e.first[up] + e.onward[left]], e.body[left])
-
-
-def staggered(counts: tuple[int, int, int]) -> NDArray[np.int64]:
-    """The pairs of boxes that touch where every other layer is shifted: four below each, and its neighbours beside."""
-    number = np.arange(np.prod(counts)).reshape(counts)
-    pairs = []
-    for at in np.ndindex(*counts):
-        for step in [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 1, 1), (1, 0, 1), (1, 1, 1)]:
-            there = tuple(np.add(at, step))
-            if all(np.array(there) < counts):
-                pairs.append((number[at], number[there]))
-    return np.array(pairs)
-
-
-def products(e: Fronts) -> int:
-    """How many products elimination takes in all fronts, about."""
-    sizes, eliminated = 6 * np.diff(e.first) + 1, 6 * e.owned
-    return sum(
-        (size - k) ** 2 for size, own in zip(sizes.tolist(), eliminated.tolist(), strict=True) for k in range(own)
-    )
-
-
-def test_the_work_does_not_depend_on_how_bodies_are_numbered() -> None:
-    """Which of equals is eliminated first is tried out: in the order of their numbers it takes up to a tenth more."""
-    pairs, count = staggered((7, 5, 5)), 175
-    numbers = [np.random.default_rng(seed).permutation(count)[pairs] for seed in range(6)]
-    found = [products(Fronts.of(count, *np.ascontiguousarray(ends.T))) for ends in numbers]
-    assert max(found) < 1.05 * min(found)
-
-
-def test_the_order_found_for_one_grid_is_taken_again_for_another() -> None:
-    m = model_at_random(3, 20)
-    assert fronts_of(m._replace(mu=2 * m.mu)) is fronts_of(m)
-    assert fronts_of(m._replace(a=m.b, b=m.a)) is not fronts_of(m)

@@ -58,15 +58,6 @@ def test_what_bears_no_more_than_it_may_is_stable() -> None:
     assert hf.stability(column()).bearing == ()
 
 
-def test_nothing_may_lie_on_glass() -> None:
-    scene = column(2)
-    glass, cup = (replace(scene.body(f"box{k}"), top_load=0.0) for k in (0, 1))
-    verdict = hf.stability(hf.Scene([scene.body("floor"), glass, cup], 0.5))
-    assert verdict.crushed == ("box0",)
-    assert verdict.bearing[0].share == np.inf
-    assert hf.stability(hf.Scene([scene.body("floor"), glass], 0.5)).stable
-
-
 def test_neither_the_floor_nor_neighbours_count_as_load_on_top() -> None:
     """A box pressed down by a push bears it; boxes beside it and the floor below do not."""
     side = hf.Body("side", hf.Box((0.4, 0.3, 0.3)), 10.0, position=(0.4, 0, 0.15), top_load=10.0)
@@ -113,14 +104,6 @@ def test_limits_are_checked_saved_and_told(tmp_path: Path) -> None:
         column(top_load=-1.0)
 
 
-def test_a_table_of_boxes_has_limits(tmp_path: Path) -> None:
-    table = tmp_path / "boxes.csv"
-    table.write_text("name,dx,dy,dz,x,y,z,mass,top_load\nlow,.4,.3,.3,0,0,.15,10,50\nhigh,.4,.3,.3,0,0,.45,10,\n")
-    verdict = hf.stability(hf.load_scene(table, friction=0.5, floor=True))
-    assert verdict.crushed == ("low",)
-    assert [one.body for one in verdict.bearing] == ["low"]
-
-
 def test_a_batch_and_its_gate_name_who_is_crushed(tmp_path: Path) -> None:
     hf.save_scene(column(top_load=250.0), tmp_path / "column.yaml")
     found = hf.batch(str(tmp_path / "column.yaml"), out=tmp_path / "out", ask=["stability"], workers=1)
@@ -134,17 +117,6 @@ def test_a_batch_and_its_gate_name_who_is_crushed(tmp_path: Path) -> None:
     assert found.verdicts["stable"] == 1
     gate = subprocess.run([*HOLDFAST, "check", tmp_path / "column.yaml", "--stands"], capture_output=True, check=False)
     assert gate.returncode == 1
-
-
-def test_nothing_is_placed_where_it_crushes() -> None:
-    """A tin finds a place on the box that may bear it, and none on the one that may not."""
-    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
-    box = hf.Body("box", hf.Box((0.3, 0.3, 0.2)), 2.0, position=(0, 0, 0.1), top_load=20.0)
-    scene, tin = hf.Scene([floor, box], 0.5), hf.Cylinder(0.05, 0.1)
-    where = hf.Where(supports=["box"])
-    light, heavy = (hf.Body("tin", tin, mass) for mass in (1.0, 3.0))
-    assert hf.plan_placement(scene, light, where=where, search=hf.Search(seed=1, solves=60)).stable
-    assert not hf.plan_placement(scene, heavy, where=where, search=hf.Search(seed=1, solves=60)).stable
 
 
 @pytest.mark.parametrize("engine", ["compliant", "limit"])
@@ -239,15 +211,6 @@ def test_friction_on_a_side_is_no_load_on_top(engine: str, degrees: float) -> No
     assert found.status is hf.Status.STABLE
     downward = 100 * np.sin(np.radians(degrees))  # of the load itself
     assert {one.body: one.load for one in found.bearing} == pytest.approx({"wall": 0, "box": downward}, abs=1e-9)
-
-
-def test_what_a_held_body_bears_is_not_known() -> None:
-    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
-    carton = hf.Body("carton", hf.Box((0.4, 0.3, 0.3)), mass=10, position=(0, 0, 0.15), top_load=50.0)
-    hand = hf.Hold("carton", hf.pose(0, 0, 0.3), forces=(0, 0, (-2000, -1000)))
-    found = hf.stability(hf.Scene([floor, carton], 0.5, holds=[hand]), engine="limit")
-    assert found.bearing == ()
-    assert any("what carton may bear was not compared" in note for note in found.notes)
 
 
 def _prism(outline: np.ndarray) -> hf.Mesh:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,10 +20,8 @@ from holdfast.engines.capabilities import (
     Capability,
     Gradient,
     LoadSet,
-    Weakest,
 )
-from holdfast.engines.contract import EXACT, Accuracy, State
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries import request
 from holdfast.scene.shipped import shipped_scene
@@ -77,19 +74,6 @@ class ToyEngine:
     def prepare(self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None) -> ToyState:
         return ToyState()
 
-    def weakest(
-        self,
-        assembly: Assembly,
-        standing: Float,
-        W: Float,
-        *,
-        masses: Mapping[str, tuple[float, float]],
-        coms: Mapping[str, Float],
-        prepare: Callable[[Float], State],
-        where: str,
-    ) -> Weakest:
-        raise NotImplementedError
-
 
 def test_sets_come_from_whatever_engine_is_the_certain_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(request, "ENGINES", {**request.ENGINES, request.CERTAIN_ENGINE: ToyEngine})
@@ -121,12 +105,3 @@ def test_what_an_engine_lacks_is_told(capability: Capability[object], lacks: str
         with pytest.raises(hf.HoldfastError) as error:
             capability.of(offering, engine="graph", where="here")
         assert str(error.value).startswith(lacks)
-
-
-def test_engine_limit_has_all_four() -> None:
-    engine = Limit()
-    state = engine.prepare(hf.assemble(shipped_scene("cube")))
-    assert SETS.of(state, engine="limit", where="here") is state
-    assert GRADIENTS.of(state, engine="limit", where="here") is state
-    assert WORST_CASES.of(engine, engine="limit", where="here") is engine
-    assert RELEASES.of(engine, engine="limit", where="here") is engine

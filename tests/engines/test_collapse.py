@@ -11,6 +11,7 @@ import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.engines.collapse import least_motion
 from holdfast.engines.mechanism import modes_of, relative_velocity
+from holdfast.engines.rest import falls_by
 from holdfast.scene.shipped.blocks import box, floor
 
 
@@ -33,6 +34,19 @@ def test_a_flat_box_on_a_steep_slope_slides_down_and_nothing_else_moves(lean: tu
 def test_a_box_that_stands_has_no_such_motion() -> None:
     assembly = hf.assemble(hf.Scene([floor(), box("box", (0.1, 0.1, 0.02), 1, (0, 0, 0.01))], 0.5))
     assert least_motion(assembly, contact_nodes(assembly, 4, "corners"), assembly.weight_wrench()) is None
+
+
+@pytest.mark.parametrize(("rise", "proved"), [(0.501, True), (0.499, False), (0.0, False), (-0.1, False)])
+def test_a_fall_is_proved_by_a_motion_that_opens_contacts_by_mu_times_its_slip(rise: float, proved: bool) -> None:
+    """On a slope of 0.7 at μ 0.5, slipping gains power; a contact that opens by less can resist it."""
+    bodies = [floor(), box("box", (0.1, 0.1, 0.02), 1, (0, 0, 0.01))]
+    assembly = hf.assemble(hf.Scene(bodies, 0.5, 9.81 * np.array([0.7, 0, -1])))
+    nodes, slip = contact_nodes(assembly, 4, "corners"), np.array([[1.0, 0, rise, 0, 0, 0]])
+    found, _ = falls_by(assembly, nodes, assembly.weight_wrench(), slip)
+    assert found.status == ("unstable" if proved else "undecided")
+    assert (found.certificate is not None) == proved
+    uphill, _ = falls_by(assembly, nodes, assembly.weight_wrench(), slip * [-1, 1, 1, 1, 1, 1])
+    assert uphill.status == "undecided", "it gains no power"
 
 
 @pytest.mark.parametrize("yaw", [0, 15, 90, 222])

@@ -182,14 +182,6 @@ def test_samples_draw_the_presence(pose_sigma: Any) -> None:
     assert plain.force == pytest.approx(np.full((3, 1), ALONE), rel=1e-6)
 
 
-def test_an_interface_says_whether_it_is_certain() -> None:
-    certain = hf.assemble(cartons(0)).interfaces[0]
-    doubted = dataclasses.replace(certain, certain=False)
-    assert certain != doubted
-    assert doubted.bodies == certain.bodies
-    assert hf.answers.Interface(certain.bodies, patches=certain.patches).certain is True
-
-
 def test_poses_without_degrees_are_told_of() -> None:
     """Else `lower` beside an uncertain position would look as if leaning were covered."""
     scene = hf.shipped_scene("table")

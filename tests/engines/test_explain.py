@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.engines.amendments.amendment_list import AMENDMENTS
 from holdfast.scene.shipped.blocks import at, box, floor
 
 
@@ -28,7 +26,7 @@ def test_the_last_step_is_the_answer(jammed: hf.answers.RobustnessMap) -> None:
 def test_steps_come_in_the_order_of_the_amendments(jammed: hf.answers.RobustnessMap) -> None:
     names = [step.name for step in jammed.answers.steps]
     assert names[:2] == ["load path on the first grid", "finer grids"]
-    known = [kind.name for kind in AMENDMENTS]
+    known = ["limit analysis", "stiffness", "sliding far", "contacts that are open at rest"]
     asked = [name for name in names if name in known]
     assert asked == sorted(asked, key=known.index)
 
@@ -46,18 +44,6 @@ def test_the_explanation_names_what_lowers_the_bound(jammed: hf.answers.Robustne
     assert "stiffness: lower" in text
     assert text.startswith("finite: force")
     assert "verdict: stable" in text
-
-
-def test_rows_and_saved_answers_keep_their_steps(jammed: hf.answers.RobustnessMap, tmp_path: Path) -> None:
-    row = int(np.argmax(jammed.answers.force))
-    assert jammed.answers.rows([row]).explained(0, "N") == jammed.answers.explained(row, "N")
-    jammed.save(tmp_path / "map.npz")
-    assert hf.load_answer(tmp_path / "map.npz").explain(row) == jammed.explain(row)
-
-
-def test_a_row_that_does_not_exist_is_refused(jammed: hf.answers.RobustnessMap) -> None:
-    with pytest.raises(hf.HoldfastError, match="there is no row 99999"):
-        jammed.explain(99_999)
 
 
 def explained(*bodies: hf.Body, friction: float = 0.5) -> str:

@@ -13,10 +13,9 @@ import pytest
 import holdfast as hf
 from holdfast.engines.groups import prepared
 from holdfast.scene.shipped import shipped_scene
-from holdfast.scene.shipped.blocks import at, box, floor
+from holdfast.scene.shipped.blocks import box, floor
 
 ENGINES = ("graph", "limit", "compliant")
-P = np.array([[-0.1, 0.0, 0.42], [0.05, 0.02, 0.42]])
 
 pytestmark = pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 
@@ -63,21 +62,6 @@ def test_a_group_is_prepared_once_for_all_questions(monkeypatch: pytest.MonkeyPa
     assert calls.count("b0,b1") == 1
     hf.stability(assembly, loads=[hf.Load("b1", top(assembly, "b1"), force=(0.1, 0, 0))], engine=engine)
     assert (calls.count("a0,a1"), calls.count("b0,b1")) == (1, 2)  # loads concern their group alone
-
-
-@pytest.mark.parametrize("kind", [hf.Graph, hf.Limit, hf.Compliant])
-def test_an_edit_prepares_what_it_changed_alone(monkeypatch: pytest.MonkeyPatch, kind: type) -> None:
-    calls = counted(monkeypatch, kind)
-    assembly = hf.assemble(stacks())
-    hf.stability(assembly, engine=kind())
-    calls.clear()
-    for edited in (assembly.moved({"a1": at(0, 0.02, 0.15)}), assembly.without("a1")):
-        hf.stability(edited, engine=kind())
-        assert not any("b" in names for names in calls)
-    calls.clear()
-    more = assembly.with_body(box("c", (0.1, 0.1, 0.1), 1, (-0.3, 0, 0.05)))
-    assert hf.stability(more, engine=kind()).forces is not None or kind is hf.Graph
-    assert calls == ["c"]
 
 
 @pytest.mark.parametrize("engine", ENGINES)

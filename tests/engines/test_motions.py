@@ -38,6 +38,7 @@ def test_p1_two_boxes_pushed_along_their_diagonal_tip_over_the_corner(engine: st
     assert found.force[0] == pytest.approx(981 * 0.2 * np.sqrt(2) / 1.9, rel=1e-3)
     tips_over(found.mechanism[0], (0.2, 0.2, 0), np.array([-1.0, 1, 0]))
     assert "slides" not in found.mechanism[0].text
+    assert "b0, b1 turn about the axis through (0.2, 0.2, 0) along (-0.707, 0.707, 0)" in found.mechanism[0].text
     assert "opens: ground-b0" in found.mechanism[0].text
 
 

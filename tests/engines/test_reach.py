@@ -11,9 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.contacts.interface import Interface
-from holdfast.contacts.nearby import Nearby
-from holdfast.engines import near_falls
 from holdfast.scene.shipped.blocks import at, box, floor
 
 ENGINES = ("compliant", "limit", "graph")
@@ -245,48 +242,6 @@ def test_on_a_shelf_of_eight_only_the_one_that_hovers_is_undecided(engine: str) 
     point, along = (0.2, 0, 0.1), (1.0, 0, 0)
     one, other = (hf.robustness(a, "radio", point, along, engine=engine) for a in (flat, off))
     assert one.force.tobytes() == other.force.tobytes()
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_what_might_hold_a_falling_body_is_sought_once(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It takes hundreds of contact searches on a pallet, and planners ask push after push."""
-    sought: list[object] = []
-    search = Nearby.contacts
-
-    def counted(self: Nearby, a: hf.Body, b: hf.Body, gap: float, *, wide: bool) -> tuple[Interface, ...]:
-        sought.append((a.name, b.name))
-        return search(self, a, b, gap, wide=wide)
-
-    monkeypatch.setattr(Nearby, "contacts", counted)
-    assembly = hf.assemble(hf.Scene([floor(), cube("low", 0, 0), cube("high", 0, 0.10043)], 0.5))
-    first = hf.robustness(assembly, "high", (-0.05, 0, 0.15043), ALONG_X, engine=engine)
-    asked = len(sought)
-    assert asked > 0
-    again = hf.robustness(assembly, "high", (-0.05, 0, 0.16), ALONG_X, engine=engine)
-    assert len(sought) == asked
-    assert again.answers.verdict.reason == first.answers.verdict.reason
-    push = hf.Load("high", (-0.05, 0, 0.16), (1.0, 0, 0))
-    hf.robustness(assembly, "high", (-0.05, 0, 0.16), ALONG_X, engine=engine, standing=[push])
-    assert len(sought) > asked
-
-
-def leaves(count: int) -> list[hf.Body]:
-    """Sheets that hover 2 mm above each other, and the lowest above the floor."""
-    return [box(f"l{k}", (0.2, 0.1, 0.001), 0.1, (0, 0, 0.0025 + 0.003 * k)) for k in range(count)]
-
-
-def test_remarks_on_leaves_that_hover_over_each_other_grow_with_their_number(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each is tried again only when something next to it has come to rest: not all of them whenever one has."""
-    tried, found = [], near_falls.Reach._remark
-    monkeypatch.setattr(near_falls.Reach, "_remark", lambda *given: (tried.append(1), found(*given))[1])
-    counts = []
-    for count in (10, 20, 40):
-        tried.clear()
-        answer = stability(*leaves(count))
-        assert answer.status is hf.Status.UNDECIDED
-        assert "l0 is 2 mm above 'floor'" in answer.reason
-        counts.append(len(tried))
-    assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])
 
 
 def cone(count: int, name: str, z: float, *, down: bool) -> hf.Body:

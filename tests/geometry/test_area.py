@@ -42,3 +42,13 @@ def test_an_outline_is_wound_around_its_vector_wherever_it_lies() -> None:
     ring = np.column_stack([ell, np.zeros(6)])
     assert outline_vector(ring) == pytest.approx([0, 0, 4])
     assert outline_vector(ring[::-1] + np.array([5, 6, 7])) == pytest.approx([0, 0, -4])
+
+
+def test_outlines_that_face_each_axis_have_its_vector() -> None:
+    """A rectangle of 2 x 3 in each of the three planes, and an oblique one by the cross product of its sides."""
+    for axis in range(3):
+        along, across = np.roll(np.eye(3), axis, axis=1)[[1, 2]]
+        ring = np.array([0 * along, 2 * along, 2 * along + 3 * across, 3 * across]) + np.array([1.0, -2, 5])
+        assert outline_vector(ring) == pytest.approx(6 * np.eye(3)[axis])
+    a, b = np.array([1.0, 2, -1]), np.array([0.5, -1, 3])
+    assert outline_vector(np.array([0 * a, a, a + b, b])) == pytest.approx(np.cross(a, b))

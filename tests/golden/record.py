@@ -6,6 +6,7 @@ data are dicts, lists, texts, whole numbers, truth values and floats, with "inf"
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import warnings
@@ -19,6 +20,7 @@ import numpy as np
 import holdfast as hf
 
 FOLDER = Path(__file__).parent / "answers"
+LOG = Path(__file__).parent / "CHANGES.md"  # a line for each time that answers were accepted, the newest one last
 
 Plain = Any  # what json.dumps takes
 
@@ -473,6 +475,14 @@ QUICK = (
 def recorded(topic: str) -> Plain:
     """The accepted answers."""
     return json.loads((FOLDER / f"{topic}.json").read_text(encoding="utf-8"))
+
+
+def mark() -> str:
+    """What the log calls the accepted answers by: the beginning of a hash of all of them."""
+    digest = hashlib.sha256()
+    for path in sorted(FOLDER.glob("*.json")):
+        digest.update(f"{path.name}\n{path.read_text(encoding='utf-8')}".encode())
+    return digest.hexdigest()[:16]
 
 
 def as_text(data: Plain, indent: int = 0) -> str:

@@ -2,13 +2,14 @@
 
 Another processor, or another kernel of the same library, rounds sums in another order. Most answers then differ by much
 less than CLOSE. The exceptions in ``rule`` were found with OPENBLAS_CORETYPE=Prescott and Haswell, and with noise of
-4e-16 in all that the conic solver is given.
+4e-16 in all that the conic solver is given. With these kernels all answers of engine ``compliant`` are within CLOSE.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ import record
 
 CLOSE = 1e-6  # relative
 FLOOR = 1e-7  # of the unit of a field: what an answer that should be zero may be off
+DIGITS = re.compile(r"-?\b\d+(?:\.\d+)?(?:e-?\d+)?")
 HUGE = 1e6  # of the unit of a field: larger bounds say "no end", not where it is
 ERRORS = {"residual": 1e-7, "violation": 1e-6}  # what these may be: their digits are rounding alone
 
@@ -53,7 +55,7 @@ def rule(topic: str, engine: str, field: str, question: str) -> Rule:
     if field == "accuracy":
         return Rule(close=1e-2, few=1.0, far=math.inf)  # of a polyhedron found exactly: rounding
     if field.startswith("d_"):
-        return Rule(close=1e-5)  # a dual motion of the conic solver, accurate to about the root of its tolerance
+        return Rule(close=1e-3)  # a dual motion of the conic solver, accurate to about the root of its tolerance
     if engine == "graph":
         # paths of least resistance over contact forces that the conic solver knows to about 1e-6; ties among paths
         if field in ("force", "lower", "upper"):
@@ -62,17 +64,12 @@ def rule(topic: str, engine: str, field: str, question: str) -> Rule:
             return Rule(few=0.1)
     if engine != "compliant":
         return EXACT
-    # Elastic contacts that slip: a path of many steps, which rounding can send along another branch (slopes), at
-    # which another of several contacts is the first to go (symmetric scenes); ``lower`` is the last load on it that
-    # was found to hold, between trial loads that depend on the steps.
+    # Elastic contacts that slip: a path of many steps. ``lower`` is the last load on it that was found to hold, between
+    # trial loads that depend on the steps. What moves, how, and about which axis is the same, whatever the digits.
     if field in ("lower", "speed"):
-        return Rule(close=0.1, few=0.1, far=0.5)
+        return Rule(close=1e-2)
     if field in ("force", "acceleration", "nominal", "factor", "robustness"):
-        return Rule(few=0.6 if "slope_two: samples" in question else 0.2, far=0.2)  # few pushes, of a scene that slips
-    if field in ("moving", "mode", "body"):
-        return Rule(few=0.2)
-    if field == "mechanism":
-        return ANY  # velocities of the last step, in three digits
+        return Rule(close=1e-3)
     return EXACT
 
 
@@ -116,9 +113,17 @@ def differs(old: Any, new: Any, floor: float, rule: Rule) -> float:
     """0 where two values are the same by a rule, 1 where they are off, 2 where they are far off."""
     numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in (old, new))
     if not numbers:
-        return 0 if old == new else 1
+        return 0 if old == new or same_words(old, new) else 1
     off = max(abs(new - old) - floor, 0.0) / max(abs(old), abs(new), 1e-300)
     return 0 if off <= rule.close else 1 if off <= rule.far else 2
+
+
+def same_words(old: Any, new: Any) -> bool:
+    """Whether two texts differ by nothing but the last of the three digits in which they give places and axes."""
+    if not (isinstance(old, str) and isinstance(new, str)) or DIGITS.sub("#", old) != DIGITS.sub("#", new):
+        return False
+    pairs = zip(DIGITS.findall(old), DIGITS.findall(new), strict=True)
+    return all(math.isclose(float(a), float(b), rel_tol=1e-2, abs_tol=1e-3) for a, b in pairs)
 
 
 def same_cells(old: Any, new: Any) -> None:
@@ -174,3 +179,35 @@ def test_answers_are_the_accepted_ones(topic: str) -> None:
     new = json.loads(json.dumps(record.TOPICS[topic]()))
     found = misfits(topic, record.recorded(topic), new)
     assert not found, f"{len(found)} answers differ:\n" + "\n".join(found[:40])
+
+
+def test_changes_have_their_reasons() -> None:
+    """The newest line of the log is about the answers as they are."""
+    *_, newest = record.LOG.read_text(encoding="utf-8").splitlines()
+    assert re.fullmatch(rf"- {record.mark()}: \w.{{20,}}", newest), "accept answers by tools/golden.py, with a reason"
+
+
+def plain_map(**fields: Any) -> dict[str, Any]:
+    return {"compliant": {"pushes": [{"status": "stable", "lower": 9.0, "force": 10.0, "mode": "slides", **fields}]}}
+
+
+@pytest.mark.parametrize(("field", "value", "same"), [
+    ("lower", 9.08, True), ("lower", 9.1, False), ("lower", 8.9, False), ("lower", 4.5, False),
+    ("force", 10.009, True), ("force", 10.02, False), ("force", 9.98, False),
+    ("status", "undecided", False), ("mode", "tips", False), ("lower", "inf", False),
+])  # fmt: skip
+def test_a_changed_answer_is_found(field: str, value: Any, same: bool) -> None:
+    found = misfits("scene_cube", plain_map(), plain_map(**{field: value}))
+    assert (not found) == same, found
+
+
+def test_axes_are_the_same_but_for_their_last_digit() -> None:
+    said = "cube turns about the axis through (0, 0.05, -0.1) along (-1, 0, 0); opens: floor-cube"
+    for now, same in (
+        (said, True),
+        (said.replace("0.05", "0.0505"), True),
+        (said.replace("0.05", "0.06"), False),
+        (said.replace("(-1", "(1"), False),
+        (said.replace("opens", "slides"), False),
+    ):
+        assert (not misfits("scene_cube", plain_map(mechanism=[said]), plain_map(mechanism=[now]))) == same, now

@@ -129,39 +129,6 @@ def test_drags_follow_one_another_and_are_undone_one_by_one(window: Window) -> N
     np.testing.assert_allclose(window.gizmo._node.position, [0.3, 0.0, 0.05], atol=1e-12)
 
 
-def test_as_given_takes_all_drags_back_and_can_itself_be_undone(window: Window) -> None:
-    choose(window, "left")
-    drag(window, (-0.05, 0.0, 0.0))
-    let_go(window)
-    drag(window, (0.0, -0.05, 0.0))
-    let_go(window)
-    twice = window.model.assembly
-    window.controls._changed("as given", lambda: window.model.given)
-    assert window.worker.rest()
-    assert window.model.assembly is window.model.given
-    window.controls._undone()
-    assert window.worker.rest()
-    assert window.model.assembly is twice
-
-
-def test_a_body_dropped_is_the_body_typed(window: Window) -> None:
-    """To the last bit of every answer: both ways lead through one edit."""
-    choose(window, "left")
-    drag(window, (0.0625, -0.125, 0.0))
-    let_go(window)
-    dragged = window.model.map
-    window.controls._changed("as given", lambda: window.model.given)
-    assert window.worker.rest()
-    window.controls._position.value = (0.0625, -0.125, 0.05)
-    window.controls._moved()
-    assert window.worker.rest()
-    typed = window.model.map
-    assert dragged is not None
-    assert typed is not None
-    np.testing.assert_array_equal(dragged.force, typed.force)
-    np.testing.assert_array_equal(dragged.points, typed.points)
-
-
 def test_a_body_dropped_into_another_is_undecided_and_says_why(window: Window) -> None:
     choose(window, "left")
     drag(window, (0.25, 0.0, 0.0))

@@ -11,10 +11,9 @@ from holdfast.base.progress import listening
 from holdfast.drawing import colours
 from holdfast.engines.answers import Claim
 from holdfast.live import portions, scenery
-from holdfast.live.portions import COARSER, Portions
+from holdfast.live.portions import Portions
 from holdfast.live.scenery import MAP
 from holdfast.live.window_model import Model
-from holdfast.queries.map import MAX_POINTS
 from holdfast.queries.request import engine_of
 from holdfast.scene.shipped.blocks import box, floor
 
@@ -71,7 +70,7 @@ def test_every_round_goes_from_the_chosen_body_and_the_largest_to_the_smallest(
         before = dict(found._parts)
         found.go_on(first)
         asked += [(part.spacing, name) for name, part in found._parts.items() if before.get(name) is not part]
-    assert asked == [(pytest.approx(multiple * SPACING), name) for multiple in COARSER for name in order]
+    assert asked == [(pytest.approx(multiple * SPACING), name) for multiple in (4, 2, 1) for name in order]
 
 
 def test_few_points_come_in_one_round() -> None:
@@ -131,7 +130,7 @@ def test_an_edit_begins_a_new_map() -> None:
 
 
 def test_too_many_points_and_nothing_to_map_are_told() -> None:
-    fine = np.sqrt(1.3 / MAX_POINTS) / 2
+    fine = np.sqrt(1.3 / 2_000_000) / 2
     with pytest.raises(SceneError, match="points on"):
         Portions(cubes(), engine_of("graph"), fine)
     with pytest.raises(HoldfastError, match="needs a movable body"):

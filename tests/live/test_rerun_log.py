@@ -124,6 +124,17 @@ def test_transport_and_a_drive_are_plots_along_their_timelines(recorder: Recorde
     assert still == (drive.factor >= 1).tolist() == [True, True, False]
 
 
+@pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
+def test_what_is_undecided_is_not_plotted_as_0(recorder: Recorder) -> None:
+    """A block 3 mm inside the plate: what carries it is not known."""
+    sunk = hf.Body("sunk", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0, 0, 0.047))
+    limits = hf.transport_limits(hf.Scene([tall().bodies[0], sunk], 1.0), [(1, 0, 0), (0, 1, 0)])
+    assert limits.lower.tolist() == [0, 0]
+    assert not limits.answers.decided.any()
+    hf.log_to_rerun(limits)
+    assert recorder.at("holdfast/lower") == []
+
+
 def test_bodies_that_are_taken_out_vanish_at_their_step(recorder: Recorder) -> None:
     order = hf.disassembly_order(hf.shipped_scene("stack"))
     hf.log_to_rerun(order)

@@ -7,11 +7,9 @@ import pytest
 
 import holdfast as hf
 from holdfast.drawing import colours
-from holdfast.drawing.layers import sides_of
 from holdfast.live import scenery
 from holdfast.live.scenery import GROUPS, MAP
 from holdfast.live.window_model import Model
-from holdfast.report.map_picture import outlines_of, picture_of
 from holdfast.scene.shipped.blocks import box, floor
 
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -66,19 +64,6 @@ def test_the_legend_has_the_marks_of_the_scale_in_newtons(standing: Model) -> No
         assert f"left:{100 * mark.position:.2f}%" in text
         assert mark.label in text
     assert "largest push [N]" in text
-
-
-def test_forces_at_rest_are_those_of_the_picture(standing: Model) -> None:
-    assert standing.map is not None
-    shown, pictured = scenery.resting_forces(standing), picture_of(standing.map).contact_forces
-    assert [arrow.label for arrow in shown] == [arrow.label for arrow in pictured]
-    assert len(shown) == 3
-    assert scenery.resting_forces(falling()) == ()
-
-
-def test_outlines_close_every_patch(standing: Model) -> None:
-    sides = sides_of(outlines_of(standing.assembly))
-    assert np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).sum() == pytest.approx(3 * 0.4)
 
 
 def test_the_arrow_ends_at_the_chosen_point_and_comes_from_outside(standing: Model) -> None:

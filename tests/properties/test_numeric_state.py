@@ -32,7 +32,15 @@ ASKED: dict[str, Callable[[], Any]] = {
     "push by limit": lambda: float(hf.robustness(SCENE, "box", AT, ALONG, engine="limit")),
     "transport": lambda: hf.transport_limits(SCENE, engine="limit").acceleration,
     "monitor": lambda: hf.Monitor(hf.assemble(SCENE), seconds=60).update(acceleration=(1, 0, 0)).margin,
-    "place": lambda: hf.plan_placement(SCENE, hf.Body("new", hf.Box((0.05,) * 3), mass=0.2)).stable,
+    "place": lambda: (
+        hf.plan_placement(
+            SCENE,
+            hf.Body("new", hf.Box((0.05,) * 3), mass=0.2),
+            where=hf.Where(supports=["box"]),
+            search=hf.Search(seed=1, solves=20, candidates=2, confirm=None),
+            engine="limit",
+        ).stable
+    ),
 }
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -26,7 +24,7 @@ def cube() -> hf.answers.Constraint:
     return hf.sets.constraint(shipped_scene("cube"), "cube", exists=True, solves=400)
 
 
-@pytest.fixture(scope="module", params=[("cube", "cube"), ("table", "slab"), ("arch", "v3"), ("tabletop", "mug")])
+@pytest.fixture(scope="module", params=[("cube", "cube"), ("table", "slab"), ("arch", "v3")])
 def asked(request: pytest.FixtureRequest) -> tuple[hf.answers.Assembly, hf.answers.Constraint]:
     name, body = request.param
     assembly = hf.assemble(shipped_scene(name))
@@ -179,13 +177,8 @@ def test_it_turns_with_the_scene() -> None:
     np.testing.assert_allclose(np.median(np.asarray(there.value(moved)) / here.value(wrenches)), 1, atol=0.02)
 
 
-def test_the_same_question_has_the_same_answer_to_the_last_digit(cube: hf.answers.Constraint, tmp_path: Path) -> None:
+def test_the_same_question_has_the_same_answer_to_the_last_digit(cube: hf.answers.Constraint) -> None:
     assert hf.sets.constraint(shipped_scene("cube"), "cube", exists=True, solves=400) == cube
-    cube.save(tmp_path / "c.npz")
-    again = hf.load_answer(tmp_path / "c.npz")
-    assert again == cube
-    w = drawn(cube, 5)
-    np.testing.assert_array_equal(again.value(w), cube.value(w))
 
 
 @pytest.fixture(scope="module", params=["cube", "tin"])
@@ -234,8 +227,6 @@ def test_what_cannot_be_constrained_is_refused() -> None:
         hf.sets.constraint(hf.Scene([floor(), hanging], 0.5), "cube")
     with pytest.raises(hf.errors.SceneError, match="the body is fixed"):
         hf.sets.constraint(shipped_scene("cube"), "floor")
-    with pytest.raises(hf.HoldfastError, match="constraint on 'orange': 0 is not inside the set"):
-        hf.sets.constraint(shelf(), "orange")
     with pytest.raises(hf.HoldfastError, match="constraint on 'orange': 0 is not inside the set"):
         hf.sets.constraint(hf.Scene([floor(), ball], 0.5), "orange", exists=True)
     found = hf.sets.constraint(shipped_scene("cube"), "cube", solves=20)

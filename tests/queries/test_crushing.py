@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +14,6 @@ from holdfast.sets import box_compression_strength
 G = 9.81
 ENGINES = ("compliant", "limit", "graph")
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
-HOLDFAST = (sys.executable, "-m", "holdfast")
 
 
 def tower(count: int = 4, **limits: float) -> hf.Scene:
@@ -109,6 +106,7 @@ def test_loads_that_cancel_press_all_the_same(engine: str) -> None:
     loads = [hf.Load("box0", (0, 0, 0.3), (0, 0, -1000)), hf.Load("box0", (0, 0, 0), (0, 0, 1000))]
     verdict = hf.stability(tower(1, top_load=400.0), loads=loads, engine=engine)
     assert verdict.verdict.stable
+    assert not verdict.stable
     assert verdict.bearing[0].load == pytest.approx(1000)
     assert verdict.crushed == ("box0",)
     found = hf.load_factor(tower(1, top_load=400.0), loads, engine=engine)
@@ -124,12 +122,6 @@ def test_what_is_crushed_at_rest_has_no_answer_above_zero(tmp_path: Path) -> Non
     assert not moved_by(found.mechanism[0], 0.1)
     found.save(tmp_path / "limits.json")
     assert hf.load_answer(tmp_path / "limits.json").moving[0] == ("box0",)
-    hf.save_scene(scene, tmp_path / "tower.yaml")
-    told = subprocess.run(
-        [*HOLDFAST, "transport", tmp_path / "tower.yaml"], capture_output=True, text=True, check=False
-    )
-    assert told.returncode == 1
-    assert "at rest, crush: box0" in " ".join(told.stdout.split())
 
 
 def test_a_motion_says_when_and_who_is_crushed() -> None:

@@ -67,17 +67,18 @@ def assert_same(assembly: hf.answers.Assembly, poses: np.ndarray, **options: Any
     return found
 
 
+@pytest.mark.parametrize(("each", "seed"), [(3, 0), *(pytest.param(10, k, marks=pytest.mark.slow) for k in (10, 11))])
 @pytest.mark.parametrize("name", [*BODIES, *OTHERS])
-def test_the_answers_are_those_of_single_calls(name: str) -> None:
+def test_the_answers_are_those_of_single_calls(name: str, each: int, seed: int) -> None:
     body = (BODIES | OTHERS)[name]()
-    found = assert_same(hf.assemble(scene("table", body)), drawn(body, 4))
+    found = assert_same(hf.assemble(scene("table", body)), drawn(body, each, seed))
     assert {hf.Status.STABLE, hf.Status.UNSTABLE, hf.Status.UNDECIDED} == set(found.status)
 
 
 @pytest.mark.parametrize("name", ["half space", "slope", "slippery", "one falls"])
 def test_so_they_are_in_other_scenes(name: str) -> None:
     body = BODIES["cup"]()
-    poses = drawn(body, 3, seed=1)
+    poses = drawn(body, 2, seed=1)
     if name == "slope":
         poses = hf.pose(roll=6) @ poses
     assert_same(hf.assemble(scene(name, body)), poses)
@@ -220,14 +221,11 @@ def test_a_push_on_a_body_that_is_not_moved() -> None:
     [
         ("cap", np.eye(4)[None], "cap"),
         ("it", np.eye(4), r"poses: has shape \(4, 4\)"),
-        ("it", np.zeros((0, 4, 4)), "got no poses"),
         ("it", 2 * np.eye(4)[None], r"poses\[0\]"),
         ("it", np.array([np.eye(4), np.diag([1, 1, -1, 1.0])]), r"poses\[1\]: is a reflection"),
         (["it", "it"], np.zeros((2, 2, 4, 4)), "each once"),
-        ([], np.zeros((2, 0, 4, 4)), "at least one body"),
         (["it", "book"], {"it": np.eye(4)[None]}, "needs those of"),
         (["it", "book"], {"it": np.eye(4)[None], "book": np.stack([np.eye(4)] * 2)}, "differ in number"),
-        (["it", "book"], np.eye(4)[None], "poses: has shape"),
     ],
 )
 def test_wrong_arguments_are_refused(bodies: Any, poses: Any, match: str) -> None:
@@ -248,11 +246,3 @@ def test_wrong_pushes_are_refused() -> None:
     given = hf.assemble(assembly.scene, interfaces=assembly.interfaces)
     with pytest.raises(hf.HoldfastError, match="interfaces were given"):
         hf.stability_of_poses(given, "it", poses)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("name", [*BODIES, *OTHERS])
-def test_many_random_poses(name: str, seed: int) -> None:
-    body = (BODIES | OTHERS)[name]()
-    assert_same(hf.assemble(scene("table", body)), drawn(body, 10, seed + 10))

@@ -58,14 +58,3 @@ def test_ordinary_scenes_do_not_warn() -> None:
         warnings.simplefilter("error")
         for name in ("table", "tabletop", "bonded_wall"):
             hf.assemble(shipped_scene(name))
-
-
-def test_a_path_in_the_wrong_place() -> None:
-    with pytest.raises(hf.HoldfastError, match=r"got a str; needs a Scene: hf.load_scene"):
-        hf.assemble("shelf.yaml")
-    with pytest.raises(hf.HoldfastError, match=r"got a str; needs an Assembly: hf.assemble"):
-        hf.stability("shelf.yaml", engine="graph")  # type: ignore[arg-type]
-
-
-def test_a_scene_is_assembled_where_an_assembly_is_needed() -> None:
-    assert hf.stability(shipped_scene("cube"), engine="graph").status == "stable"

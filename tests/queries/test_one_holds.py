@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from retold import shelf
 from rich.console import Console
 
 import holdfast as hf
@@ -19,20 +20,6 @@ from holdfast.report.map_table import map_report
 from holdfast.report.push_lines import push_report
 from holdfast.report.transport_plot import polar_picture
 from holdfast.report.transport_table import transport_report
-from holdfast.scene.shipped.blocks import at
-
-
-def shelf() -> hf.Scene:
-    """The shelf of the README."""
-    return hf.Scene(
-        [
-            hf.Body("shelf", hf.Box((0.6, 0.3, 0.02)), pose=at(0, 0, -0.01), fixed=True),
-            hf.Body("book", hf.Box((0.15, 0.21, 0.03)), mass=0.7, pose=at(-0.1, 0, 0.015)),
-            hf.Body("vase", hf.Cylinder(0.03, 0.2), mass=0.4, pose=at(0.1, 0, 0.1)),
-        ],
-        0.5,
-        name="shelf",
-    )
 
 
 def text_of(report: Any) -> str:
@@ -56,13 +43,6 @@ def test_transport_says_one_number_in_its_head_table_picture_and_json() -> None:
     assert f"estimated to hold up to {value} m/s²" in repr(found)
     data = json.loads(json.dumps(found.to_dict()))
     assert data["holds"] == {"lower": found.lower[row], "row": row, "direction": found.directions[row].tolist()}
-
-
-def test_the_table_takes_the_least_lower_bound_of_each_arc() -> None:
-    """Twelve arcs at most: every lower bound of an arc is at least what its row says."""
-    found = hf.transport_limits(hf.shipped_scene("table"), np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]))
-    least = number(found.lower.min())
-    assert least in text_of(transport_report(found)).split("holds")[-1]
 
 
 def test_a_map_says_what_holds_everywhere() -> None:

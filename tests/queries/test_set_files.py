@@ -17,17 +17,6 @@ def found() -> hf.answers.ConvexSet:
     return hf.sets.sustainable_accelerations(hf.shipped_scene("cube"))
 
 
-@pytest.mark.parametrize("suffix", ["json", "npz"])
-def test_round_trip(suffix: str, found: hf.answers.ConvexSet, tmp_path: Path) -> None:
-    found.save(tmp_path / f"set.{suffix}")
-    again = hf.load_answer(tmp_path / f"set.{suffix}")
-    assert again == found
-    for ours, theirs in zip((*found.inner, *found.outer), (*again.inner, *again.outer), strict=True):
-        assert ours.tobytes() == theirs.tobytes()
-        assert not theirs.flags.writeable
-    assert again.contains([5.0, 0, 0]) is True
-
-
 def test_files_can_be_read_without_holdfast(found: hf.answers.ConvexSet, tmp_path: Path) -> None:
     """Braking at 5 m/s² holds, at 6 it slips: A x <= b as any program reads it."""
     found.save(tmp_path / "set.json")
@@ -41,15 +30,6 @@ def test_files_can_be_read_without_holdfast(found: hf.answers.ConvexSet, tmp_pat
         assert not (rows @ [-6.0, 0, 0] <= ends).all()
 
 
-def test_usage_is_the_share_of_the_reach(found: hf.answers.ConvexSet) -> None:
-    x = np.array([[2.0, 0, 0], [0, -3.0, 0], [0, 0, 0]])
-    used = found.usage(x)
-    assert used == pytest.approx(np.array([2, 3, 0]) / (0.6 * 9.81), rel=0.06)
-    assert (used[:2] >= np.array([2, 3]) / (0.6 * 9.81)).all()
-    assert found.usage(x[0]) == used[0]
-    assert found.usage(2 * x) == pytest.approx(2 * used)
-
-
 def numbers(values: Any) -> dict[str, Any]:
     array = np.array(values, dtype=float)
     return {"$numbers": array.ravel().tolist(), "dtype": "<f8", "shape": list(array.shape)}
@@ -59,15 +39,10 @@ def numbers(values: Any) -> dict[str, Any]:
     ("change", "match"),
     [
         ({"box": numbers([[1, 2, 3]])}, "box has shape"),
-        ({"box": {"$numbers": [1, 2, "x"], "dtype": "<f8", "shape": [3]}}, "is damaged"),
         ({"inner": {"$tuple": [numbers([[1, 0, 0]]), numbers([1, 1])]}}, "inner: A: has shape"),
-        ({"inner": {"$tuple": [numbers([[1, 0, 0]])]}}, "is damaged"),
         ({"outer": {"$tuple": [numbers([[1, 0, 0]]), numbers([-1])]}}, "outer: b: has -1"),
         ({"claim": {"$enum": ["Claim", "sure"]}}, "is damaged"),
         ({"accuracy": -1}, "accuracy: is -1"),
-        ({"vertices": None}, "vertices"),
-        ({"inner": None}, "is damaged"),
-        ({"more": 1}, "is damaged"),
     ],
 )
 def test_what_is_no_set_is_refused(

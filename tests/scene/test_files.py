@@ -110,7 +110,7 @@ def scenes(draw: st.DrawFn) -> hf.Scene:
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture], derandomize=True)
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture], derandomize=True)
 @given(scene=scenes())
 def test_any_scene_comes_back_bit_for_bit(suffix: str, tmp_path: Path, scene: hf.Scene) -> None:
     path = tmp_path / f"scene{suffix}"
@@ -210,18 +210,6 @@ def test_the_schema_is_closed_and_describes_itself() -> None:
         assert part["additionalProperties"] is False
     references = {line.split('"')[1].rpartition("/")[2] for line in json.dumps(printed).split('"$ref": ')[1:]}
     assert references <= names
-
-
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_saved_files_have_only_keys_of_the_schema(name: str, tmp_path: Path) -> None:
-    hf.save_scene(shipped_scene(name), tmp_path / "scene.json")
-    data = json.loads((tmp_path / "scene.json").read_text())
-    defs = schema()["$defs"]
-    assert set(data) <= set(schema()["properties"])
-    for body in data["bodies"]:
-        assert set(body) <= set(defs["BodyModel"]["properties"])
-        kind = {"box": "BoxModel", "cylinder": "CylinderModel", "sphere": "SphereModel", "mesh": "MeshModel"}
-        assert set(body["shape"]) <= set(defs[kind[body["shape"]["type"]]]["properties"])
 
 
 @pytest.mark.parametrize("name", shipped_scenes())

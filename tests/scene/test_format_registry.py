@@ -133,20 +133,20 @@ def test_options_reach_the_reader(crates: Path) -> None:
 
 
 def test_an_unknown_option_is_named_beside_those_there_are(crates: Path) -> None:
-    match = r"crt: option 'frictoin': is unknown .*'crates'; did you mean 'friction'\? its options: friction, heavier"
+    match = r"crt: option frictoin=: is unknown .*'crates'; did you mean friction=\? its options: friction=, heavier="
     with pytest.raises(hf.errors.SceneError, match=match):
         hf.load_scene(crates, frictoin=0.5)
 
 
 def test_a_format_without_options_says_so(tmp_path: Path) -> None:
     hf.save_scene(hf.shipped_scene("cube"), tmp_path / "cube.yaml")
-    with pytest.raises(hf.errors.SceneError, match=r"'friction'.* unknown to the format 'holdfast scene'; it has none"):
+    with pytest.raises(hf.errors.SceneError, match=r"friction=.* unknown to the format 'holdfast scene'; it has none"):
         hf.load_scene(tmp_path / "cube.yaml", friction=0.5)
 
 
 def test_an_unknown_option_of_a_writer_leaves_the_file_as_it_was(crates: Path) -> None:
     before = crates.read_bytes()
-    with pytest.raises(hf.errors.SceneError, match=r"table\.crt: option 'colour': is unknown .*; it has none"):
+    with pytest.raises(hf.errors.SceneError, match=r"table\.crt: option colour=: is unknown .*; it has none"):
         hf.save_scene(hf.shipped_scene("cube"), crates, colour="red")
     assert crates.read_bytes() == before
 

@@ -50,7 +50,7 @@ def test_other_kinds(kind: str, tmp_path: Path) -> None:
     trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / f"cube.{kind}")
     scene = hf.load_scene(tmp_path / f"cube.{kind}", pose=hf.pose(z=0.05), **GIVEN)
     assert scene.body("cube").mass == pytest.approx(0.5)
-    with pytest.raises(hf.errors.SceneError, match=rf'\.{kind} files have no objects; give bodies="one"'):
+    with pytest.raises(hf.errors.SceneError, match=rf"\.{kind} files have no objects; read it as one body"):
         hf.load_scene(tmp_path / f"cube.{kind}", bodies="objects", **GIVEN)
 
 

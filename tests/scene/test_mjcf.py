@@ -98,22 +98,23 @@ def test_a_body_of_geoms_of_several_frictions_has_parts_of_several_materials() -
 
 
 def test_every_shape_stands_where_mujoco_has_it() -> None:
-    """Vertices of each shape in the world lie on the geom that MuJoCo measures distances to."""
+    """Vertices of each shape in the world lie on the geom that MuJoCo measures distances to, and none is cut short."""
     geoms = {
-        "box": 'type="box" size=".1 .2 .3"',
-        "ball": 'type="sphere" size=".2"',
-        "can": 'type="cylinder" size=".2 .1"',
-        "pill": 'type="capsule" size=".1 .2"',
-        "egg": 'type="ellipsoid" size=".1 .2 .3"',
-        "wedge": 'type="mesh" mesh="wedge"',
+        "box": ('type="box" size=".1 .2 .3"', 0.2 * 0.4 * 0.6),
+        "ball": ('type="sphere" size=".2"', 4 / 3 * np.pi * 0.008),
+        "can": ('type="cylinder" size=".2 .1"', np.pi * 0.04 * 0.2),
+        "pill": ('type="capsule" size=".1 .2"', np.pi * 0.01 * 0.4 + 4 / 3 * np.pi * 0.001),
+        "egg": ('type="ellipsoid" size=".1 .2 .3"', 4 / 3 * np.pi * 0.006),
+        "wedge": ('type="mesh" mesh="wedge"', 1 / 6),
     }
     asset = '<asset><mesh name="wedge" vertex="0 0 0 1 0 0 0 1 0 0 0 1 .1 .1 .1"/></asset>'
-    for name, geom in geoms.items():
+    for name, (geom, volume) in geoms.items():
         body = '<body name="b" pos=".1 .2 3" euler="20 30 40"><freejoint/>'
         body += f'<geom {geom} pos=".3 0 0" euler="5 6 7"/></body>'
         probe = '<body name="probe" mocap="true"><geom type="sphere" size=".001"/></body>'
         made, data = model(body + probe, asset)
         solid = hf.from_mujoco(made, data).body("b")
+        assert solid.shape.mass_properties.volume == pytest.approx(volume, rel=1e-6), name
         vertices = solid.surface_world.vertices
         for vertex in vertices[:: max(1, len(vertices) // 20)]:
             data.mocap_pos[0] = vertex
@@ -216,6 +217,8 @@ LOOP = '<equality><connect body1="rod" body2="rocker" anchor=".5 0 0"/></equalit
         (FINGERS, COUPLED + ON_TENDON + '<actuator><motor tendon="both"/></actuator>', None),
         (FINGERS, ON_TENDON + '<actuator><motor tendon="both"/></actuator>', "left"),
         (FINGERS, COUPLED, "left"),
+        (FINGERS, COUPLED + LEFT + '<option><flag actuation="disable"/></option>', "left"),
+        (FINGERS, COUPLED + LEFT.replace("<motor", '<motor group="3"') + '<option actuatorgroupdisable="3"/>', "left"),
         (FINGERS, '<equality><joint joint1="left"/><joint joint1="right"/></equality>', None),
         (FINGERS, COUPLED.replace("<joint", '<joint active="false"') + LEFT, "right"),
         (FOUR_BARS, LOOP + '<actuator><motor joint="rocker"/></actuator>', None),
@@ -307,7 +310,7 @@ def test_a_keyframe_and_positions_say_where_bodies_are() -> None:
         ({"key": 2}, r"keyframe 2: the model has 2 keyframes; needs a name, or a number from 0"),
         ({"key": "up", "qpos": [0] * 7}, r"key and qpos: are both given"),
         ({"qpos": [0] * 6}, r"qpos: has shape \(6,\); needs shape \(7,\)"),
-        ({"quos": [0] * 6}, r"option 'quos': is unknown .*did you mean 'qpos'"),
+        ({"quos": [0] * 6}, r"option quos=: is unknown .*did you mean qpos="),
     ):
         with pytest.raises(hf.errors.SceneError, match=match):
             scene(world, keys, **wrong)

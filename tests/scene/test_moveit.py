@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
+from scene_content import Load, loading
 
 import holdfast as hf
 
@@ -26,18 +24,10 @@ TABLE = thing("table", "0 0 0.35", piece("box\n1.2 0.8 0.7"))
 TETRAHEDRON = "mesh\n4 4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 2 1\n0 1 3\n0 3 2\n1 2 3"
 
 
-@pytest.fixture
-def load(tmp_path: Path) -> Callable[..., hf.Scene]:
-    def loaded(content: str, **options: object) -> hf.Scene:
-        (tmp_path / "kitchen.scene").write_text(content)
-        return hf.load_scene(
-            tmp_path / "kitchen.scene", **{"friction": 0.5, "density": 500, "fixed": ["table"], **options}
-        )
-
-    return loaded
+load = loading("kitchen.scene", friction=0.5, density=500, fixed=["table"])
 
 
-def test_objects_are_bodies_at_their_poses(load: Callable[..., hf.Scene]) -> None:
+def test_objects_are_bodies_at_their_poses(load: Load) -> None:
     mug = thing(
         "mug of tea",
         "0.1 0.2 0.75",
@@ -57,13 +47,13 @@ def test_objects_are_bodies_at_their_poses(load: Callable[..., hf.Scene]) -> Non
     assert scene.mu("table", "mug of tea") == 0.5
 
 
-def test_meshes_and_masses_by_density(load: Callable[..., hf.Scene]) -> None:
+def test_meshes_and_masses_by_density(load: Load) -> None:
     scene = load(f"(noname)+\n{thing('corner', '0 0 0', piece(TETRAHEDRON))}.\n", fixed=(), floor=True)
     assert scene.body("corner").mass == pytest.approx(500 / 6)
     assert scene.body("floor").fixed
 
 
-def test_files_of_older_versions_have_no_pose_of_the_object(load: Callable[..., hf.Scene]) -> None:
+def test_files_of_older_versions_have_no_pose_of_the_object(load: Load) -> None:
     old = f"(noname)\n* table\n1\n{piece(chr(10).join(['box', '1.2 0.8 0.7']), '0 0 0.35')}.\n"
     boxes = [load(content).body("table").box for content in (old, f"(noname)+\n{TABLE}.\n")]
     np.testing.assert_allclose(*boxes, atol=1e-12)
@@ -84,13 +74,11 @@ def test_files_of_older_versions_have_no_pose_of_the_object(load: Callable[..., 
         (thing("table", "0 0 0", piece(TETRAHEDRON.replace("4 4", "4000000 4"))), {}, "needs 3 finite numbers"),
     ],
 )
-def test_what_is_wrong_is_one_clear_error(
-    content: str, options: dict[str, object], match: str, load: Callable[..., hf.Scene]
-) -> None:
+def test_what_is_wrong_is_one_clear_error(content: str, options: dict[str, object], match: str, load: Load) -> None:
     with pytest.raises(hf.HoldfastError, match=match):
         load(f"(noname)+\n{content}.\n", **options)
 
 
-def test_a_file_that_was_cut_off_is_told(load: Callable[..., hf.Scene]) -> None:
+def test_a_file_that_was_cut_off_is_told(load: Load) -> None:
     with pytest.raises(hf.errors.SceneError, match="ends within an object; needs the whole text"):
         load(f"(noname)+\n{TABLE}")

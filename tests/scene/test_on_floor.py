@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scene_content import Load, loading
 
 import holdfast as hf
 from holdfast.scene.formats.floor import on_the_floor
@@ -23,20 +23,12 @@ SHAPES = {
 }
 
 
-@pytest.fixture
-def load(tmp_path: Path) -> Callable[..., hf.Scene]:
-    def loaded(shape: str, **options: object) -> hf.Scene:
-        (tmp_path / "thing.urdf").write_text(URDF.format(shape))
-        return hf.load_scene(tmp_path / "thing.urdf", friction=0.5, floor=True, **options)
-
-    return loaded
+load = loading("thing.urdf", URDF.format, friction=0.5, floor=True)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("height", [0.0, 0.7, -3.0])
-def test_the_lowest_point_comes_to_the_floor_from_anywhere(
-    shape: str, height: float, load: Callable[..., hf.Scene]
-) -> None:
+def test_the_lowest_point_comes_to_the_floor_from_anywhere(shape: str, height: float, load: Load) -> None:
     scene = load(shape, pose=hf.pose(0.3, 0.2, height), on_floor=True)
     body, half = scene.body("thing"), SHAPES[shape]
     np.testing.assert_allclose(body.pose, hf.pose(0.3, 0.2, half), atol=1e-9)
@@ -47,7 +39,7 @@ def test_the_lowest_point_comes_to_the_floor_from_anywhere(
     assert sum(np.linalg.norm(body.mass * scene.gravity) for body in scene.movable) == pytest.approx(9.81)
 
 
-def test_a_turned_body_comes_to_the_floor_with_its_corner(load: Callable[..., hf.Scene]) -> None:
+def test_a_turned_body_comes_to_the_floor_with_its_corner(load: Load) -> None:
     scene = load('<box size="0.2 0.2 0.2"/>', pose=hf.pose(roll=45), on_floor=True)
     assert scene.body("thing").pose[2, 3] == pytest.approx(0.1 * np.sqrt(2), rel=1e-12)
 

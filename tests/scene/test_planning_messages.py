@@ -73,6 +73,16 @@ def test_poses_of_older_messages_and_those_that_were_never_set() -> None:
     assert from_planning_scene(older, **GIVEN).body("crate").com_world == pytest.approx((0, 0, 0.1))
 
 
+def test_an_orientation_is_a_quaternion_by_its_names() -> None:
+    """By 90 degrees about z: the long side of the box lies along x; turned again within its object, along y."""
+    half = 0.5**0.5
+    turned = {"position": {}, "orientation": {"x": 0.0, "y": 0.0, "z": half, "w": half}}
+    for poses, size in (([pose()], (0.2, 0.1, 0.2)), ([turned], (0.1, 0.2, 0.2))):
+        msg = thing("crate", primitive(BOX, 0.1, 0.2, 0.2), at=turned, primitive_poses=poses)
+        low, high = from_planning_scene(msg, **GIVEN).body("crate").box
+        assert high - low == pytest.approx(size)
+
+
 def test_operations_are_applied_in_order() -> None:
     other = thing("ball", primitive(SPHERE, 0.1), at=pose(1))
     more = thing("crate", primitive(BOX, 0.1, 0.1, 0.1), operation=APPEND)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from scene_content import Load, loading
 
 import holdfast as hf
 
@@ -48,13 +49,7 @@ def ode(mu: str, more: str = "") -> str:
     return f"<surface><friction><ode><mu>{mu}</mu>{more}</ode></friction></surface>"
 
 
-@pytest.fixture
-def load(tmp_path: Path) -> Callable[..., hf.Scene]:
-    def loaded(content: str, **options: object) -> hf.Scene:
-        (tmp_path / "scene.sdf").write_text(content)
-        return hf.load_scene(tmp_path / "scene.sdf", **options)
-
-    return loaded
+load = loading("scene.sdf")
 
 
 def at(*xyz: float) -> np.ndarray:
@@ -65,7 +60,7 @@ def turned(angle: float, *axis: float) -> np.ndarray:
     return trimesh.transformations.rotation_matrix(angle, axis)
 
 
-def test_a_pose_is_relative_to_a_frame_that_is_relative_to_another(load: Callable[..., hf.Scene]) -> None:
+def test_a_pose_is_relative_to_a_frame_that_is_relative_to_another(load: Load) -> None:
     frames = (
         f'<frame name="a" attached_to="other">{pose("0 0 1", "0 0 0.5")}</frame>'
         '<frame name="b"><pose relative_to="a">1 0 0 0.3 0 0</pose></frame>'
@@ -78,7 +73,7 @@ def test_a_pose_is_relative_to_a_frame_that_is_relative_to_another(load: Callabl
     np.testing.assert_allclose(scene.body("m::link").pose, expected, atol=1e-14)
 
 
-def test_degrees_quaternions_and_joints_as_frames(load: Callable[..., hf.Scene]) -> None:
+def test_degrees_quaternions_and_joints_as_frames(load: Load) -> None:
     content = link("a", pose("0 0 1", "90 0 0", ' degrees="true"'))
     content += link("b", '<pose rotation_format="quat_xyzw" relative_to="j">0 0 2  0 0 0.6 0.8</pose>')
     content += link("c") + joint("world", "a", rest=pose("0 0 5"))
@@ -90,14 +85,14 @@ def test_degrees_quaternions_and_joints_as_frames(load: Callable[..., hf.Scene])
     assert scene.body("m::a").fixed
 
 
-def test_a_model_may_be_placed_by_a_frame_of_its_own(load: Callable[..., hf.Scene]) -> None:
+def test_a_model_may_be_placed_by_a_frame_of_its_own(load: Load) -> None:
     content = pose("5 0 0") + f'<frame name="grip">{pose("0 0 2", "0 0 1")}</frame>' + link("link", pose("0 1 0"))
     scene = load(world(model(content, rest=' placement_frame="grip"')))
     expected = at(5, 0, 0) @ np.linalg.inv(at(0, 0, 2) @ turned(1, 0, 0, 1)) @ at(0, 1, 0)
     np.testing.assert_allclose(scene.body("m").pose, expected, atol=1e-14)
 
 
-def test_nested_models_are_found_by_their_names(load: Callable[..., hf.Scene]) -> None:
+def test_nested_models_are_found_by_their_names(load: Load) -> None:
     inner = model(link(rest=pose("0 0 1")), "inner", "").replace("<link", pose("1 0 0") + "<link", 1)
     content = model(inner + link("top", pose("0 0 4", rest=' relative_to="inner::link"')) + pose("0 1 0"), "outer")
     scene = load(world(content))
@@ -105,7 +100,7 @@ def test_nested_models_are_found_by_their_names(load: Callable[..., hf.Scene]) -
     assert scene.body("outer::inner").pose[:3, 3].tolist() == [1, 1, 1]
 
 
-def test_fixed_joints_make_one_body(load: Callable[..., hf.Scene]) -> None:
+def test_fixed_joints_make_one_body(load: Load) -> None:
     content = link("a") + link("b", pose("0 0 1", "0 0.5 0")) + joint("a", "b")
     body = load(world(model(content))).body("m")
     own, arm, T = np.diag([0.1, 0.2, 0.15]), np.array([0, 0, 0.5]), at(0, 0, 1) @ turned(0.5, 0, 1, 0)
@@ -117,7 +112,7 @@ def test_fixed_joints_make_one_body(load: Callable[..., hf.Scene]) -> None:
     np.testing.assert_allclose(body.shape.parts[1].pose, T, atol=1e-15)
 
 
-def test_models_joined_across_each_other_are_one_body(load: Callable[..., hf.Scene]) -> None:
+def test_models_joined_across_each_other_are_one_body(load: Load) -> None:
     scene = load(
         world(
             model(link(), "a")
@@ -129,7 +124,7 @@ def test_models_joined_across_each_other_are_one_body(load: Callable[..., hf.Sce
     assert scene.body("a").mass == 4.0
 
 
-def test_joints_that_move_are_named_or_welded(load: Callable[..., hf.Scene]) -> None:
+def test_joints_that_move_are_named_or_welded(load: Load) -> None:
     content = world(model(link("a") + link("b", pose("0 0 1")) + joint("a", "b", "revolute", "hinge")))
     with pytest.raises(
         hf.errors.SceneError, match=r"sdf:4: <joint> 'hinge': can move; .* 'm::hinge' \(revolute\).*rigid=True"
@@ -141,7 +136,7 @@ def test_joints_that_move_are_named_or_welded(load: Callable[..., hf.Scene]) -> 
     assert all(body.fixed for body in load(content, fixed=["m"]).bodies)
 
 
-def test_friction_of_a_pair_is_the_least_of_both(load: Callable[..., hf.Scene]) -> None:
+def test_friction_of_a_pair_is_the_least_of_both(load: Load) -> None:
     a = model(link(shapes=collision(rest=ode("0.6", "<mu2>0.4</mu2>"))), "a")
     b = model(link(shapes=collision(rest=ode("0.5"))) + pose("0 0 3"), "b")
     scene = load(world(a + b))
@@ -149,7 +144,7 @@ def test_friction_of_a_pair_is_the_least_of_both(load: Callable[..., hf.Scene]) 
     assert load(world(a + b), friction=0.1).mu("a", "ground") == 0.1
 
 
-def test_friction_of_bullet_is_multiplied(load: Callable[..., hf.Scene]) -> None:
+def test_friction_of_bullet_is_multiplied(load: Load) -> None:
     bullet = "<surface><friction><bullet><friction>0.5</friction></bullet></friction></surface>"
     both = ode("0.3").replace("</friction>", "<bullet><friction>0.5</friction></bullet></friction>")
     of_bullet, of_both = (
@@ -172,7 +167,7 @@ def crates(*friction: str) -> str:
     return world("".join(each)).replace("<sdf ", '<sdf xmlns:drake="http://drake.mit.edu" ')
 
 
-def test_friction_of_drake_is_combined_as_drake_does(load: Callable[..., hf.Scene]) -> None:
+def test_friction_of_drake_is_combined_as_drake_does(load: Load) -> None:
     scene = load(crates(drake(0.2), drake(0.6), ""))
     assert scene.mu("m0", "m1") == pytest.approx(2 * 0.2 * 0.6 / 0.8)
     assert scene.mu("m0", "m2") == pytest.approx(2 * 0.2 * 0.5 / 0.7)  # Drake's own where a file says none
@@ -182,7 +177,7 @@ def test_friction_of_drake_is_combined_as_drake_does(load: Callable[..., hf.Scen
     assert load(crates(drake(0.2), ""), friction=0.3).mu("m0", "m1") == pytest.approx(0.24)
 
 
-def test_friction_of_drake_and_of_others_needs_a_choice(load: Callable[..., hf.Scene]) -> None:
+def test_friction_of_drake_and_of_others_needs_a_choice(load: Load) -> None:
     content = crates(drake(0.2) + ode("0.4"), drake(0.6) + ode("0.8"))
     with pytest.raises(
         hf.errors.SceneError, match=r"friction for ode and drake, which combine it in different ways; give sim"
@@ -192,7 +187,7 @@ def test_friction_of_drake_and_of_others_needs_a_choice(load: Callable[..., hf.S
     assert load(content, simulator="ode").mu("m0", "m1") == pytest.approx(0.4)
 
 
-def test_a_collision_without_contact_touches_nothing(load: Callable[..., hf.Scene]) -> None:
+def test_a_collision_without_contact_touches_nothing(load: Load) -> None:
     ghost = "<surface><contact><collide_without_contact>true</collide_without_contact></contact></surface>"
     below = model(link(shapes=collision(rest=ghost)) + "<static>true</static>" + pose("0 0 0.3"), "ghost")
     on_it = model(link() + pose("0 0 0.9"), "crate")
@@ -206,7 +201,7 @@ def test_a_collision_without_contact_touches_nothing(load: Callable[..., hf.Scen
     )
 
 
-def test_tiny_spheres_are_points(load: Callable[..., hf.Scene]) -> None:
+def test_tiny_spheres_are_points(load: Load) -> None:
     """As Drake's models of the YCB objects have them: four points carry a box that is a little smaller."""
     low = "".join(
         collision("<sphere><radius>1e-07</radius></sphere>", pose(f"{x} {y} -0.3"), f"p{x}{y}")
@@ -220,7 +215,7 @@ def test_tiny_spheres_are_points(load: Callable[..., hf.Scene]) -> None:
     assert answer.force == pytest.approx(0.4 * 2 * 9.8, rel=1e-5)
 
 
-def test_what_is_not_read_and_may_matter_is_named(load: Callable[..., hf.Scene]) -> None:
+def test_what_is_not_read_and_may_matter_is_named(load: Load) -> None:
     odd = link(rest="<kinematic>true</kinematic>", shapes=collision(rest=ode("0.4", "<slip1>0.1</slip1>")))
     content = world(model(odd + "<plugin name='p' filename='f'/>") + "<population name='p'/><gui/>" + "<wind/>")
     scene = load(content)
@@ -233,7 +228,7 @@ def test_what_is_not_read_and_may_matter_is_named(load: Callable[..., hf.Scene])
     assert "not read, though it may matter: glued= of <link>" in load(stuck).notes
 
 
-def test_a_note_says_once_what_is_so_of_many_links(load: Callable[..., hf.Scene]) -> None:
+def test_a_note_says_once_what_is_so_of_many_links(load: Load) -> None:
     scene = load(world("".join(model(link() + pose(f"{k} 0 0.3"), f"m{k}") for k in range(30))))
     (note,) = [note for note in scene.notes if "friction 1, which SDF says" in note]
     assert note.startswith("links ground::link, m0::link, m1::link")
@@ -242,7 +237,7 @@ def test_a_note_says_once_what_is_so_of_many_links(load: Callable[..., hf.Scene]
     assert note in hf.robustness(scene, "m0", (0.1, 0, 0), (-1, 0, 0)).notes
 
 
-def test_parts_have_friction_of_their_own(load: Callable[..., hf.Scene]) -> None:
+def test_parts_have_friction_of_their_own(load: Load) -> None:
     shapes = collision(rest=ode("0.3")) + collision(rest=pose("0 0 0.6") + ode("0.7"), name="d")
     scene = load(world(model(link(shapes=shapes))))
     assert [part.material for part in scene.body("m").shape.parts] == ["friction 0.3", "friction 0.7"]
@@ -250,7 +245,7 @@ def test_parts_have_friction_of_their_own(load: Callable[..., hf.Scene]) -> None
     assert scene.friction.pairs["friction 0.7", "friction 0.7"] == 0.7
 
 
-def test_masses_are_worked_out_from_densities(load: Callable[..., hf.Scene]) -> None:
+def test_masses_are_worked_out_from_densities(load: Load) -> None:
     shapes = collision("<sphere><radius>0.5</radius></sphere>", "<density>10</density>")
     shapes += collision("<cone><radius>0.5</radius><length>2</length></cone>", pose("0 0 1.5"), "d")
     inertial = '<inertial auto="true"><density>30</density></inertial>'
@@ -259,12 +254,17 @@ def test_masses_are_worked_out_from_densities(load: Callable[..., hf.Scene]) -> 
     assert body.mass == pytest.approx(ball + cone, rel=1e-12)
     assert body.com_body[2] == pytest.approx(cone * 1.0 / (ball + cone), rel=1e-12)  # a quarter of its height up
     across = ball * 0.4 / 4 + cone * (3 / 20 / 4 + 3 / 80 * 4) + ball * cone / (ball + cone)
-    np.testing.assert_allclose(np.diag(body.inertia_com), [across, across, ball * 0.1 + cone * 0.3 / 4], rtol=1e-12)
+    moments = np.array([across, across, ball * 0.1 + cone * 0.3 / 4])
+    np.testing.assert_allclose(np.diag(body.inertia_com), moments, rtol=1e-12)
     given = inertial.replace("<density>", "<mass>5</mass><density>")
-    assert load(world(model(link(shapes=shapes, inertial=given)))).body("m").mass == pytest.approx(5, rel=1e-12)
+    scaled = load(world(model(link(shapes=shapes, inertial=given)))).body("m")
+    assert scaled.mass == pytest.approx(5, rel=1e-12)
+    np.testing.assert_allclose(np.diag(scaled.inertia_com), moments * 5 / (ball + cone), rtol=1e-12)
+    usual = load(world(model(link(inertial='<inertial auto="true"/>')))).body("m")
+    assert usual.mass == pytest.approx(48, rel=1e-12)  # 0.048 m³ of water, which SDF says where a file says none
 
 
-def test_an_inertial_frame_turns_and_shifts_the_inertia(load: Callable[..., hf.Scene]) -> None:
+def test_an_inertial_frame_turns_and_shifts_the_inertia(load: Load) -> None:
     inertial = INERTIAL.replace("<mass>", pose("0.1 0.2 0.3", "0.4 0 0") + "<mass>")
     body = load(world(model(link(inertial=inertial)))).body("m")
     R = turned(0.4, 1, 0, 0)[:3, :3]
@@ -272,13 +272,13 @@ def test_an_inertial_frame_turns_and_shifts_the_inertia(load: Callable[..., hf.S
     np.testing.assert_allclose(body.inertia_com, R @ np.diag([0.1, 0.2, 0.15]) @ R.T, atol=1e-15)
 
 
-def test_links_of_one_model_do_not_touch_unless_it_says_so(load: Callable[..., hf.Scene]) -> None:
+def test_links_of_one_model_do_not_touch_unless_it_says_so(load: Load) -> None:
     content = link("a") + link("b", pose("0 0 0.5"))
     assert load(world(model(content))).excluded == (("m::a", "m::b"),)
     assert load(world(model(content + "<self_collide>true</self_collide>"))).excluded == ()
 
 
-def test_collisions_without_a_common_bit_do_not_touch(load: Callable[..., hf.Scene]) -> None:
+def test_collisions_without_a_common_bit_do_not_touch(load: Load) -> None:
     def masked(name: str, mask: str) -> str:
         rest = f"<surface><contact><collide_bitmask>{mask}</collide_bitmask></contact></surface>"
         return model(link(shapes=collision(rest=rest)), name)
@@ -287,7 +287,7 @@ def test_collisions_without_a_common_bit_do_not_touch(load: Callable[..., hf.Sce
     assert scene.excluded == (("a", "b"), ("a", "c"))
 
 
-def test_single_collisions_without_a_common_bit_do_not_touch(load: Callable[..., hf.Scene]) -> None:
+def test_single_collisions_without_a_common_bit_do_not_touch(load: Load) -> None:
     def masked(name: str, mask: str) -> str:
         rest = f"<surface><contact><collide_bitmask>{mask}</collide_bitmask></contact></surface>"
         return collision(rest=pose("0 0 1") + rest, name=name)
@@ -297,7 +297,7 @@ def test_single_collisions_without_a_common_bit_do_not_touch(load: Callable[...,
     assert scene.excluded == ((("a", 0), "b"),)
 
 
-def test_a_plane_is_a_half_space_along_its_normal(load: Callable[..., hf.Scene]) -> None:
+def test_a_plane_is_a_half_space_along_its_normal(load: Load) -> None:
     plane = collision("<plane><normal>0 -1 0</normal></plane>", pose("0 2 0"))
     wall = model("<static>1</static>" + link(shapes=plane + collision(name="d")) + pose("0 0 1"), "wall")
     scene = load(world(wall))
@@ -308,7 +308,7 @@ def test_a_plane_is_a_half_space_along_its_normal(load: Callable[..., hf.Scene])
     assert scene.body("wall").fixed
 
 
-def test_name_pose_and_static_of_an_include_come_first(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_name_pose_and_static_of_an_include_come_first(load: Load, tmp_path: Path) -> None:
     folder = tmp_path / "models" / "crate"
     folder.mkdir(parents=True)
     trimesh.creation.box((1, 1, 1)).export(folder / "crate.stl")
@@ -346,7 +346,7 @@ PART = (
 @pytest.mark.parametrize("own", ["", "<self_collide>true</self_collide>"])
 @pytest.mark.parametrize("held", [(), ("m",)])
 def test_a_model_merged_into_another_is_that_with_its_links_written_out(
-    own: str, held: tuple[str, ...], load: Callable[..., hf.Scene], tmp_path: Path
+    own: str, held: tuple[str, ...], load: Load, tmp_path: Path
 ) -> None:
     (tmp_path / "part.sdf").write_text(f'<sdf version="1.9">{model(PART, "part")}</sdf>')
     rest = (
@@ -378,9 +378,7 @@ def test_a_model_merged_into_another_is_that_with_its_links_written_out(
     assert len(merged.excluded) == len(expected.excluded) == (0 if own or held else 3)
 
 
-def test_names_of_merged_models_are_those_of_the_model_around_them(
-    load: Callable[..., hf.Scene], tmp_path: Path
-) -> None:
+def test_names_of_merged_models_are_those_of_the_model_around_them(load: Load, tmp_path: Path) -> None:
     (tmp_path / "part.sdf").write_text(f'<sdf version="1.9">{model(PART, "part")}</sdf>')
     for more, match in ((link("a"), "'a'|second of this name"), (joint("a", "part::b", name="k"), "no model 'part'")):
         with pytest.raises(hf.errors.SceneError, match=match):
@@ -392,7 +390,7 @@ def test_names_of_merged_models_are_those_of_the_model_around_them(
 @pytest.mark.parametrize(
     "what", ['<light name="sun"/>', '<light name="sun"/><actor name="walker"/>', '<actor name="a"/>']
 )
-def test_lights_and_actors_are_included_as_nothing(what: str, load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_lights_and_actors_are_included_as_nothing(what: str, load: Load, tmp_path: Path) -> None:
     (tmp_path / "sun").mkdir()
     (tmp_path / "sun" / "model.sdf").write_text(f'<sdf version="1.6">{what}</sdf>')
     include = "<include><uri>model://sun</uri></include>"
@@ -405,9 +403,7 @@ FUEL = "https://fuel.gazebosim.org/1.0/OpenRobotics/models/"
 @pytest.mark.parametrize(
     ("sun", "plane"), [("model://sun", "model://ground_plane"), (FUEL + "Sun", FUEL + "Ground Plane")]
 )
-def test_the_models_of_every_classic_world_need_no_folder(
-    sun: str, plane: str, load: Callable[..., hf.Scene], tmp_path: Path
-) -> None:
+def test_the_models_of_every_classic_world_need_no_folder(sun: str, plane: str, load: Load, tmp_path: Path) -> None:
     """A light is nothing; the plane has friction 50, and the least of two counts: pushed low, 2 kg slide at mu m g."""
     crate = model(link(shapes=collision(rest=ode("0.3"))) + pose("0 0 0.3"))
     around = (
@@ -428,7 +424,7 @@ def test_the_models_of_every_classic_world_need_no_folder(
         load(world("<include><uri>model://moon</uri></include>"))
 
 
-def test_the_address_of_a_file_of_models_follows_the_model_path(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_the_address_of_a_file_of_models_follows_the_model_path(load: Load, tmp_path: Path) -> None:
     (tmp_path / "elsewhere" / "crate" / "meshes").mkdir(parents=True)
     trimesh.creation.box((0.2, 0.4, 0.6)).export(tmp_path / "elsewhere" / "crate" / "meshes" / "c.stl")
     mesh = "<mesh><uri>file://models/crate/meshes/c.stl</uri></mesh>"
@@ -443,21 +439,21 @@ def test_the_address_of_a_file_of_models_follows_the_model_path(load: Callable[.
 
 
 @pytest.mark.parametrize("comment", ["<!-- sim --iterations 100 -->", "<!----\n\n a -- b --->", "<!---->"])
-def test_comments_may_hold_hyphens(comment: str, load: Callable[..., hf.Scene]) -> None:
+def test_comments_may_hold_hyphens(comment: str, load: Load) -> None:
     assert load(world(comment + model(link()))) == load(world(model(link())))
     line = 5 + comment.count("\n")
     with pytest.raises(hf.errors.SceneError, match=rf"scene.sdf:{line}: <collision> 'c': has no <geometry>"):
         load(world(comment + "\n" + model(link(shapes='<collision name="c"/>'))))
 
 
-def test_text_that_looks_like_a_comment_is_kept(load: Callable[..., hf.Scene]) -> None:
+def test_text_that_looks_like_a_comment_is_kept(load: Load) -> None:
     (body,) = load(world(model(link("l", pose("0 0 3").replace("0 0 3", "<![CDATA[0 0 3]]>"))))).movable
     assert body.pose[2, 3] == 3
     with pytest.raises(hf.errors.SceneError, match="<!-- 3 -->"):
         load(world(model(link("l", "<pose><![CDATA[<!-- 3 -->]]></pose>"))))
 
 
-def test_shapes_and_masses_may_be_placed_relative_to_their_own_link(load: Callable[..., hf.Scene]) -> None:
+def test_shapes_and_masses_may_be_placed_relative_to_their_own_link(load: Load) -> None:
     def scene(rest: str) -> hf.Scene:
         shapes = collision(rest=pose("0.1 0 0.2", "0 0 0.3", rest))
         inertial = INERTIAL.replace("<inertial>", "<inertial>" + pose("0 0.1 0", "0.2 0 0", rest))
@@ -466,14 +462,14 @@ def test_shapes_and_masses_may_be_placed_relative_to_their_own_link(load: Callab
     assert scene(' relative_to="link"') == scene("")
 
 
-def test_a_lone_model_needs_a_floor(load: Callable[..., hf.Scene]) -> None:
+def test_a_lone_model_needs_a_floor(load: Load) -> None:
     content = f'<sdf version="1.9">{model(link(shapes=collision(rest=ode("0.3"))))}</sdf>'
     with pytest.raises(hf.errors.SceneError, match=r"has nothing that is static; give floor=True"):
         load(content)
     assert load(content, floor=True).mu("m", "floor") == 0.3
 
 
-def test_gravity_and_one_of_several_worlds(load: Callable[..., hf.Scene]) -> None:
+def test_gravity_and_one_of_several_worlds(load: Load) -> None:
     worlds = "".join(f'<world name="w{k}"><gravity>0 {k} -1</gravity>{GROUND}</world>' for k in (1, 2))
     content = f'<sdf version="1.9">{worlds}</sdf>'
     assert load(content, world="w2").gravity.tolist() == [0, 2, -1]
@@ -481,7 +477,7 @@ def test_gravity_and_one_of_several_worlds(load: Callable[..., hf.Scene]) -> Non
         load(content)
 
 
-def test_pybullet_reads_the_same(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_pybullet_reads_the_same(load: Load, tmp_path: Path) -> None:
     bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra bench")
     inertial = INERTIAL.replace("<mass>", pose("0.1 0.2 0.3", "0.4 0.1 0") + "<mass>").replace(
         "<iyy>", "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz><iyy>"
@@ -588,7 +584,6 @@ WRONG: dict[str, tuple[str, str]] = {
         "<collide_bitmask>: is 'x'",
     ),
     "escape": (meshed("../../a.stl"), "<uri>: names '../../a.stl', outside of the folder"),
-    "file scheme": (meshed("file:///etc/passwd"), "outside of the folder"),
     "web": (meshed("https://fuel.gazebosim.org/1.0/a.stl"), "needs a path, file://"),
     "include of the web": (
         world("<include><uri>https://fuel.gazebosim.org/a</uri></include>"),
@@ -602,13 +597,11 @@ WRONG: dict[str, tuple[str, str]] = {
     ),
     "merge": (world('<include merge="true"><uri>a.sdf</uri></include>'), "merges a model into the world"),
     "no uri": (world("<include/>"), "<include>: has no <uri>"),
-    "entity bomb": ('<!DOCTYPE sdf [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><sdf>&b;</sdf>', ":1: has a document type"),
-    "half": ("<sdf><world>", ":1: is not XML: no element found"),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_is_one_clear_error(name: str, load: Callable[..., hf.Scene]) -> None:
+def test_what_is_wrong_is_one_clear_error(name: str, load: Load) -> None:
     content, match = WRONG[name]
     with pytest.raises(hf.HoldfastError, match=match) as caught:
         load(content)
@@ -616,7 +609,7 @@ def test_what_is_wrong_is_one_clear_error(name: str, load: Callable[..., hf.Scen
     assert "\n" not in str(caught.value)
 
 
-def test_includes_in_a_circle_are_refused(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_includes_in_a_circle_are_refused(load: Load, tmp_path: Path) -> None:
     for name, other in (("a", "b"), ("b", "a")):
         text = model(f"<include><uri>{other}.sdf</uri></include>", name)
         (tmp_path / f"{name}.sdf").write_text(f"<sdf>{text}</sdf>")
@@ -624,7 +617,7 @@ def test_includes_in_a_circle_are_refused(load: Callable[..., hf.Scene], tmp_pat
         load(world("<include><uri>a.sdf</uri></include>"))
 
 
-def test_includes_that_multiply_are_refused(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_includes_that_multiply_are_refused(load: Load, tmp_path: Path) -> None:
     for level in range(12):
         inner = "".join(f"<include><uri>m{level + 1}.sdf</uri><name>n{k}</name></include>" for k in range(3))
         (tmp_path / f"m{level}.sdf").write_text(f"<sdf>{model(inner, f'm{level}')}</sdf>")
@@ -644,6 +637,6 @@ def test_includes_that_multiply_are_refused(load: Callable[..., hf.Scene], tmp_p
         ({"friction": -1}, "friction: is -1"),
     ],
 )
-def test_options_are_checked(options: dict[str, object], match: str, load: Callable[..., hf.Scene]) -> None:
+def test_options_are_checked(options: dict[str, object], match: str, load: Load) -> None:
     with pytest.raises(hf.errors.SceneError, match=match):
         load(world(model(link())), **options)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from scene_content import Load, loading
 
 import holdfast as hf
 
@@ -37,13 +37,7 @@ def origin(xyz: str = "0 0 0", rpy: str = "0 0 0") -> str:
     return f'<origin xyz="{xyz}" rpy="{rpy}"/>'
 
 
-@pytest.fixture
-def load(tmp_path: Path) -> Callable[..., hf.Scene]:
-    def loaded(content: str, **options: object) -> hf.Scene:
-        (tmp_path / "thing.urdf").write_text(content)
-        return hf.load_scene(tmp_path / "thing.urdf", **{"floor": True, **options})
-
-    return loaded
+load = loading("thing.urdf", floor=True)
 
 
 def turn(roll: float, pitch: float, yaw: float) -> np.ndarray:
@@ -55,7 +49,7 @@ def turn(roll: float, pitch: float, yaw: float) -> np.ndarray:
     return rotations[2] @ rotations[1] @ rotations[0]
 
 
-def test_a_link_is_a_body_with_its_mass_and_inertia(load: Callable[..., hf.Scene]) -> None:
+def test_a_link_is_a_body_with_its_mass_and_inertia(load: Load) -> None:
     scene = load(robot(LINK))
     body = scene.body("thing")
     assert (body.mass, body.shape, body.fixed) == (2.0, hf.Box((0.2, 0.4, 0.6)), False)
@@ -65,7 +59,7 @@ def test_a_link_is_a_body_with_its_mass_and_inertia(load: Callable[..., hf.Scene
     assert isinstance(scene.body("floor").shape, hf.HalfSpace)
 
 
-def test_an_inertial_frame_turns_and_shifts_the_inertia(load: Callable[..., hf.Scene]) -> None:
+def test_an_inertial_frame_turns_and_shifts_the_inertia(load: Load) -> None:
     inertial = INERTIAL.replace("<inertial>", f"<inertial>{origin('0.1 0.2 0.3', '0.3 -0.4 0.5')}")
     body = load(robot(solid("base", inertial=inertial))).body("thing")
     R = turn(0.3, -0.4, 0.5)[:3, :3]
@@ -73,7 +67,7 @@ def test_an_inertial_frame_turns_and_shifts_the_inertia(load: Callable[..., hf.S
     np.testing.assert_allclose(body.inertia_com, R @ np.diag([0.1, 0.2, 0.15]) @ R.T, rtol=1e-12)
 
 
-def test_fixed_joints_make_one_body(load: Callable[..., hf.Scene]) -> None:
+def test_fixed_joints_make_one_body(load: Load) -> None:
     joints = joint("weld", "base", "arm", rest=origin("0 0 1", "0 0.5 0")) + joint(
         "tip", "arm", "end", rest=origin("0.5 0 0")
     )
@@ -90,7 +84,7 @@ def test_fixed_joints_make_one_body(load: Callable[..., hf.Scene]) -> None:
     np.testing.assert_allclose(body.inertia_com, expected, atol=1e-12)
 
 
-def test_a_ball_that_is_not_at_the_origin_leaves_the_frame_of_its_link(load: Callable[..., hf.Scene]) -> None:
+def test_a_ball_that_is_not_at_the_origin_leaves_the_frame_of_its_link(load: Load) -> None:
     content = robot(solid("base", '<geometry><sphere radius="0.1"/></geometry>', origin=origin("0 0.3 0", "1 0 0")))
     body = load(content).body("thing")
     assert isinstance(body.shape, hf.Compound)
@@ -103,7 +97,7 @@ def test_a_ball_that_is_not_at_the_origin_leaves_the_frame_of_its_link(load: Cal
     np.testing.assert_allclose(body.inertia_com, np.diag([0.1, 0.2, 0.15]), atol=1e-15)
 
 
-def test_a_movable_joint_is_named_and_refused(load: Callable[..., hf.Scene]) -> None:
+def test_a_movable_joint_is_named_and_refused(load: Load) -> None:
     content = robot(LINK + solid("door") + joint("hinge", "base", "door", "revolute"))
     with pytest.raises(
         hf.errors.SceneError,
@@ -113,7 +107,7 @@ def test_a_movable_joint_is_named_and_refused(load: Callable[..., hf.Scene]) -> 
 
 
 @pytest.mark.parametrize(("kind", "position"), [("revolute", 0.7), ("continuous", -2.0), ("prismatic", 0.3)])
-def test_joints_hold_at_their_positions_on_request(kind: str, position: float, load: Callable[..., hf.Scene]) -> None:
+def test_joints_hold_at_their_positions_on_request(kind: str, position: float, load: Load) -> None:
     rest = origin("0 0 1", "0.2 0 0") + '<axis xyz="0 2 0"/>'
     content = robot(LINK + solid("door") + joint("hinge", "base", "door", kind, rest))
     body = load(content, rigid=True, joints={"hinge": position}).body("thing")
@@ -144,7 +138,7 @@ def test_joints_hold_at_their_positions_on_request(kind: str, position: float, l
     ],
 )
 def test_a_position_outside_the_limits_of_a_joint_is_told_with_both_units(
-    kind: str, limit: str, position: float, told: str, load: Callable[..., hf.Scene]
+    kind: str, limit: str, position: float, told: str, load: Load
 ) -> None:
     content = robot(LINK + solid("arm") + joint("a", "base", "arm", kind, f'<axis xyz="0 0 1"/><limit {limit}/>'))
     if told:
@@ -154,7 +148,15 @@ def test_a_position_outside_the_limits_of_a_joint_is_told_with_both_units(
         assert load(content, fixed=True, joints={"a": position}).notes
 
 
-def test_a_joint_that_mimics_follows(load: Callable[..., hf.Scene]) -> None:
+@pytest.mark.parametrize(("kind", "expected"), [("prismatic", [0.3, 0, 0]), ("revolute", [0, 0, 0])])
+def test_a_joint_without_an_axis_has_the_x_axis(kind: str, expected: list[float], load: Load) -> None:
+    content = robot(LINK + solid("door") + joint("hinge", "base", "door", kind))
+    pose = load(content, rigid=True, joints={"hinge": 0.3}).body("thing").shape.parts[1].pose
+    np.testing.assert_allclose(pose[:3, 3], expected, atol=1e-15)
+    np.testing.assert_allclose(pose[:3, 0], [1, 0, 0], atol=1e-15)
+
+
+def test_a_joint_that_mimics_follows(load: Load) -> None:
     mimic = '<axis xyz="1 0 0"/><mimic joint="a" multiplier="-2" offset="0.1"/>'
     joints = joint("a", "base", "left", "prismatic", '<axis xyz="1 0 0"/>') + joint(
         "b", "base", "right", "prismatic", mimic
@@ -163,14 +165,14 @@ def test_a_joint_that_mimics_follows(load: Callable[..., hf.Scene]) -> None:
     assert sorted(part.pose[0, 3] for part in body.shape.parts) == pytest.approx([-0.5, 0, 0.3])
 
 
-def test_a_floating_joint_joins_nothing(load: Callable[..., hf.Scene]) -> None:
+def test_a_floating_joint_joins_nothing(load: Load) -> None:
     joints = joint("a", "world", "base") + joint("b", "base", "loose", "floating", origin("0 0 1"))
     scene = load(robot(link("world") + LINK + solid("loose") + joints), floor=False)
     assert {body.name: body.fixed for body in scene.bodies} == {"thing/world": True, "thing/loose": False}
     assert scene.body("thing/loose").pose[2, 3] == 1.0
 
 
-def test_copies_have_names_and_poses(load: Callable[..., hf.Scene]) -> None:
+def test_copies_have_names_and_poses(load: Load) -> None:
     high = np.eye(4)
     high[2, 3] = 3.0
     scene = load(robot(LINK), poses={"low": np.eye(4), "high": high})
@@ -180,7 +182,7 @@ def test_copies_have_names_and_poses(load: Callable[..., hf.Scene]) -> None:
     assert scene.mu("low", "floor") == 0.5
 
 
-def test_a_density_stands_for_a_missing_mass(load: Callable[..., hf.Scene]) -> None:
+def test_a_density_stands_for_a_missing_mass(load: Load) -> None:
     content = robot(solid("base", inertial=""))
     body = load(content, density=100).body("thing")
     assert body.mass == pytest.approx(100 * 0.2 * 0.4 * 0.6, rel=1e-12)
@@ -193,9 +195,7 @@ def test_a_density_stands_for_a_missing_mass(load: Callable[..., hf.Scene]) -> N
 
 @pytest.mark.parametrize("option", [None, 100])
 @pytest.mark.parametrize("density", ['<density value="500"/>', f'<density value="500"/>{origin()}'])
-def test_a_density_in_the_file_comes_before_the_option(
-    density: str, option: float | None, load: Callable[..., hf.Scene]
-) -> None:
+def test_a_density_in_the_file_comes_before_the_option(density: str, option: float | None, load: Load) -> None:
     body = load(robot(solid("base", inertial=f"<inertial>{density}</inertial>")), density=option).body("thing")
     assert body.mass == pytest.approx(500 * 0.2 * 0.4 * 0.6, rel=1e-12)
     np.testing.assert_allclose(np.diag(body.inertia_com), body.mass / 12 * np.array([0.52, 0.40, 0.20]), rtol=1e-12)
@@ -203,21 +203,21 @@ def test_a_density_in_the_file_comes_before_the_option(
     assert load(robot(solid("base", inertial=both)), density=option).body("thing").mass == 2.0
 
 
-def test_an_inertial_without_a_mass_takes_the_option(load: Callable[..., hf.Scene]) -> None:
+def test_an_inertial_without_a_mass_takes_the_option(load: Load) -> None:
     content = robot(solid("base", inertial="<inertial/>"))
     assert load(content, density=100).body("thing").mass == pytest.approx(100 * 0.2 * 0.4 * 0.6, rel=1e-12)
     with pytest.raises(hf.errors.SceneError, match=r"<link> 'base': has no mass; give density="):
         load(content)
 
 
-def test_an_inertia_that_is_missing_is_that_of_the_shape(load: Callable[..., hf.Scene]) -> None:
+def test_an_inertia_that_is_missing_is_that_of_the_shape(load: Load) -> None:
     inertial = f'<inertial>{origin("0 0 0.1")}<mass value="3"/></inertial>'
     body = load(robot(solid("base", inertial=inertial))).body("thing")
     like = hf.Body("like", hf.Box((0.2, 0.4, 0.6)), mass=3, com=(0, 0, 0.1))
     np.testing.assert_allclose(body.inertia_com, like.inertia_com, rtol=1e-12)
 
 
-def test_what_is_seen_stands_for_what_collides(load: Callable[..., hf.Scene]) -> None:
+def test_what_is_seen_stands_for_what_collides(load: Load) -> None:
     scene = load(robot(link("base", f"{MU}{INERTIAL}<visual>{BOX}</visual>")))
     assert scene.body("thing").shape == hf.Box((0.2, 0.4, 0.6))
     assert "link 'base': no <collision>, its <visual> is taken" in scene.notes
@@ -234,7 +234,7 @@ DRAKE = "<drake:proximity_properties><drake:mu_static value='{}'/></drake:proxim
         ("gazebo", 0.2),
     ],
 )
-def test_friction_is_combined_as_its_simulator_does(tags: str, pair: float, load: Callable[..., hf.Scene]) -> None:
+def test_friction_is_combined_as_its_simulator_does(tags: str, pair: float, load: Load) -> None:
     links, more = [], ""
     for name, mu in (("a", 0.8), ("b", 0.2)):
         own = {"bullet": f'<contact><lateral_friction value="{mu}"/></contact>'}.get(tags, "")
@@ -246,14 +246,14 @@ def test_friction_is_combined_as_its_simulator_does(tags: str, pair: float, load
     assert [scene.mu(f"thing/{name}", "floor") for name in "ab"] == [0.8, 0.2]
 
 
-def test_friction_is_never_guessed(load: Callable[..., hf.Scene]) -> None:
+def test_friction_is_never_guessed(load: Load) -> None:
     content = robot(LINK.replace(MU, ""))
     with pytest.raises(hf.errors.SceneError, match=r"<link> 'base': has no friction; give friction="):
         load(content)
     assert load(content, friction=0.3).mu("thing", "floor") == 0.3
 
 
-def test_friction_of_two_kinds_needs_a_choice(load: Callable[..., hf.Scene]) -> None:
+def test_friction_of_two_kinds_needs_a_choice(load: Load) -> None:
     content = robot(LINK + '<gazebo reference="base"><mu1>0.9</mu1><mu2>0.7</mu2></gazebo>')
     with pytest.raises(
         hf.errors.SceneError, match=r"has friction for bullet and gazebo, .*; give simulator='bullet', or another"
@@ -263,12 +263,12 @@ def test_friction_of_two_kinds_needs_a_choice(load: Callable[..., hf.Scene]) -> 
     assert load(content, simulator="gazebo").mu("thing", "floor") == 0.7
 
 
-def test_a_thing_alone_needs_something_below(load: Callable[..., hf.Scene]) -> None:
+def test_a_thing_alone_needs_something_below(load: Load) -> None:
     with pytest.raises(hf.errors.SceneError, match=r"nothing carries; give floor=True .* fixed=True"):
         load(robot(LINK), floor=False)
 
 
-def test_what_is_not_read_and_may_matter_is_named(load: Callable[..., hf.Scene]) -> None:
+def test_what_is_not_read_and_may_matter_is_named(load: Load) -> None:
     odd = robot(LINK + '<gazebo reference="base"><static>true</static><kp>1</kp></gazebo><tether/>')
     note = "not read, though it may matter: <static> in <gazebo>, <tether> in <robot>"
     assert note in load(odd, friction=0.5).notes
@@ -277,13 +277,13 @@ def test_what_is_not_read_and_may_matter_is_named(load: Callable[..., hf.Scene])
     assert "not read, though it may matter: glued= of <link>" in load(stuck, friction=0.5).notes
 
 
-def test_tiny_spheres_are_points(load: Callable[..., hf.Scene]) -> None:
+def test_tiny_spheres_are_points(load: Load) -> None:
     scene = load(robot(solid("base", '<geometry><sphere radius="1e-7"/></geometry>')), friction=0.5)
     assert "link 'base': spheres of radius 1e-07 m are taken as points (1e-06 m)" in scene.notes
     assert scene.movable[0].shape == hf.Sphere(1e-6)
 
 
-def test_a_box_without_size_is_a_point(load: Callable[..., hf.Scene]) -> None:
+def test_a_box_without_size_is_a_point(load: Load) -> None:
     """As Bullet takes it: it stands for a link of which nothing is to be seen."""
     scene = load(robot(solid("base", '<geometry><box size="0 0 0"/></geometry>')), friction=0.5)
     assert scene.movable[0].shape == hf.Sphere(1e-6)
@@ -291,7 +291,7 @@ def test_a_box_without_size_is_a_point(load: Callable[..., hf.Scene]) -> None:
         load(robot(solid("base", '<geometry><box size="0.1 0 0.1"/></geometry>')), friction=0.5)
 
 
-def test_a_broken_declaration_is_overlooked(load: Callable[..., hf.Scene]) -> None:
+def test_a_broken_declaration_is_overlooked(load: Load) -> None:
     assert load(robot(LINK).replace('"1.0"', '"0.0"')).body("thing").mass == 2.0
 
 
@@ -317,7 +317,7 @@ def test_meshes_are_found_in_the_folder_of_meshes_beside(tmp_path: Path) -> None
             hf.load_scene(path, floor=True)
 
 
-def test_meshes_are_scaled_and_found_in_packages(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_meshes_are_scaled_and_found_in_packages(load: Load, tmp_path: Path) -> None:
     (tmp_path / "elsewhere" / "meshes").mkdir(parents=True)
     trimesh.creation.box((1, 1, 1)).export(tmp_path / "elsewhere" / "meshes" / "cube.stl")
     content = mesh("package://parts/meshes/cube.stl", "0.1 0.2 0.3")
@@ -331,7 +331,7 @@ def test_meshes_are_scaled_and_found_in_packages(load: Callable[..., hf.Scene], 
     assert hf.load_scene(tmp_path / "parts" / "urdf" / "thing.urdf", floor=True).body("thing").mass == 2.0
 
 
-def test_a_package_has_the_name_that_its_manifest_says(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_a_package_has_the_name_that_its_manifest_says(load: Load, tmp_path: Path) -> None:
     """As in ROS, whatever the folder of a checkout is called."""
     folder, broken = tmp_path / "checkout", tmp_path / "another"
     (folder / "meshes").mkdir(parents=True)
@@ -348,7 +348,7 @@ def test_a_package_has_the_name_that_its_manifest_says(load: Callable[..., hf.Sc
         load(content)
 
 
-def test_a_link_of_the_file_system_does_not_lead_out(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_a_link_of_the_file_system_does_not_lead_out(load: Load, tmp_path: Path) -> None:
     outside = tmp_path.parent / f"{tmp_path.name}_outside"
     outside.mkdir()
     trimesh.creation.box((1, 1, 1)).export(outside / "cube.stl")
@@ -415,7 +415,7 @@ WRONG: dict[str, tuple[str, str]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_is_one_clear_error(name: str, load: Callable[..., hf.Scene]) -> None:
+def test_what_is_wrong_is_one_clear_error(name: str, load: Load) -> None:
     content, match = WRONG[name]
     with pytest.raises(hf.HoldfastError, match=match) as caught:
         load(content)
@@ -436,14 +436,14 @@ def test_what_is_wrong_is_one_clear_error(name: str, load: Callable[..., hf.Scen
         ({"simulator": "ode"}, "simulator: is 'ode'; needs one of bullet, drake, gazebo"),
     ],
 )
-def test_options_are_checked(options: dict[str, object], match: str, load: Callable[..., hf.Scene]) -> None:
+def test_options_are_checked(options: dict[str, object], match: str, load: Load) -> None:
     joints = joint("hinge", "base", "door", "revolute") + joint("weld", "base", "b")
     content = robot(LINK + solid("door", inertial="") + solid("b") + joints)
     with pytest.raises(hf.HoldfastError, match=match):
         load(content, **{"rigid": True, **options})
 
 
-def test_pybullet_reads_the_same(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_pybullet_reads_the_same(load: Load, tmp_path: Path) -> None:
     """A chain of links at joint positions, with turned inertial frames. PyBullet rounds to 2e-8 m."""
     bullet = pytest.importorskip("pybullet", reason="needs pybullet, of the extra bench")
     inertial = INERTIAL.replace("<inertial>", f"<inertial>{origin('0.1 0.2 0.3', '0.3 -0.4 0.5')}")
@@ -473,7 +473,7 @@ def test_pybullet_reads_the_same(load: Callable[..., hf.Scene], tmp_path: Path) 
 
 
 @pytest.mark.parametrize("links", ["one", "many"])
-def test_a_long_file_is_read_or_refused_in_time(links: str, load: Callable[..., hf.Scene]) -> None:
+def test_a_long_file_is_read_or_refused_in_time(links: str, load: Load) -> None:
     """What is read for every shape is looked up, not searched: twenty thousand times twenty thousand would not end."""
     many = 20_000
     if links == "many":

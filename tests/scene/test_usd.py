@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from scene_content import Load, loading
 
 import holdfast as hf
 from holdfast.scene.formats.surfaces import Surfaces
@@ -41,16 +41,10 @@ def lines(content: str) -> str:
     return content.replace(" }", "\n}\n")
 
 
-@pytest.fixture
-def load(tmp_path: Path) -> Callable[..., hf.Scene]:
-    def loaded(content: str, **options: object) -> hf.Scene:
-        (tmp_path / "scene.usda").write_text(lines(content))
-        return hf.load_scene(tmp_path / "scene.usda", **options)
-
-    return loaded
+load = loading("scene.usda", lines)
 
 
-def test_units_and_the_axis_that_is_up(load: Callable[..., hf.Scene]) -> None:
+def test_units_and_the_axis_that_is_up(load: Load) -> None:
     """Centimetres, grams and y up: everything comes in metres and kilograms, with z up."""
     mass = "float physics:mass = 500\n float3 physics:diagonalInertia = (100, 200, 300)"
     content = prim(f"double size = 20\n {mass}", at="3, 40, 5")
@@ -65,14 +59,14 @@ def test_units_and_the_axis_that_is_up(load: Callable[..., hf.Scene]) -> None:
     assert "y is up in the file: turned about x so that z is up" in scene.notes
 
 
-def test_densities_are_in_the_units_of_the_stage(load: Callable[..., hf.Scene]) -> None:
+def test_densities_are_in_the_units_of_the_stage(load: Load) -> None:
     """A decimetre cube of one gram a cubic centimetre."""
     body = load(stage(prim("double size = 10\n float physics:density = 1"), 0.01, 0.001, "Y")).body("a")
     assert body.mass == pytest.approx(1, rel=1e-12)
     np.testing.assert_allclose(body.inertia_com, np.eye(3) / 600, atol=1e-15)
 
 
-def test_gravity_is_in_the_units_and_axes_of_the_stage(load: Callable[..., hf.Scene]) -> None:
+def test_gravity_is_in_the_units_and_axes_of_the_stage(load: Load) -> None:
     gravity = "float physics:gravityMagnitude = 981\n vector3f physics:gravityDirection = (0, -4, 3)"
     scene = load(stage(f'def PhysicsScene "s" {{ {gravity} }}' + prim("float physics:mass = 1"), 0.01, 1, "Y"))
     np.testing.assert_allclose(scene.gravity, [0, -9.81 * 0.6, -9.81 * 0.8], atol=1e-12)
@@ -87,7 +81,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("kind", SHAPES)
-def test_shapes_are_what_they_are(kind: str, load: Callable[..., hf.Scene]) -> None:
+def test_shapes_are_what_they_are(kind: str, load: Load) -> None:
     content, shape = SHAPES[kind]
     body = load(stage(prim(f"{content}\n float physics:density = 300", kind))).body("a")
     assert body.shape == shape
@@ -95,7 +89,7 @@ def test_shapes_are_what_they_are(kind: str, load: Callable[..., hf.Scene]) -> N
     np.testing.assert_allclose(body.inertia_com, 300 * shape.mass_properties.inertia, rtol=1e-7, atol=1e-12)
 
 
-def test_axes_and_scale(load: Callable[..., hf.Scene]) -> None:
+def test_axes_and_scale(load: Load) -> None:
     scale = "float3 xformOp:scale = (2, 0.5, 0.5)\n float physics:mass = 1"
     lying = load(stage(prim(f'uniform token axis = "X"\n double radius = 1\n double height = 3\n {scale}', "Cylinder")))
     body = lying.body("a")
@@ -106,7 +100,7 @@ def test_axes_and_scale(load: Callable[..., hf.Scene]) -> None:
         load(stage(prim(scale, "Capsule")))
 
 
-def test_a_body_of_several_colliders_adds_their_masses(load: Callable[..., hf.Scene]) -> None:
+def test_a_body_of_several_colliders_adds_their_masses(load: Load) -> None:
     inner = [
         prim("float physics:mass = 2", name="low", at="0, 0, 0", api=API.replace('"PhysicsRigidBodyAPI", ', "")),
         prim("float physics:density = 0.5", name="high", at="0, 0, 2", api=API.replace('"PhysicsRigidBodyAPI", ', "")),
@@ -120,7 +114,7 @@ def test_a_body_of_several_colliders_adds_their_masses(load: Callable[..., hf.Sc
     np.testing.assert_allclose(np.diag(body.inertia_com), [across, across, (2 + 4) * 8 / 12], rtol=1e-12)
 
 
-def test_a_mass_that_is_given_comes_first_with_its_centre_and_axes(load: Callable[..., hf.Scene]) -> None:
+def test_a_mass_that_is_given_comes_first_with_its_centre_and_axes(load: Load) -> None:
     turned = "quatf physics:principalAxes = (0.5, 0.5, 0.5, 0.5)\n float3 physics:diagonalInertia = (1, 2, 4)"
     own = f"float physics:mass = 3\n point3f physics:centerOfMass = (0, 0.25, 0)\n {turned}"
     body = load(stage(prim(own))).body("a")
@@ -131,7 +125,7 @@ def test_a_mass_that_is_given_comes_first_with_its_centre_and_axes(load: Callabl
     np.testing.assert_allclose(shifted.inertia_com, like.inertia_com, rtol=1e-12)
 
 
-def test_densities_of_materials_and_of_nothing(load: Callable[..., hf.Scene]) -> None:
+def test_densities_of_materials_and_of_nothing(load: Load) -> None:
     content = stage(prim())
     dense = content.replace("staticFriction = 0.5", "staticFriction = 0.5\n float physics:density = 300")
     assert load(dense).body("a").mass == pytest.approx(2400, rel=1e-12)
@@ -141,7 +135,7 @@ def test_densities_of_materials_and_of_nothing(load: Callable[..., hf.Scene]) ->
     assert load(content, density=10).body("a").mass == pytest.approx(80, rel=1e-12)
 
 
-def test_friction_of_a_pair_is_the_least_unless_it_is_told(load: Callable[..., hf.Scene]) -> None:
+def test_friction_of_a_pair_is_the_least_unless_it_is_told(load: Load) -> None:
     smooth = (
         'def Material "smooth" (prepend apiSchemas = ["PhysicsMaterialAPI"]) { float physics:staticFriction = 0.25 }'
     )
@@ -161,7 +155,7 @@ TETRAHEDRON = (
 )
 
 
-def test_meshes_and_what_stands_for_them(load: Callable[..., hf.Scene]) -> None:
+def test_meshes_and_what_stands_for_them(load: Load) -> None:
     def approximated(kind: str, content: str = TETRAHEDRON) -> hf.Body:
         token = f'uniform token physics:approximation = "{kind}"'
         return load(stage(prim(f"{content} {token}", "Mesh"))).body("a")
@@ -177,7 +171,7 @@ def test_meshes_and_what_stands_for_them(load: Callable[..., hf.Scene]) -> None:
         approximated("blob")
 
 
-def test_instances_are_bodies_of_their_own(load: Callable[..., hf.Scene]) -> None:
+def test_instances_are_bodies_of_their_own(load: Load) -> None:
     crate = prim("float physics:mass = 1", name="body", at="0, 0, 0")
     places = "".join(
         f'def Xform "i{k}" (instanceable = true\n references = </crate>)\n'
@@ -193,7 +187,7 @@ def joint(kind: str, rest: str = "rel physics:body1 = </b>") -> str:
     return f'def {kind} "j" {{ rel physics:body0 = </a>\n {rest} }}\n'
 
 
-def test_joints_weld_or_are_refused_by_name(load: Callable[..., hf.Scene]) -> None:
+def test_joints_weld_or_are_refused_by_name(load: Load) -> None:
     both = prim("float physics:mass = 1") + prim("float physics:mass = 3", name="b", at="0, 0, 5")
     welded = load(stage(both + joint("PhysicsFixedJoint")))
     assert [body.name for body in welded.movable] == ["a"]
@@ -206,7 +200,7 @@ def test_joints_weld_or_are_refused_by_name(load: Callable[..., hf.Scene]) -> No
     assert (to_world.body("a").fixed, to_world.body("b").fixed) == (True, False)
 
 
-def test_what_is_kinematic_off_or_filtered(load: Callable[..., hf.Scene]) -> None:
+def test_what_is_kinematic_off_or_filtered(load: Load) -> None:
     kinematic = prim("bool physics:kinematicEnabled = true", name="k")
     off = prim("bool physics:rigidBodyEnabled = false", name="o", at="9, 0, 1")
     ghost = prim("bool physics:collisionEnabled = false", name="g", at="0, 9, 1")
@@ -223,7 +217,7 @@ def test_what_is_kinematic_off_or_filtered(load: Callable[..., hf.Scene]) -> Non
     assert "/g: has no collider, so it is left out" in scene.notes
 
 
-def test_single_colliders_may_be_filtered(load: Callable[..., hf.Scene]) -> None:
+def test_single_colliders_may_be_filtered(load: Load) -> None:
     cube = 'def Cube "{}" (prepend apiSchemas = [{}])\n{{ rel material:binding:physics = </rough>\n {} }}\n'
     own = '"PhysicsCollisionAPI", "MaterialBindingAPI"'
     left = cube.format("left", own, "")
@@ -243,7 +237,7 @@ def test_single_colliders_may_be_filtered(load: Callable[..., hf.Scene]) -> None
         ('rel physics:filteredGroups = </two>\n string physics:mergeGroup = "x"', [("a", "b")]),
     ],
 )
-def test_collision_groups_exclude(rest: str, excluded: list[tuple[str, str]], load: Callable[..., hf.Scene]) -> None:
+def test_collision_groups_exclude(rest: str, excluded: list[tuple[str, str]], load: Load) -> None:
     group = 'def PhysicsCollisionGroup "{}" {{ rel collection:colliders:includes = [{}]\n {} }}\n'
     groups = group.format("one", "</a>, </c>", rest) + group.format("two", "</b>", "")
     scene = load(stage(prim() + prim(name="b", at="0, 0, 5") + prim(name="c", at="0, 0, 9") + groups))
@@ -251,7 +245,7 @@ def test_collision_groups_exclude(rest: str, excluded: list[tuple[str, str]], lo
     assert scene.excluded == tuple(expected)
 
 
-def test_packages_and_binary_files_say_the_same(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_packages_and_binary_files_say_the_same(load: Load, tmp_path: Path) -> None:
     from pxr import Usd, UsdUtils
 
     scene = load(stage(prim("float physics:mass = 1")))
@@ -263,7 +257,7 @@ def test_packages_and_binary_files_say_the_same(load: Callable[..., hf.Scene], t
         assert other.friction == scene.friction
 
 
-def test_layers_are_composed_from_the_folder_alone(load: Callable[..., hf.Scene], tmp_path: Path) -> None:
+def test_layers_are_composed_from_the_folder_alone(load: Load, tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
     crate = prim(name="c", api='"PhysicsRigidBodyAPI", "PhysicsCollisionAPI"').replace("rel material:binding", "rel x")
     (tmp_path / "parts" / "crate.usda").write_text(lines(f'#usda 1.0\n(\n defaultPrim = "c"\n)\n{crate}'))
@@ -329,7 +323,7 @@ WRONG: dict[str, tuple[str, str]] = {
 
 
 @pytest.mark.parametrize("name", [name for name in WRONG if name != "itself"])
-def test_what_is_wrong_is_one_clear_error(name: str, load: Callable[..., hf.Scene]) -> None:
+def test_what_is_wrong_is_one_clear_error(name: str, load: Load) -> None:
     content, match = WRONG[name]
     with pytest.raises(hf.HoldfastError, match=match) as caught:
         load(content)
@@ -337,7 +331,7 @@ def test_what_is_wrong_is_one_clear_error(name: str, load: Callable[..., hf.Scen
     assert "\n" not in str(caught.value)
 
 
-def test_a_reference_to_itself_ends(load: Callable[..., hf.Scene]) -> None:
+def test_a_reference_to_itself_ends(load: Load) -> None:
     assert load(WRONG["itself"][0]).body("a").mass == 8000
 
 
@@ -351,7 +345,7 @@ def test_a_reference_to_itself_ends(load: Callable[..., hf.Scene]) -> None:
         ({"friction": -1}, "friction: is -1"),
     ],
 )
-def test_options_are_checked(options: dict[str, object], match: str, load: Callable[..., hf.Scene]) -> None:
+def test_options_are_checked(options: dict[str, object], match: str, load: Load) -> None:
     with pytest.raises(hf.errors.SceneError, match=match):
         load(stage(prim()), **options)
 

@@ -103,8 +103,10 @@ def test_files_of_others_are_dropped_and_compiled_again(package: Path, kind: str
     assert run(package) == ("6.0 9.0 0", "")
 
 
-@pytest.mark.parametrize("level", [0, 1, 2])
-@pytest.mark.parametrize("who", ["group", "all", pytest.param("stranger", marks=as_root)])
+@pytest.mark.parametrize(
+    ("level", "who"),
+    [(0, "all"), (1, "group"), (2, "all"), *(pytest.param(k, "stranger", marks=as_root) for k in (0, 2))],
+)
 def test_a_folder_that_others_may_write_is_not_used_and_that_is_said_once(package: Path, level: int, who: str) -> None:
     mark = poison(package, "nbc")
     folder = kept(package, "toy.answer*.nbc")[0].parents[level]

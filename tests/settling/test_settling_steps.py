@@ -39,20 +39,19 @@ def moved(gap: float, mu: float, slope: float) -> np.ndarray:
     return answer[0, :3]
 
 
-def test_a_free_body_sinks_by_the_unit() -> None:
-    assert moved(5e-3, 0.5, 0.0) == pytest.approx([0, 0, -1e-3], abs=1e-11)
-
-
-def test_a_body_over_a_gap_sinks_as_far_as_the_gap() -> None:
-    assert moved(4e-4, 0.5, 0.0) == pytest.approx([0, 0, -4e-4], abs=1e-11)
-
-
-def test_an_overlap_lifts_the_body() -> None:
-    assert moved(-2e-4, 0.5, 0.0) == pytest.approx([0, 0, 2e-4], abs=1e-11)
-
-
-def test_friction_holds_up_to_its_angle() -> None:
-    assert moved(0.0, 0.5, 0.99 * np.arctan(0.5)) == pytest.approx([0, 0, 0], abs=1e-10)
+@pytest.mark.parametrize(
+    ("gap", "slope", "rises"),
+    [
+        (5e-3, 0.0, -1e-3),  # free, it sinks by the unit
+        (4e-4, 0.0, -4e-4),  # over a gap, as far as the gap
+        (-2e-4, 0.0, 2e-4),  # an overlap lifts it
+        (0.0, 0.99 * np.arctan(0.5), 0.0),  # friction holds it up to its angle
+    ],
+)
+def test_a_body_moves_straight_up_or_down_by_as_much_as_its_contact_allows(
+    gap: float, slope: float, rises: float
+) -> None:
+    assert moved(gap, 0.5, slope) == pytest.approx([0, 0, rises], abs=1e-10)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.2, 0.5])

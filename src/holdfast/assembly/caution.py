@@ -37,7 +37,7 @@ def check_units(bodies: Iterable[Body]) -> None:
         return
     smallest = min(across, key=lambda name: across[name])
     problem = f"the smallest of {len(across):,} movable bodies, {quoted(smallest)}, is {across[smallest]:.3g} m across"
-    remedy = "are the sizes in millimetres? Give metres (meshes: scale 0.001), or say allow_large=True or --allow-large"
+    remedy = "are the sizes in millimetres? Give metres (meshes: scale 0.001), or say allow_large=True"
     raise SceneError(message("scene", problem, remedy))
 
 

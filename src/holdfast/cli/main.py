@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import re
 import sys
 import traceback
 import warnings
+from functools import partial
 from importlib import import_module
 from typing import Annotated, Any
 
@@ -78,8 +80,42 @@ COMMANDS = {  # the function and the help text of each command; its module is im
 }
 
 
+# An option as Python takes it, such as floor=True, and not within a call, a name or a path
+IN_PYTHON = re.compile(
+    r"""(?<![\w./(=-])(?<!["'])([a-z_]+)=(\{[^}]*\}|\[[^]]*\]|\([^)]*\)|"[^"]*"|'[^']*'|[\w.]*\w)?"""
+)
+BRACKETS = re.compile("""[][{}()"']""")
+
+
+def in_flags(text: str, options: dict[str, Any]) -> str:
+    """Return an error or a warning with the options of Python in it as flags, those of a command by their names."""
+
+    def flag(found: re.Match[str]) -> str:
+        name, value = found.groups("")
+        option = options.get({"poses": "pose", "bodies": "objects"}.get(name, name))
+        if option is None or value.startswith("hf."):
+            return found[0]
+        if option.is_flag:
+            value = ""
+        elif value == "True":
+            value = option.metavar
+        return f"{option.opts[0]} {BRACKETS.sub('', value).replace(': ', '=')}".strip()
+
+    return IN_PYTHON.sub(flag, text)
+
+
 class Command(TyperCommand):
     """One command. The numbers of a vector option may be separated by spaces or by commas."""
+
+    def invoke(self, ctx: Any) -> Any:  # noqa: ANN401 - typer's own types
+        """Call the command; its errors and warnings name flags where those of Python name options."""
+        options = {str(each.name): each for each in self.params if each.opts[0].startswith("--")}
+        warnings.showwarning = partial(_show_warning, options)
+        try:
+            return super().invoke(ctx)
+        except HoldfastError as error:
+            error.args = (in_flags(str(error), options),)
+            raise
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer's own types
         """Treat ``--at 0.1,0,0.2`` and ``--at=0.1,0,0.2`` like ``--at 0.1 0 0.2``.
@@ -179,7 +215,7 @@ def _main(
 def run() -> None:
     """Run the command line; an error is reported on one line and sets the exit code."""
     make_writable()
-    warnings.showwarning = _show_warning  # type: ignore[assignment]
+    warnings.showwarning = partial(_show_warning, {})
     warnings.simplefilter("always", HoldfastWarning)
     with stoppable():
         try:
@@ -238,9 +274,11 @@ def _complain(kind: str, text: object, code: int) -> int:
     return code
 
 
-def _show_warning(text: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+def _show_warning(
+    options: dict[str, Any], text: Warning | str, category: type[Warning], *_: object, **__: object
+) -> None:
     if issubclass(category, HoldfastWarning):
-        err.say(str(text), label="warning:", style="yellow")
+        err.say(in_flags(str(text), options), label="warning:", style="yellow")
 
 
 if __name__ == "__main__":

@@ -59,6 +59,7 @@ class SceneGiven:
     density: Annotated[
         Several, _reading("--density", "kg/m³ where the file has no mass; or of a body", "RHO or BODY=RHO")
     ] = None
+    mass: Annotated[Several, _reading("--mass", "kg where the file has none; or of a body", "M or BODY=M")] = None
     without: Annotated[Several, _reading("--without", "leave this body out of the scene", "BODY")] = None
     free: Annotated[Several, _reading("--free", "this body of a model of single objects moves freely", "BODY")] = None
     floor: Annotated[bool, _reading("--floor", "add a floor: all that is below z = 0")] = False
@@ -116,14 +117,12 @@ class SceneGiven:
     def _options(self, known: Collection[str]) -> tuple[dict[str, Any], Callable[[Scene], Scene]]:
         """Return the options for a reader with the ``known`` ones, and what applies the others to the scene."""
         friction, pairs = of_all_and_each("--friction", self.friction or (), PAIR)
-        dense, each = of_all_and_each("--density", self.density or (), "RHO, or BODY=RHO")
-        if dense is not None and each:
-            raise HoldfastError(message("--density", "is given for all and for some", "give one or the other"))
         joints = assigned("--joints", self.joints or (), "NAME=VALUE").items()
         key = int(self.key) if self.key is not None and self.key.isdecimal() else self.key
         given: dict[str, Any] = {
             "friction": friction,
-            "density": each or dense,
+            "density": _of_all_or_each("--density", self.density or (), "RHO, or BODY=RHO"),
+            "mass": _of_all_or_each("--mass", self.mass or (), "M, or BODY=M"),
             "free": self.free or None,
             "floor": self.floor or None,
             "rigid": self.rigid or None,
@@ -137,7 +136,7 @@ class SceneGiven:
             "package": assigned("--package", self.package or (), "NAME=FOLDER", last=False) or None,
             "bodies": "objects" if self.objects else None,
             "model_path": self.model_path or None,
-            "collision": _of_all_or_each(self.collision or ()),
+            "collision": _ways(self.collision or ()),
             "up_axis": self.up_axis,
             "within": self.within,
         }
@@ -202,8 +201,9 @@ class AssemblyGiven(SceneGiven):
 def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
     """Expand the first parameter of a command, a SceneGiven or AssemblyGiven, into options for its fields.
 
-    The scene becomes the first argument, and the other fields become options after those of the command. A parameter
-    whose type is a dataclass, such as ``Where``, is expanded too.
+    The scene becomes the first argument, and the other fields become options after those of the command, except those
+    whose name it gives to an option of its own. A parameter whose type is a dataclass, such as ``Where``, is expanded
+    too.
     """
     hints = get_type_hints(command, include_extras=True)
     first, *others = inspect.signature(command).parameters.values()
@@ -217,6 +217,7 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
             annotation=shown[each.name],
         )
         for each in fields(kind)
+        if all(each.name != other.name for other in others)
     ]
     values = {each.name: hints[each.name] for each in others if is_dataclass(hints[each.name])}
     own: list[inspect.Parameter] = []
@@ -238,7 +239,15 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
     return called
 
 
-def _of_all_or_each(given: Sequence[str]) -> str | dict[str, str] | None:
+def _of_all_or_each(option: str, given: Sequence[str], form: str) -> float | dict[str, float] | None:
+    """Return the number that is given for all, or the number for each name."""
+    of_all, each = of_all_and_each(option, given, form)
+    if of_all is not None and each:
+        raise HoldfastError(message(option, "is given for all and for some", "give one or the other"))
+    return each or of_all
+
+
+def _ways(given: Sequence[str]) -> str | dict[str, str] | None:
     """Return the one word that is given for all, or the word for each name."""
     if len(given) == 1 and "=" not in given[0]:
         return given[0]

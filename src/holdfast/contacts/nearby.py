@@ -80,7 +80,7 @@ class Nearby:
             own = self.tolerances.between(a, b)
             gap = min(max(gap, own.gap), max(doubtful_gap(a, b), own.gap))
             angle = max(WIDE, own.angle) if wide else own.angle
-            curved = wide and frozenset((a.name, b.name)) in self.touching
+            curved = wide and None in (a.cuboid, b.cuboid) and frozenset((a.name, b.name)) in self.touching
             found = []
             for one, two in self.scene.touching(a, b):
                 patches = self._patches(one, two, gap, angle)

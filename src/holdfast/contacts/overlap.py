@@ -27,7 +27,8 @@ from holdfast.scene.scene import Scene
 
 MOST_DISTANCES = 3_000_000  # largest number of distances from corners to triangles; they take about 1 s
 MOST_ANGLES = 5_000_000  # largest number of solid angles; they take about 0.25 s
-MOST_WAYS = 60  # directions that are tried as ways out of a solid that is not convex; each takes about a millisecond
+# directions that are tried as ways out of a solid that is not convex, and equal steps on each; each takes a millisecond
+MOST_WAYS = 60
 ALIKE = 0.97  # cosine of the angle up to which a direction is one that was tried already
 NEARLY = 1e-3  # relative error of a way out that is found by trying
 SHRUNK = 1e-7  # share by which the second of two solids is shrunk
@@ -243,19 +244,27 @@ def _way_out(part: Surface, a: manifold3d.Manifold, b: manifold3d.Manifold) -> f
 def _length(
     way: Float, length: float, part: Surface, a: manifold3d.Manifold, b: manifold3d.Manifold, most: float
 ) -> float:
-    """Return how far b must go along ``way`` (3,) to leave a where they share a ``part`` [m], inf from ``most`` on.
+    """Return how far b must go along ``way`` (3,) to leave a where they share a ``part`` [m]; from ``most`` on, any.
 
-    It goes by ``length`` [m] at first, and then on by the extent of what is still shared near the part.
+    It goes by ``length`` [m] at first, and then on by the extent of what is still shared near the part. A grain deep in
+    a rock would take thousands of such steps, so they double from MOST_WAYS on, and the last one is halved again.
     """
     low, high = part.vertices.min(0), part.vertices.max(0)
-    while length < most:
+
+    def shared(length: float) -> float:
         left = [_surface(solid).vertices for solid in (a ^ _shrunk(b.translate(length * way))).decompose()]
         near = [own for own in left if (own.max(0) >= low - length).all() and (own.min(0) <= high + length).all()]
         further = max((float(np.ptp(own @ way)) for own in near), default=0.0)
-        if further <= NEARLY * length:
-            return length
-        length += further
-    return np.inf
+        return further if further > NEARLY * length else 0.0
+
+    steps, short = 0, length
+    while length < most and (further := shared(length)):
+        steps += 1
+        short, length = length, length + further * 2.0 ** max(steps - MOST_WAYS, 0)
+    while steps > MOST_WAYS and length - short > NEARLY * length:
+        middle = (short + length) / 2
+        short, length = (middle, length) if shared(middle) else (short, middle)
+    return length
 
 
 def _apart(one: Surface, other: Surface) -> float:

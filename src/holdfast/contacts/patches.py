@@ -16,7 +16,6 @@ from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.area import outline_vector
 from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.topology import SMOOTH
 
@@ -51,16 +50,24 @@ def face_patches(pieces: Sequence[Piece], gap: float, angles: Angles, negligible
 
 
 def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) -> list[Patch]:
-    rings = [[ring - origin for ring in piece.rings] for piece in pieces]
+    rings = [ring for piece in pieces for ring in piece.rings]
+    counts, number = np.array([len(ring) for ring in rings]), np.array([len(piece.rings) for piece in pieces])
+    ends, corners = np.cumsum(counts), np.vstack(rings) - origin
+    starts, outlines = ends - counts, np.cumsum(number) - number
     normal = pieces[0].normal
     if len(pieces) > 1:
-        areas = [np.linalg.norm(outline_vector(r)) for r, *_ in rings]
-        normal = unit(np.array(areas) @ np.array([piece.normal for piece in pieces]))
+        follows = np.arange(1, len(corners) + 1)
+        follows[ends - 1] = starts
+        areas = np.add.reduceat(np.cross(corners, corners[follows]), starts)[outlines]
+        normal = unit(np.linalg.norm(areas, axis=1) @ np.array([piece.normal for piece in pieces]))
     frame = np.array(tangents(normal))
-    level = float(np.mean([(r @ normal).sum() / len(r) for r, *_ in rings]))
+    means = (np.add.reduceat(corners, starts) / counts[:, None])[outlines]
+    level = float(np.mean(means @ normal))
     base = origin + level * normal
-    flats = [[ring @ frame.T for ring in piece] for piece in rings]
-    middles = np.array([piece[0].sum(0) / len(piece[0]) for piece in flats])
+    seen = corners @ frame.T
+    flat_rings = [seen[start:end] for start, end in zip(starts, ends, strict=True)]
+    flats = [flat_rings[first : first + count] for first, count in zip(outlines, number, strict=True)]
+    middles = means @ frame.T
     all_heights = np.array([piece.heights for piece in pieces])
     patches = []
     parts = flat.union(flats, HAIRLINE * negligible, negligible)

@@ -49,8 +49,8 @@ def _between(scene: Scene, tolerances: Tolerances, a: Body, b: Body) -> Toleranc
 
 def sharp_interface(scene: Scene, tolerances: Tolerances, a: Body, b: Body) -> Interface:
     """Return an interface of ``sharp_patches``, with the largest friction coefficient of any parts of two bodies."""
-    materials = itertools.product(*(({body.name: name} for name in body.materials) for body in (a, b)))
-    mu = max(scene.friction.between(a.name, b.name, {**one, **other}) for one, other in materials)
+    materials = itertools.product(a.materials, b.materials)
+    mu = max(scene.friction.between(a.name, b.name, {a.name: one, b.name: other}) for one, other in materials)
     return Interface((a.name, b.name), patches=sharp_patches(a, b, _between(scene, tolerances, a, b)), mu=mu)
 
 

@@ -55,7 +55,7 @@ def prepared(
     bodies.
     """
     if not getattr(engine, "takes_holds", False):
-        refuse_holds(assembly.scene.holds, f"engine {engine.name!r}", 'use engine="limit", or --engine limit')
+        refuse_holds(assembly.scene.holds, f"engine {engine.name!r}", 'use engine="limit"')
     if assembly.tolerances.capped:
         refuse_holds(assembly.scene.holds, "pose_sigma", "hold bodies at poses that are known")
         refuse_joined(assembly, "pose_sigma", "leave it out: what joins faces is known for poses that are known")

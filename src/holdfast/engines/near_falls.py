@@ -159,14 +159,17 @@ class Reach:
         return Assembly(scene, tuple(touching), self.assembly.tolerances, overlaps, detected=False, absent=known)
 
     def _by_forces(self, part: Assembly) -> Verdict:
-        return find_rest(part, part.weight_wrench()).verdict
+        return self._kept(part, lambda: find_rest(part, part.weight_wrench()).verdict, "forces")
 
     def _by_engine(self, part: Assembly) -> Verdict:
-        """Return the engine's verdict, kept: wider gaps mostly find the same contacts as the one before."""
+        return self._kept(part, lambda: self.engine.prepare(part).verdict(), "engine")
+
+    def _kept(self, part: Assembly, judged: Callable[[], Verdict], how: str) -> Verdict:
+        """Return the verdict on a part, kept: wider gaps mostly find the same contacts as the one before."""
         bodies = tuple((body.name, body.fixed) for body in part.bodies)
-        key = bodies, tuple((i.bodies, *(patch.polygon.tobytes() for patch in i.patches)) for i in part.interfaces)
+        key = how, bodies, tuple((i.bodies, *(patch.polygon.tobytes() for patch in i.patches)) for i in part.interfaces)
         if key not in self._judged:
-            self._judged[key] = self.engine.prepare(part).verdict()
+            self._judged[key] = judged()
         return self._judged[key]
 
     def _words(self, names: Sequence[str], met: Sequence[Interface], gap: float, *, wide: bool) -> str:

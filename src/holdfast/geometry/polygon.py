@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.spatial import search_tree
-from holdfast.geometry.tiling import tiled
+from holdfast.geometry.tiling import FEW, tiled
 
 SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
 # of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13; an outline with
@@ -135,6 +135,8 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
     outline = tiled(pieces, tolerance)
     if outline is not None:
         return [[without_collinear(outline, tolerance)]]
+    if len(pieces) > MANY:
+        pieces = _fewer(_fewer(pieces, tolerance), tolerance)
     whole = _polygons(pieces)
     solid = np.where(shapely.is_valid(whole), whole, shapely.convex_hull(whole))
     merged = None if len(pieces) > MANY else shapely.union_all(solid, grid_size=tolerance / 8)
@@ -156,6 +158,19 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
         ):  # otherwise a sliver between pieces
             result.append(rings)
     return result
+
+
+def _fewer(pieces: Sequence[Sequence[Float]], tolerance: float, count: int = FEW) -> list[Sequence[Float]]:
+    """Return the same area in fewer pieces: up to ``count`` neighbours in a row that tile a convex one are that one."""
+    found: list[Sequence[Float]] = []
+    for first in range(0, len(pieces), count):
+        some = pieces[first : first + count]
+        outline = tiled(some, tolerance) if len(some) > 1 else None
+        if outline is not None:
+            found.append([outline])
+        else:
+            found += _fewer(some, tolerance, count // 2) if count > 2 else some
+    return found
 
 
 def widened(shape: shapely.Geometry, by: float) -> shapely.Geometry:

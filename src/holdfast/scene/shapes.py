@@ -310,7 +310,7 @@ class Mesh(Value):
     def mass_properties(self) -> MassProperties:
         """The mass properties of the enclosed volume; raises GeometryError if the mesh does not enclose one."""
         if not self.is_closed:
-            remedy = "give mass=, com= (and inertia=) or a closed mesh"
+            remedy = 'give mass=, com= (and inertia=), a closed mesh or, where a file is read, collision="hull"'
             problem = f"is not watertight, so its volume is unknown ({self._cleaned.report})"
             raise GeometryError(message(self.label, problem, remedy))
         solid = self._solid

@@ -3,49 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from engine_scenes import Array
+from numpy.typing import ArrayLike
 
-from holdfast import Body, Box, Compliant, Scene, assemble, robustness
+from holdfast import Compliant, robustness
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
+from holdfast.engines.compliant.compliant_state import Standing
+from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
-from holdfast.scene.shipped import shipped_scene
 
-Array = NDArray[np.float64]
-
-G0 = 9.81  # [m/s2]
-X, Y, Z = np.eye(3)
 SMALL = ["cube", "stack", "table", "tall_table", "wall2x2", "slope", "slope_two", "cantilever", "arch", "v_groove"]
 SMALL += ["wedged_floor", "tabletop"]
 STANDING = [*SMALL, "bonded_wall"]
 
 
-@cache
-def shipped(name: str) -> Assembly:
-    return assemble(shipped_scene(name))
-
-
-def block(name: str, size: ArrayLike, centre: ArrayLike, mass: float = 1.0, *, fixed: bool = False) -> Body:
-    pose = np.eye(4)
-    pose[:3, 3] = centre
-    return Body(name, Box(np.asarray(size, dtype=float)), mass=None if fixed else mass, pose=pose, fixed=fixed)
-
-
-def floor() -> Body:
-    return block("floor", (2, 2, 0.1), (0, 0, -0.05), fixed=True)
-
-
-def cube(mu: float = 0.6, mass: float = 1.0, gravity: ArrayLike = (0, 0, -G0), height: float = 0.1) -> Assembly:
-    body = block("cube", (0.1, 0.1, height), (0, 0, height / 2), mass)
-    return assemble(Scene([floor(), body], mu, np.asarray(gravity, dtype=float)))
-
-
 def strength(assembly: Assembly, body: str, point: ArrayLike, direction: ArrayLike, **options: object) -> float:
     answer = robustness(assembly, body, point, direction, engine=Compliant(**options))  # type: ignore[arg-type]
     return float(answer.force[0])
+
+
+def grid_of(assembly: Assembly) -> Grid:
+    """The grid of an assembly that stands."""
+    state = Compliant().prepare(assembly)
+    assert isinstance(state, Standing)
+    return state.grid
 
 
 def random_pushes(assembly: Assembly, count: int, seed: int) -> list[tuple[str, Array, Array]]:

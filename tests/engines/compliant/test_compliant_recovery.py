@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from compliant_scenes import block
+from engine_scenes import block
 
 import holdfast as hf
 from holdfast.base.arrays import Float, objects
@@ -19,7 +19,6 @@ from holdfast.engines.compliant.columns import Columns
 from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.places import Places
-from holdfast.engines.compliant.refinement import LEAST_ERROR, SAFETY
 from holdfast.engines.contract import EXACT
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
@@ -57,7 +56,7 @@ def test_bisection_finds_the_peak_and_the_lower_bound_is_what_the_path_reached(
     lose(monkeypatch, lambda grid: share)
     found, lower = asked()
     assert found == pytest.approx(force, rel=5e-3)
-    assert lower == pytest.approx((1 - LEAST_ERROR) * share * force, rel=5e-3)
+    assert lower == pytest.approx(0.998 * share * force, rel=5e-3)
 
 
 def test_a_path_that_is_lost_on_few_nodes_is_followed_on_more(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,7 +80,7 @@ def test_a_finer_path_that_is_lost_bounds_the_peak_by_what_it_reached(
     lose(monkeypatch, lambda grid: None if len(grid.nodes) == few else share)
     found, lower = asked()
     assert found == pytest.approx(force, rel=1e-9)
-    assert lower == pytest.approx(max(1 - SAFETY * (1 - share) - LEAST_ERROR, 0.0) * force, rel=0.01)
+    assert lower == pytest.approx(max(1 - 2 * (1 - share) - 0.002, 0.0) * force, rel=0.01)
 
 
 def test_a_finer_path_that_ends_sooner_only_lowers_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -157,8 +156,9 @@ def test_presses_of_a_dense_pallet_are_endless_as_limit_analysis_says() -> None:
         assert (np.isinf(lower) | (lower < weights * assembly.weight)).all()
 
 
-def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_says_so(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(("finer", "status"), [(PathOutcome.PEAK, "undecided"), (PathOutcome.ENDLESS, "infinite")])
+def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_or_the_finer_grid_says_so(
+    finer: PathOutcome, status: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A path that ends sooner on finer nodes leaves no lower bound: then two methods contradict each other."""
     monkeypatch.setattr(LimitReview, "_endless", lambda *_: False)
@@ -170,9 +170,16 @@ def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_says_so(
     assert (found.status == hf.Status.INFINITE).all()
     lower = np.array([0.9, 0.01, 0.0]) * far
     ended = replace(found, status=objects(3 * [hf.Status.FINITE]), force=np.full(3, far), lower=lower)
+    followed: Paths = Grid.paths
+
+    def paths(grid: Grid, W: Float) -> PathResult:
+        found = followed(grid, W)
+        return found if grid.springs.nodes == 7 else found._replace(outcome=np.full(len(found.peak), finer))
+
+    monkeypatch.setattr(Grid, "paths", paths)
     told = LimitReview(state).amend(ended, Asked(W, EXACT, np.arange(3), Columns.unknown(3)))
-    assert told.status.tolist() == [hf.Status.INFINITE, hf.Status.FINITE, hf.Status.UNDECIDED]
-    assert told.lower[1:].tolist() == lower[1:].tolist()
+    assert told.status.tolist() == ["infinite", "finite", status]
+    assert told.lower[1:].tolist() == [lower[1], np.inf if status == "infinite" else 0.0]
 
 
 @pytest.mark.parametrize(("above", "status"), [(1.04, hf.Status.FINITE), (1.1, hf.Status.UNDECIDED)])

@@ -7,14 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from compliant_scenes import G0, Array
+from engine_scenes import G0, Array
 
 import holdfast as hf
 from bench.scenes.random_pushes import Push, random_pushes
 from bench.scenes.real_pallets import pallet, pallets
 from holdfast.assembly.assembly import body_forces
-from holdfast.elastic.path import REFINED
-from holdfast.engines.compliant import concentrated as gathered_module
 from holdfast.engines.compliant.concentrated import concentrated
 from holdfast.engines.compliant.places import Places
 
@@ -116,21 +114,6 @@ def test_lower_is_below_the_answer_on_many_nodes() -> None:
     assert np.median(found) >= -0.012  # and it is not low for nothing
 
 
-def test_lower_would_be_above_it_if_gathered_forces_were_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The population holds what the look at gathered forces is for."""
-    monkeypatch.setattr(gathered_module, "FEW", 0.0)
-    assert excess().max() > 5e-3
-
-
-def test_maps_are_below_it_too() -> None:
-    axes = turned(12)
-    assembly = on_board(axes, jar(axes), mu=0.5)
-    few, many = (hf.robustness_map(assembly, spacing=0.03, engine=hf.Compliant(nodes=nodes)) for nodes in (7, 40))
-    finite = np.isfinite(few.force) & np.isfinite(many.force) & (many.force > 0)
-    assert finite.sum() > 50
-    assert (few.lower[finite] <= (1 + 1e-3) * many.force[finite]).all()
-
-
 def test_a_ball_on_one_node_has_not_gathered() -> None:
     ball = hf.Body("ball", hf.Sphere(0.05), mass=1.0, pose=placed(np.eye(3), 0, 0, 0.05))
     cube = hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), mass=1.0, pose=placed(np.eye(3), 0.15, 0, 0.05))
@@ -182,8 +165,8 @@ def test_only_contacts_that_gather_get_more_nodes() -> None:
     push[6:, 0] = push[:6, 1] = np.concatenate([way, np.cross((0, 0.01, 0.06), way)])  # it tips beside a corner
     coarse, fine, mixed = (each.paths(push).peak for each in (grid, many, some))
     assert (coarse > 1.01 * fine).all()
-    assert mixed[0] == pytest.approx(fine[0], rel=2 * REFINED)  # of the jar with many nodes as with many everywhere
-    assert mixed[1] == pytest.approx(coarse[1], rel=2 * REFINED)
+    assert mixed[0] == pytest.approx(fine[0], rel=1e-4)  # of the jar with many nodes as with many everywhere
+    assert mixed[1] == pytest.approx(coarse[1], rel=1e-4)
     assert grid.with_more(np.array([1]), 28) is some
 
 

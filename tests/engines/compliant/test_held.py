@@ -4,22 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from compliant_scenes import grid_of
 
 import holdfast as hf
 from bench.scenes.dense_pallet import pallet
 from bench.scenes.random_pushes import columns, random_pushes
-from holdfast.engines.compliant.compliant_state import Standing
-from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.groups import prepared
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
-
-
-def grid_of(assembly: hf.answers.Assembly) -> Grid:
-    state = hf.Compliant().prepare(assembly)
-    assert isinstance(state, Standing)
-    return state.grid
 
 
 @pytest.mark.parametrize(("name", "body"), [("stack", "cube2"), ("table", "slab"), ("cantilever", "B")])
@@ -33,6 +26,9 @@ def test_what_is_held_is_below_the_full_answer_and_most_below_it_is_held(name: s
     W, force, lower = W[:, finite], found.force[finite], found.lower[finite]
     assert not asked.held(W * force * 1.001).any()
     assert asked.held(W * lower * 0.5).mean() > 0.5
+    doubtful = lower < 0.96 * force  # a path leads to these loads, and a finer grid tells that it leads too far
+    assert name == "stack" or doubtful.sum() > 3
+    assert not asked.held(W * (lower + force / 1.03) / 2)[doubtful].any()
     assert asked.held(0 * W).all()
 
 

@@ -6,15 +6,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from compliant_scenes import block, floor
+from compliant_scenes import grid_of as grid_at_rest
+from engine_scenes import block, floor
 from numpy.typing import ArrayLike
 
 import holdfast as hf
 from holdfast.assembly.assembly import body_forces
 from holdfast.base.arrays import Float
-from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.queries.request import push_columns
 
 MU, SIDE = 0.5, 0.1
@@ -22,10 +21,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def grid_of(*bodies: hf.Body) -> Grid:
-    assembly = hf.assemble(hf.Scene([floor(), *bodies], MU))
-    state = hf.Compliant().prepare(assembly)
-    assert isinstance(state, Standing)
-    return state.grid
+    return grid_at_rest(hf.assemble(hf.Scene([floor(), *bodies], MU)))
 
 
 def column(grid: Grid, body: str, point: ArrayLike, direction: ArrayLike) -> Float:
@@ -95,7 +91,7 @@ def test_a_press_that_leads_far_ends_where_the_lever_says(beyond: float) -> None
     peak = grid.paths(column(grid, "plank", (0.1 + beyond, 0, 0.12), DOWN)).factor[0]
     expected = 5 * 9.81 * 0.15 / beyond if beyond > 0 else np.inf
     assert peak == pytest.approx(expected, rel=1e-3)
-    assert peak > HUGE * grid.assembly.weight
+    assert peak > 10 * grid.assembly.weight
 
 
 def test_what_counts_beside_a_press_is_the_weight_that_its_carriers_bear() -> None:
@@ -139,5 +135,5 @@ def test_presses_on_a_dense_pallet_end_at_some_weights_or_not_at_all(shift: tupl
     assert not (found.status == hf.Status.UNDECIDED).any()
     endless = np.isinf(found.force)
     assert endless.sum() > 0.9 * len(endless)
-    assert (found.force[~endless] < HUGE * assembly.weight).all()
+    assert (found.force[~endless] < 10 * assembly.weight).all()
     assert (found.force <= proved.upper).all()

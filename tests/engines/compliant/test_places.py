@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from compliant_scenes import shipped
+from engine_scenes import shipped
 
 import holdfast as hf
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
@@ -12,18 +12,7 @@ from holdfast.contacts.interface import Patch
 from holdfast.engines.compliant.elastic_model import elastic_model
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.sheets import sheets_of
-from holdfast.queries.request import push_columns
 from holdfast.scene.shipped.blocks import at
-
-
-def test_they_are_kept_with_the_assembly() -> None:
-    table = shipped("table")
-    known = Places.of(table, 7)
-    assert Places.of(table, 7) is known
-    assert len(Places.of(table, 14).nodes) > 3 * len(known.nodes)
-    edited = table.without("slab")
-    assert {*np.unique(Places.of(edited, 7).nodes.interface).tolist()} == set(range(len(edited.interfaces)))
-    assert Places.of(table, 7) is known
 
 
 def test_models_on_shared_places_are_those_on_new_ones() -> None:
@@ -72,22 +61,6 @@ def test_axes_of_contacts_with_several_patches_are_their_own(contacts: list[int]
     assert np.sort(np.unique(whole.normals.round(9), axis=0)[:, 0]) == pytest.approx([-slope, slope])
     across = np.einsum("ix,ix->i", whole.points - [[2.0, 0, 0]] * whole.interface[:, None], whole.normals)
     np.testing.assert_allclose(across, 0, atol=1e-12, err_msg="nodes lie in the plane of their own normal")
-
-
-def test_a_grid_that_only_tells_the_error_is_not_brought_to_rest() -> None:
-    """Its load at the displacement of a peak does not depend on how it rests; a path there begins at rest."""
-    cube = shipped("cube")
-    state = hf.Compliant().prepare(cube)
-    side = cube.com - [[0.05, 0.0, 0.0]]
-    W = push_columns(cube, 0, side, np.array([[1.0, 0.0, 0.0]]))
-    found = state.load_factor(W)
-    assert 0 < found.lower[0] < found.force[0] < np.inf
-    finer = state.grid.finer
-    assert not finer._rest
-    paths = finer.paths(W)
-    assert len(finer._rest) == 1
-    assert paths.peak[0] == pytest.approx(found.force[0], rel=0.02)
-    assert finer.settled is finer.settled
 
 
 def test_a_sheet_ends_where_the_contact_or_its_plane_or_its_axes_change() -> None:

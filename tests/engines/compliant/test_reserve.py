@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from compliant_scenes import G0, STANDING, block, cube, floor, shipped
+from compliant_scenes import STANDING
+from engine_scenes import G0, block, cube, floor, shipped
 
 from holdfast import Compliant, Scene, Status, assemble, stability
 from holdfast.engines.compliant import reserve
@@ -45,4 +46,4 @@ def test_the_reserve_of_a_slab_on_a_slope_is_its_friction_beyond_the_slope(spare
     for nodes in (5, 7, 14):
         grid = Grid.of(assembly, assembly.weight_wrench(), Springs(nodes))
         found = reserve._reserve(grid)
-        assert spare <= found <= 1.001 * reserve.FINELY * spare
+        assert spare <= found <= 1.051 * spare

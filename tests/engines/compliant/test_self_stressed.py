@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compliant_scenes import shipped
+from engine_scenes import shipped
 from scipy.spatial import ConvexHull
 
 import holdfast as hf

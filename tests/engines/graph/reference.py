@@ -6,7 +6,7 @@ Takes only the contact forces of the force program; everything that follows is r
 import itertools
 
 import numpy as np
-from graph_scenes import Array
+from engine_scenes import Array
 
 from holdfast import Graph
 from holdfast.answers import Assembly

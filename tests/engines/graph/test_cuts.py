@@ -40,25 +40,6 @@ def test_each_cut_of_a_random_graph_exactly_once(count: int) -> None:
         assert sorted(feasible_cuts(count, edges, limit=10_000)) == by_brute_force(count, edges), edges
 
 
-def test_a_chain_a_star_and_a_complete_graph() -> None:
-    chain = [(k, k + 1) for k in range(6)]
-    assert len(feasible_cuts(7, chain, limit=100)) == 6  # one for each interface
-    star = [(k, 6) for k in range(6)]
-    assert sorted(feasible_cuts(7, star, limit=100)) == [1 << k for k in range(6)]
-    assert len(feasible_cuts(7, list(itertools.combinations(range(7), 2)), limit=100)) == 2**6 - 1
-    assert feasible_cuts(1, [], limit=100) == []
-
-
-def test_loops_and_double_edges_change_nothing() -> None:
-    edges = [(0, 1), (1, 2), (0, 2), (2, 3)]
-    assert sorted(feasible_cuts(4, edges, limit=99)) == sorted(feasible_cuts(4, [*edges, *edges, (1, 1)], limit=99))
-
-
-@pytest.mark.parametrize(("name", "cuts"), [("cube", 1), ("stack", 3), ("wall2x2", 10)])
-def test_counts_of_shipped_scenes(name: str, cuts: int) -> None:
-    assert len(Graph().prepare(assemble(shipped_scene(name)))._cuts) == cuts
-
-
 def test_the_limit_is_inclusive() -> None:
     complete = list(itertools.combinations(range(5), 2))
     assert len(feasible_cuts(5, complete, limit=15)) == 15

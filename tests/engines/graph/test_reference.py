@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from graph_scenes import push, surface_points
+from engine_scenes import surface_points
+from graph_scenes import push
 from reference import reference_of
 
 from holdfast import assemble

@@ -2,45 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cache
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from engine_scenes import Array, push_wrench, random_pushes
+from numpy.typing import ArrayLike
 
-from holdfast import Body, Box, Limit, Load, Mesh, Scene, assemble, load_factor, robustness
+from holdfast import Limit, Load, load_factor, robustness
 from holdfast.answers import Assembly, Robustness
-from holdfast.scene.shipped import shipped_scene
 
-Array = NDArray[np.float64]
-
-G0 = 9.81  # [m/s2]
-X, Y, Z = np.eye(3)
-
-
-def pose(centre: ArrayLike, rotation: Array | None = None) -> Array:
-    result = np.eye(4)
-    result[:3, :3] = np.eye(3) if rotation is None else rotation
-    result[:3, 3] = centre
-    return result
-
-
-def block(name: str, size: ArrayLike, centre: ArrayLike, mass: float = 1.0, *, fixed: bool = False) -> Body:
-    return Body(name, Box(np.asarray(size, dtype=float)), mass=None if fixed else mass, pose=pose(centre), fixed=fixed)
-
-
-def floor(side: float = 2.0) -> Body:
-    return block("floor", (side, side, 0.1), (0, 0, -0.05), fixed=True)
-
-
-def cube(mu: float = 0.6, mass: float = 1.0, gravity: ArrayLike = (0, 0, -G0), height: float = 0.1) -> Assembly:
-    body = block("cube", (0.1, 0.1, height), (0, 0, height / 2), mass)
-    return assemble(Scene([floor(), body], mu, np.asarray(gravity, dtype=float)))
-
-
-@cache
-def shipped(name: str) -> Assembly:
-    return assemble(shipped_scene(name))
+BEYOND_DOUBLE = np.finfo(np.longdouble).eps < 2e-19  # whether numpy has more digits, as on most processors
 
 
 def push(assembly: Assembly, body: str, point: ArrayLike, direction: ArrayLike, **options: object) -> Robustness:
@@ -52,48 +21,10 @@ def strength(assembly: Assembly, body: str, point: ArrayLike, direction: ArrayLi
     return float(push(assembly, body, point, direction, **options).force[0])
 
 
-def transport(assembly: Assembly, direction: Array) -> float:
+def transport(assembly: Assembly, direction: Array, engine: str = "limit") -> float:
     """The largest acceleration of the support along ``direction`` [m/s2]."""
     loads = [Load(body.name, body.com_world, -body.mass * direction) for body in assembly.movable]
-    return load_factor(assembly, loads, engine="limit").factor
-
-
-def surface_points(body: Body, count: int, rng: np.random.Generator) -> Array:
-    surface = body.surface_world
-    corners = surface.vertices[surface.faces[rng.integers(len(surface.faces), size=count)]]
-    return np.asarray(np.einsum("nk,nkx->nx", rng.dirichlet([2, 2, 2], count), corners))
-
-
-def random_pushes(assembly: Assembly, count: int, seed: int) -> list[tuple[str, Array, Array]]:
-    """(body, point, unit direction): half of them level, where answers are finite."""
-    rng = np.random.default_rng(seed)
-    found = []
-    for k in range(count):
-        body = assembly.movable[rng.integers(len(assembly.movable))]
-        direction = rng.normal(size=3) * (1, 1, k % 2)
-        found.append((body.name, surface_points(body, 1, rng)[0], direction / np.linalg.norm(direction)))
-    return found
-
-
-def moved(scene: Scene, motion: Array, *, order: Sequence[int] | None = None, prefix: str = "") -> Scene:
-    """The scene after a rigid motion, gravity too; optionally its bodies in another order and renamed."""
-    bodies = []
-    for k in range(len(scene.bodies)) if order is None else order:
-        b = scene.bodies[k]
-        bodies.append(Body(prefix + b.name, b.shape, mass=b.mass, com=b.com, pose=motion @ b.pose, fixed=b.fixed))
-    return Scene(bodies, scene.friction, motion[:3, :3] @ scene.gravity)
-
-
-def rescaled(scene: Scene, length: float = 1.0, mass: float = 1.0) -> Scene:
-    """All lengths and all masses times a factor each."""
-    bodies = []
-    for b in scene.bodies:
-        placed = np.array(b.pose)
-        placed[:3, 3] *= length
-        shape = Mesh(b.shape.surface.vertices * length, b.shape.surface.faces)
-        com = None if b.com is None else b.com * length
-        bodies.append(Body(b.name, shape, mass=None if b.fixed else mass * b.mass, com=com, pose=placed, fixed=b.fixed))
-    return Scene(bodies, scene.friction, scene.gravity)
+    return load_factor(assembly, loads, engine=engine).factor
 
 
 def corners(assembly: Assembly) -> list[tuple[int, int, Array, Array, float]]:
@@ -123,15 +54,6 @@ def weights(assembly: Assembly) -> Array:
     """(6J,) weight of every body."""
     parts = [np.r_[body.mass * assembly.scene.gravity, 0, 0, 0] for body in assembly.movable]
     return np.concatenate(parts)
-
-
-def push_wrench(assembly: Assembly, body: str, point: ArrayLike, force: ArrayLike) -> Array:
-    """(6J,) of a force at a point."""
-    total = np.zeros((len(assembly.movable), 6))
-    k = [b.name for b in assembly.movable].index(body)
-    total[k, :3] = force
-    total[k, 3:] = np.cross(np.asarray(point) - assembly.movable[k].com_world, force)
-    return total.ravel()
 
 
 def columns(assembly: Assembly, count: int, seed: int) -> Array:

@@ -1,15 +1,12 @@
 """Scenes that a solver finds hard: the right answer or an honest status, bounds that hold the truth, never NaN."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from limit_scenes import G0, X, Y, Z, block, cube, floor, pose, push, push_wrench
+from engine_scenes import G0, X, Y, Z, block, cube, floor, pose
+from limit_scenes import push
 
-from holdfast import Body, Cylinder, Friction, Limit, Load, Scene, Status, assemble, load_factor, stability
+from holdfast import Body, Cylinder, Friction, Load, Scene, Status, assemble, load_factor, stability
 from holdfast.answers import Assembly, Interface, Robustness
-from holdfast.conic.solve import ConeSolution, Prepared
-from holdfast.contacts.interface import BITS
 from holdfast.scene.shipped import shipped_scene
 
 SIDE = (0.1, 0.1, 0.1)
@@ -89,24 +86,11 @@ def test_a_tenth_of_a_millimetre_beside_ten_metres(on_top: bool, mass: float) ->
     side = 1e-4
     assembly, foot = tiny(side, on_top=on_top, mass=mass)
     west = foot - side / 2 * X
-    near = 2.0**-BITS * 10 / side  # contacts are written with so many digits, here of coordinates of 10 m
+    near = 2.0**-40 * 10 / side  # contacts are written with so many digits, here of coordinates of 10 m
     honest(push(assembly, "tiny", west + 0.2 * side * Z, X), 0.6 * G0 * mass, near=near)
     honest(push(assembly, "tiny", west + side * Z, X), 0.5 * G0 * mass, near=near)
     honest(push(assembly, "tiny", west + side * (0.45 * Y + 0.2 * Z), X), 4.6365969276 * mass, near=near)
     honest(push(assembly, "large", (-5, 0, 1), X), 0.6 * G0 * (1 + mass * on_top), decided=mass == 1)
-
-
-@pytest.mark.parametrize("side", [1e-3, 1e-5, 1e-6])
-def test_a_tiny_body_that_falls_beside_a_large_one_is_not_called_stable(side: float) -> None:
-    cubed = (side,) * 3
-    bodies = [
-        block("floor", (40, 40, 0.1), (0, 0, -0.05), fixed=True),
-        block("shelf", cubed, (8, 0, side / 2), fixed=True),
-        block("large", (10, 10, 10), (0, 0, 5), 1.0),
-        block("tiny", cubed, (8 + 0.55 * side, 0, 1.5 * side), 1.0),
-    ]
-    result = stability(assemble(Scene(bodies, 0.6), gap=side / 1000), engine="limit")
-    assert result.status is not Status.STABLE
 
 
 @pytest.mark.parametrize("corners", [200, 1000])
@@ -151,24 +135,6 @@ def test_little_and_much_friction(mu: float) -> None:
     honest(push(table, "slab", (-0.25, 0, 0.225), X), truth, decided=mu <= 1e3)
 
 
-@pytest.mark.parametrize("mu", [1e-3, 0.5, 1e3, 1e6, 1e9])
-@pytest.mark.parametrize("noise", [1e-12, 1e-9, 1e-6])
-def test_bounds_hold_the_truth_with_a_worse_solver(mu: float, noise: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another processor ends elsewhere: here the dual is off by a share of its largest entry; the truth is by hand."""
-    assembly = assemble(Scene(shipped_scene("table").bodies, mu))
-    state = Limit().prepare(assembly)
-    rng, solve = np.random.default_rng(1), Prepared.solve
-
-    def noisy(self: Prepared) -> ConeSolution:
-        good = solve(self)
-        return replace(good, z=good.z + noise * np.abs(good.z).max() * rng.standard_normal(len(good.z)))
-
-    monkeypatch.setattr(Prepared, "solve", noisy)
-    for _ in range(5):
-        got = state.solve(push_wrench(assembly, "slab", (-0.25, 0, 0.225), X))
-        assert got.lower <= min(7.3575, 2 * G0 * mu) <= got.upper
-
-
 def walled(mu: float, *more: Body, friction: float = 0.6) -> Assembly:
     """A column of three cubes, the lower two of them between walls that touch them, with friction ``mu``."""
     walls = [block(name, (0.05, 0.2, 0.2), (x, 0, 0.1), fixed=True) for name, x in (("l", -0.075), ("r", 0.075))]
@@ -187,18 +153,6 @@ def test_clamped_contacts_prove_no_upper_bound_but_what_rests_on_them_has_one() 
     slide = push(walled(0.0), "c0", (0, -0.05, 0.01), Y)  # the walls are smooth, the floor holds the whole column
     honest(slide, 0.6 * 3 * G0, decided=True)
     assert slide.upper[0] == np.inf
-
-
-@pytest.mark.parametrize("size", [1e-9, 1e-3, 1e3, 1e9])
-def test_loads_of_any_size(size: float) -> None:
-    for point, direction, truth in (
-        ((-0.05, 0, 0.02), X, 0.6 * G0),
-        ((0, 0, 0.1), Z, G0),
-        ((0, 0, 0.1), -Z, np.inf),
-    ):
-        answer = load_factor(cube(), [Load("cube", point, size * direction)], engine="limit")  # type: ignore[arg-type]
-        assert answer.factor * size == (truth if truth == np.inf else pytest.approx(truth, rel=1e-6))
-        assert answer.lower <= answer.factor <= answer.upper
 
 
 @pytest.mark.parametrize("held", [1e-9, 1e3, 1e6, 1e9, 1e12])

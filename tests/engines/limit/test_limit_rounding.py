@@ -7,7 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from limit_scenes import G0, Array, shipped
+from engine_scenes import G0, Array, shipped
+from limit_scenes import BEYOND_DOUBLE
 
 import holdfast as hf
 from holdfast import Limit
@@ -15,7 +16,7 @@ from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.engines.answers import Bound
 from holdfast.engines.limit.balance import Balance, _factor, _solved
-from holdfast.engines.limit.rounding import EXTENDED, Equilibrium, inner
+from holdfast.engines.limit.rounding import Equilibrium, inner
 from holdfast.scene.shipped.blocks import at
 
 SCENES = ["cube", "slope_two", "v_groove"]
@@ -74,7 +75,7 @@ def test_errors_of_products_are_within_their_bounds(name: str) -> None:
     assert seen > 0.003, "the bounds are of the order of what they bound"
 
 
-@pytest.mark.skipif(not EXTENDED, reason="numpy has no precision beyond double here")
+@pytest.mark.skipif(not BEYOND_DOUBLE, reason="numpy has no precision beyond double here")
 @pytest.mark.parametrize("name", SCENES)
 def test_errors_in_extended_precision_are_within_smaller_bounds(name: str) -> None:
     assembly = shipped(name)
@@ -89,6 +90,17 @@ def test_errors_in_extended_precision_are_within_smaller_bounds(name: str) -> No
         high = float(value)
         number = Fraction(high) + Fraction(float(value - high))
         assert abs(number - truth) <= Fraction(float(bound)) * (1 + Fraction(1, 10**15))
+
+
+@pytest.mark.parametrize("name", [*SCENES, "wall2x2"])
+def test_no_entry_of_the_operator_is_above_its_magnitude(name: str) -> None:
+    """Which is made of the same products without their signs, and is zero only where the entry is zero exactly."""
+    assembly = shipped(name)
+    nodes = Limit().prepare(assembly).rest.nodes
+    entries = np.array(exact(assembly, nodes), dtype=np.float64)
+    size = np.asarray(Equilibrium.of(assembly, nodes).magnitude)
+    assert (np.abs(entries) <= size * (1 + 1e-15)).all()
+    assert size.max() < 2.0
 
 
 def positive(matrix: list[list[Fraction]]) -> bool:
@@ -234,7 +246,8 @@ def test_what_a_ball_does_not_resist_is_told_apart_and_all_else_is_proved(x: flo
 def test_a_ball_over_the_edge_of_its_contact_is_not_taken_for_balanced() -> None:
     """A wrench along what no contact resists is balanced by nothing, however small the rest of it."""
     assembly = with_ball(-0.06)
-    nodes = Limit().prepare(assembly).rest.nodes
+    rest = Limit().prepare(assembly).rest
+    nodes = rest.nodes
     balance = Balance.of(Equilibrium.of(assembly, nodes), nodes.mu, np.ones(len(nodes)))
     assert balance is not None
     assert [body.name for body, one in zip(assembly.movable, balance.loose, strict=True) if one] == ["ball"]
@@ -244,6 +257,8 @@ def test_a_ball_over_the_edge_of_its_contact_is_not_taken_for_balanced() -> None
         wrench[rows] = roll
         change = balance.balanced(forces, wrench, np.zeros((len(wrench), 1)), np.zeros(1))[1]
         assert np.isfinite(change).all() == held
+        forward = Limit().prepare(assembly).proofs.carried(rest.forces.reshape(-1, 1), wrench[:, None])
+        assert (forward[0] > 0) == held, "no forces carry what nothing resists, whatever a solver says"
     slope = balance.slope(np.ones(len(nodes)))
     assert np.isinf(slope[rows][[0, 1, 3, 4]]).all()  # along the table and about axes in it
     assert np.isfinite(np.delete(slope, range(rows.start, rows.stop))).all()

@@ -10,7 +10,8 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
-from limit_scenes import columns, shipped
+from engine_scenes import shipped
+from limit_scenes import columns
 
 from holdfast.base.arrays import Float
 from holdfast.engines.contract import Within
@@ -32,15 +33,6 @@ def digits(limit: LoadLimit) -> tuple[object, ...]:
     return (limit.factor, limit.lower, limit.upper, limit.status, *arrays)
 
 
-@pytest.mark.parametrize("name", ["table", "arch", "wedged"])
-def test_single_loads_are_the_same_from_four_threads(name: str) -> None:
-    assembly = shipped(name)
-    W = columns(assembly, 40, 7)
-    alone = [digits(Limit().prepare(assembly).solve(w)) for w in W.T]
-    state = Limit().prepare(assembly)
-    assert at_once(lambda k: digits(state.solve(W[:, k])), W.shape[1]) == alone
-
-
 def test_an_answer_depends_on_no_earlier_load() -> None:
     """What threads rely on: which solver answers, and what it was asked before, is a matter of chance."""
     assembly = shipped("arch")
@@ -48,17 +40,6 @@ def test_an_answer_depends_on_no_earlier_load() -> None:
     state = Limit().prepare(assembly)
     first = [digits(state.solve(w)) for w in W.T]
     assert [digits(state.solve(w)) for w in W.T[::-1]] == first[::-1]
-
-
-def test_load_factors_are_the_same_from_four_threads() -> None:
-    assembly = shipped("table")
-    W = columns(assembly, 40, 9)
-    alone = Limit().prepare(assembly).load_factor(W)
-    state = Limit().prepare(assembly)
-    for found in at_once(lambda _: state.load_factor(W), THREADS):
-        for name in ("force", "lower", "upper"):
-            np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
-        assert list(found.moving) == list(alone.moving)
 
 
 @pytest.mark.parametrize(
@@ -86,15 +67,6 @@ def test_loads_of_one_call_are_shared_among_threads(
         assert (len(used) > 1) == (threads > 1 and shared)
     for name in ("force", "lower", "upper"):
         np.testing.assert_array_equal(getattr(found[THREADS], name), getattr(found[1], name))
-
-
-def test_derivatives_are_those_of_the_load_asked_whatever_others_ask() -> None:
-    assembly = shipped("table")
-    W = columns(assembly, 24, 10)
-    W = W[:, np.isfinite(Limit().prepare(assembly).load_factor(W).force)]
-    alone = [Limit().prepare(assembly).gradient(w, "here").d_mu for w in W.T]
-    state = Limit().prepare(assembly)
-    assert at_once(lambda k: state.gradient(W[:, k], "here").d_mu, W.shape[1]) == alone
 
 
 def test_bounds_within_a_gap_hold_from_four_threads() -> None:

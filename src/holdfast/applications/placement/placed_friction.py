@@ -36,7 +36,7 @@ def friction_with(
                 table.between(one.name, name, materials)
             except SceneError as error:
                 problem = f"the scene has no friction of {quoted(one.name)} with {quoted(name)}"
-                remedy = "say friction=MU or --object-friction MU, or add the pair or a default to the scene"
+                remedy = "say --object-friction MU (in Python friction=MU), or add the pair or a default to the scene"
                 raise SceneError(message("plan_placement", problem, remedy)) from error
     return table
 

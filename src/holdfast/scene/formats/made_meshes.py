@@ -136,3 +136,6 @@ class MeshRules:
             return mesh
         notes.append("meshes are their convex hulls, as collision= says")
         return hull_of(mesh)
+
+
+MESHES = MeshRules(None, "mesh")  # all are taken as they are

@@ -88,7 +88,7 @@ def _meshes(source: Source, bodies: str, rules: MeshRules, notes: list[str]) -> 
     if bodies == "one":
         return {name: rules.read(path, (1.0, 1.0, 1.0), notes, name)}
     if source.suffix != ".obj":
-        remedy = 'give bodies="one", or export it as OBJ or GLB'
+        remedy = "read it as one body, or export it as OBJ or GLB"
         raise SceneError(message(str(path), f"{source.suffix} files have no objects", remedy))
     with located(str(path)):
         rules.read(path, (1.0, 1.0, 1.0), notes, name)  # for the errors of the file as a whole

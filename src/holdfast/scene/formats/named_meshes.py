@@ -18,6 +18,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.excluded import Excluded
 from holdfast.scene.formats.floor import with_floor
+from holdfast.scene.formats.made_meshes import MESHES, MeshRules
 from holdfast.scene.formats.rigid_parts import checked_fixed, scene_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.by_trimesh import Node, nodes_of
@@ -97,11 +98,13 @@ def scene_of_nodes(
     name: str,
     notes: list[str],
     known: Mapping[str, Known] | None = None,
+    rules: MeshRules = MESHES,
     excluded: Sequence[Excluded] = (),
 ) -> Scene:
     """Return the scene of these nodes, with a mass or a density for each name; otherwise as ``from_trimesh``.
 
-    ``known`` holds further data of some bodies, by name, and ``excluded`` are pairs that do not touch.
+    ``known`` holds further data of some bodies, by name, and ``excluded`` are pairs that do not touch. Of the others,
+    ``rules`` say which are the hulls of their meshes.
     """
     names = [node.name for node in nodes]
     if not names:
@@ -114,7 +117,8 @@ def scene_of_nodes(
     more = known or {}
     bodies = []
     for node in nodes:
-        body = _body if node.name not in more else partial(_known_body, known=more[node.name])
+        taken = partial(_body, rules=rules, notes=notes)
+        body = taken if node.name not in more else partial(_known_body, known=more[node.name])
         turn = Y_TO_Z if up == "y" else None
         bodies.append(body(node, weights[node.name], node.name in held, material.get(node.name), turn))
     remedy = f"give fixed=[name] ({listed(names)}), or floor=True for a floor at z = 0"
@@ -159,7 +163,15 @@ def first_of(*weights: Weight) -> Weight:
     return mass, None if mass is not None else density
 
 
-def _body(node: Node, weight: Weight, fixed: bool, material: str | None, turn: Float | None) -> Body:
+def _body(
+    node: Node,
+    weight: Weight,
+    fixed: bool,
+    material: str | None,
+    turn: Float | None,
+    rules: MeshRules,
+    notes: list[str],
+) -> Body:
     where = f"node {quoted(node.name)}"
     mass, density = (weight[0], None) if fixed else weight
     if (mass, density) == (None, None) and not fixed:
@@ -167,7 +179,7 @@ def _body(node: Node, weight: Weight, fixed: bool, material: str | None, turn: F
     pose, stretch = split(node.matrix if turn is None else turn @ node.matrix, where)
     vertices = node.vertices if np.array_equal(stretch, np.eye(3)) else node.vertices @ stretch.T
     faces = node.faces if np.linalg.det(stretch) > 0 else node.faces[:, ::-1]
-    mesh = Mesh(vertices, faces, label=where)
+    mesh = rules.taken(Mesh(vertices, faces, label=where), notes, node.name)
     return Body(node.name, mesh, mass=mass, density=density, pose=pose, material=material, fixed=fixed)
 
 

@@ -205,12 +205,16 @@ def _check_options(chosen: Format, known: Sequence[str], options: Iterable[str],
     for option in options:
         if option not in known:
             near = difflib.get_close_matches(option, known, n=1)
-            hint = f"did you mean {near[0]!r}? " if near else ""
-            having = f"its options: {', '.join(known)}" if known else STANDS.get(option, "it has none")
+            hint = f"did you mean {near[0]}=? " if near else ""
+            having = (
+                f"its options: {', '.join(f'{each}=' for each in known)}"
+                if known
+                else STANDS.get(option, "it has none")
+            )
             with_it = ", ".join(each.name for each in others if option in each.options)
-            formats = f"; formats with {option!r}: {with_it}" if with_it else ""
+            formats = f"; formats with {option}=: {with_it}" if with_it else ""
             problem = f"is unknown to the format {chosen.name!r}"
-            raise SceneError(message(f"option {option!r}", problem, f"{hint}{having}{formats}"))
+            raise SceneError(message(f"option {option}=", problem, f"{hint}{having}{formats}"))
 
 
 def _called(chosen: Format, function: Callable[[], T]) -> T:

@@ -20,6 +20,7 @@ from holdfast.scene.formats.gltf.inside import Inside, materials_of_parts
 from holdfast.scene.formats.gltf.joined import packed
 from holdfast.scene.formats.gltf.words import unknown_words
 from holdfast.scene.formats.gltf.writer import write
+from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.models_shared import Number, Triple, Truth
 from holdfast.scene.formats.named_meshes import (
     Numbers,
@@ -82,13 +83,15 @@ def read(
     fixed: Collection[str] = (),
     material: Mapping[str, str] | None = None,
     floor: bool = False,
+    collision: Collision = "mesh",
     gravity: ArrayLike | None = None,
 ) -> Scene:
     """Return the scene of a glTF file, turned so that its y axis, which is up in glTF, becomes z.
 
-    The options are those of ``hf.from_trimesh``; a file ``NAME.glb.yaml`` beside ``NAME.glb`` may give them too, with
-    ``nodes: {mug: {mass: 0.3, material: glass}, table: {fixed: true}}``. Options have priority over this file, and both
-    over the data that holdfast wrote to the glTF file itself.
+    The options are those of ``hf.from_trimesh``; with ``collision="hull"`` meshes, which may be open, are their convex
+    hulls, all or those of the nodes that are named. A file ``NAME.glb.yaml`` beside ``NAME.glb`` may give the others
+    too, with ``nodes: {mug: {mass: 0.3, material: glass}, table: {fixed: true}}``. Options have priority over this
+    file, and both over the data that holdfast wrote to the glTF file itself.
 
     Raises SceneError or GeometryError if the file is malformed, or if masses or friction are not given.
     """
@@ -98,6 +101,8 @@ def read(
         nodes, about, header = glb.read_nodes(content)
         notes = not_read(Counter(unknown_words(header)))
     names = [node.name for node in nodes]
+    rules = MeshRules(None, collision)
+    rules.check_names(names)
     check_weights(mass, density, names)
     check_names(str(_beside(source)), beside.nodes, names)
     inside = Inside.of(nodes, about, source.path)
@@ -107,7 +112,7 @@ def read(
         of_its_own = own(mass, density, name), (said[name].mass, said[name].density), inside.weight(name)
         for_all = () if name in inside.fixed else (common(mass, density), (None, beside.density))
         weights[name] = first_of(*of_its_own, *for_all)
-    known = inside.known(nodes, weights, notes)
+    known = inside.known([node for node in nodes if not rules.hulled(node.name)], weights, notes)
     beside_materials = {name: each.material for name, each in said.items() if each.material is not None}
     given_materials = {} if material is None else checked_mapping(material, "material", '{"table": "oak"}')
     materials = {**inside.materials, **beside_materials, **given_materials}
@@ -134,6 +139,7 @@ def read(
         name=source.path.stem if whole is None else whole.name,
         notes=notes,
         known=known,
+        rules=rules,
         excluded=inside.excluded(set(names), known, notes),
     )
     return inside.limited(scene)

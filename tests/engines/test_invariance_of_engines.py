@@ -2,70 +2,65 @@
 
 import numpy as np
 import pytest
-from limit_scenes import (
-    X,
-    Y,
-    Z,
-    block,
-    cube,
-    floor,
-    moved,
-    pose,
-    push_wrench,
-    random_pushes,
-    rescaled,
-    shipped,
-    strength,
-)
+from engine_scenes import X, Y, Z, cube, moved, pose, push_wrench, random_pushes, rescaled, shipped
 from scipy.spatial.transform import Rotation
 
-from holdfast import Limit, Load, Scene, assemble, load_factor
+from holdfast import Graph, Limit, Load, Scene, assemble, load_factor
 from holdfast.answers import Assembly, Interface, Patch
+from holdfast.plugins import Engine
 
 NAMES = ["table", "slope", "arch", "v_groove", "wall2x2"]
 CLOSE = 1e-6
+LIMIT, CORNERS = Limit(), Graph(sampling="corners")  # at corners, the placing of nodes has no part in answers
+both = pytest.mark.parametrize("engine", [LIMIT, CORNERS], ids=["limit", "graph"])
 
 
-def answers(assembly: Assembly, queries: list) -> np.ndarray:
+def answers(assembly: Assembly, queries: list, engine: Engine = LIMIT) -> np.ndarray:
     W = np.column_stack([push_wrench(assembly, *query) for query in queries])
-    return Limit().prepare(assembly).load_factor(W).force
+    return engine.prepare(assembly).load_factor(W).force
 
 
-def close(a: np.ndarray, b: np.ndarray) -> None:
+def close(a: np.ndarray, b: np.ndarray, engine: Engine = LIMIT) -> None:
+    """Slip by ``graph`` feels the root of what separates the solver's forces from the cone."""
     assert np.isfinite(b).sum() >= 3
-    np.testing.assert_allclose(a, b, rtol=CLOSE)
+    np.testing.assert_allclose(a, b, rtol=CLOSE if engine is LIMIT else 1e-5, atol=0 if engine is LIMIT else 1e-6)
 
 
+@both
 @pytest.mark.parametrize("name", NAMES)
-def test_rigid_motion_new_order_and_new_names(name: str) -> None:
+def test_rigid_motion_new_order_and_new_names(name: str, engine: Engine) -> None:
     rng = np.random.default_rng(7)
     assembly = shipped(name)
     queries = random_pushes(assembly, 10, 6)
-    before = answers(assembly, queries)
+    before = answers(assembly, queries, engine)
     motion = pose(rng.normal(size=3), Rotation.random(random_state=7).as_matrix())
     turned = [("z_" + b, motion[:3, :3] @ p + motion[:3, 3], motion[:3, :3] @ e) for b, p, e in queries]
     order = rng.permutation(len(assembly.bodies))
-    close(answers(assemble(moved(assembly.scene, motion, order=order, prefix="z_")), turned), before)
+    found = answers(assemble(moved(assembly.scene, motion, order=order, prefix="z_")), turned, engine)
+    close(found, before, engine)
 
 
+@both
 @pytest.mark.parametrize("name", NAMES)
-def test_interfaces_given_in_another_order_and_from_the_other_body(name: str) -> None:
+def test_interfaces_given_in_another_order_and_from_the_other_body(name: str, engine: Engine) -> None:
     assembly = shipped(name)
     queries = random_pushes(assembly, 10, 8)
     swapped = [
         Interface(i.bodies[::-1], patches=tuple(p.flipped() for p in i.patches)) for i in assembly.interfaces[::-1]
     ]
-    close(answers(assemble(assembly.scene, interfaces=swapped), queries), answers(assembly, queries))
+    found = answers(assemble(assembly.scene, interfaces=swapped), queries, engine)
+    close(found, answers(assembly, queries, engine), engine)
 
 
+@both
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(("length", "mass"), [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e3), (1e3, 1e-3)])
-def test_units(name: str, length: float, mass: float) -> None:
+def test_units(name: str, length: float, mass: float, engine: Engine) -> None:
     assembly = shipped(name)
     queries = random_pushes(assembly, 6, 9)
     other = assemble(rescaled(assembly.scene, length, mass), allow_large=True)
-    scaled = answers(other, [(body, length * p, e) for body, p, e in queries])
-    close(scaled / mass, answers(assembly, queries))
+    scaled = answers(other, [(body, length * p, e) for body, p, e in queries], engine)
+    close(scaled / mass, answers(assembly, queries, engine), engine)
 
 
 @pytest.mark.parametrize("name", ["table", "v_groove", "wall2x2", "cube"])
@@ -103,7 +98,7 @@ def test_corners_inside_the_hull_change_nothing_and_corners_lost_do() -> None:
     queries = random_pushes(cube(), 20, 12)
     close(answers(same, queries), answers(full, queries))
     assert (answers(less, queries) <= answers(full, queries) * (1 + CLOSE)).all()
-    assert strength(less, "cube", (-0.05, 0, 0.1), X) == pytest.approx(0.8 * 4.905, rel=CLOSE)
+    assert answers(less, [("cube", np.array([-0.05, 0, 0.1]), X)])[0] == pytest.approx(0.8 * 4.905, rel=CLOSE)
 
 
 def test_a_push_may_be_split_into_wrenches_and_moved_along_its_line() -> None:
@@ -114,15 +109,3 @@ def test_a_push_may_be_split_into_wrenches_and_moved_along_its_line() -> None:
     expected = load_factor(assembly, one, engine="limit").factor
     for loads in (two, com):
         assert load_factor(assembly, loads, engine="limit").factor == pytest.approx(expected, rel=CLOSE)
-
-
-def test_bodies_that_stand_apart_do_not_feel_each_other() -> None:
-    alone = answers(cube(), queries := random_pushes(cube(), 8, 13))
-    beside = assemble(Scene([floor(), block("cube", (0.1, 0.1, 0.1), (0, 0, 0.05)), *others()], 0.6))
-    close(answers(beside, queries), alone)
-
-
-def others() -> list:
-    return [
-        block(f"other{k}", (0.2, 0.1, 0.1 * (k + 1)), (0.4 * (k + 1) - 0.9, 0.4, 0.05 * (k + 1)), 5) for k in range(3)
-    ]

@@ -1,0 +1,56 @@
+"""What a face that was found covers: points and lines that lie on it, to within the gap and no further."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from holdfast.contacts.features import Features
+from holdfast.contacts.interface import Patch
+from holdfast.contacts.patches import Cover
+
+GAP = 1e-3
+UP = np.array([0.0, 0, 1])
+SQUARE = Patch(np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]), UP)
+
+
+def features(*ends: list[tuple[float, float]]) -> Features:
+    """Points, or lines between two, in the plane of the square with normals up."""
+    both = np.array([[(*pair[0], 0.0), (*pair[-1], 0.0)] for pair in ends])
+    count = len(both)
+    normals = np.tile(UP, (count, 1))
+    return Features(both, normals, np.zeros((count, 2)), np.full(count, np.inf), np.zeros(count, dtype=bool))
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "free"),
+    [
+        (0.5, 0.5, False),
+        (1.0, 0.5, False),
+        (1.0009, 0.5, False),
+        (1.0011, 0.5, True),
+        (-0.0009, 0.5, False),
+        (-0.0011, 0.5, True),
+        (1.0006, 1.0006, False),
+        (1.0008, 1.0008, True),
+    ],
+)
+def test_a_point_is_covered_up_to_the_gap_from_the_edge(x: float, y: float, free: bool) -> None:
+    """Beyond a corner the distance is that of the corner: 0.85 mm and 1.13 mm."""
+    assert Cover([SQUARE], GAP).free(features([(x, y)])).tolist() == [free]
+
+
+def test_a_line_is_covered_only_if_all_of_it_is() -> None:
+    lines = features([(0.1, 0.5), (1.0009, 0.5)], [(0.1, 0.5), (1.01, 0.5)], [(1.01, 0.2), (1.01, 0.8)])
+    assert Cover([SQUARE], GAP).uncovered(lines).tolist() == [1, 2]
+
+
+def test_a_line_across_a_notch_is_not_covered_though_its_ends_are() -> None:
+    notched = [(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0.6, 1, 0), (0.6, 0.2, 0), (0.4, 0.2, 0), (0.4, 1, 0), (0, 1, 0)]
+    cover = Cover([Patch(np.array(notched), UP)], GAP)
+    assert cover.uncovered(features([(0.2, 0.5), (0.8, 0.5)], [(0.2, 0.1), (0.8, 0.1)])).tolist() == [0]
+
+
+def test_what_is_left_of_a_line_begins_at_the_gap_from_the_edge() -> None:
+    (left,) = Cover([SQUARE], GAP).left_of(np.array([(0.5, 0.5, 0.0), (1.5, 0.5, 0.0)]), UP, 1e-4, False)
+    np.testing.assert_allclose(left, [(1 + GAP, 0.5, 0), (1.5, 0.5, 0)], atol=1e-8)
