@@ -27,6 +27,7 @@ import numpy as np
 from holdfast.base.arrays import Float, frozen
 from holdfast.base.compiled import by_reference, compiled, lean
 
+FOUND = 1e-9  # relative loss of power below which a motion is the one that resists least
 FAR = 8.0  # distance of a centre of rotation, in sizes of what presses, from which on a rule of points is more exact
 RULE = frozen(  # barycentric coordinates and weights, exact to degree 6 (Dunavant, IJNME 21, 1985)
     np.array(
@@ -54,7 +55,8 @@ class Bed(NamedTuple):
 
     ``edges`` (E, 5): both ends of each edge of all faces, counter-clockwise around faces and clockwise around holes, and
     the friction coefficient of the face. ``hull`` (H, 3): rows (c, n) with c + n·x >= 0 for all x in the hull of the
-    faces, n of length one. ``size`` (1,): the largest distance of a corner from the origin, [m] like all lengths.
+    faces, n of length one. ``size`` (2,): the largest distance of a corner from the origin, [m] like all lengths, and the friction
+    coefficient of all faces, 0 if they differ.
     """
 
     edges: Float
@@ -70,7 +72,7 @@ class Scratch(NamedTuple):
     ``M`` (3, 3): integrals of (1, x, y)(1, x, y)ᵀ where the bed presses. ``K``, ``other_K`` (3, 3): derivatives of the
     friction ``f``, ``other_f`` (3,) by the motion. ``about`` (6,): integrals about a centre of rotation. ``across``
     (2, 3): motions along which the load has no power. ``middle`` (3,): the centre of pressure, and the distance from it
-    of the farthest place that presses. ``new``, ``trial``, ``carried``, ``q``, ``t`` (3,).
+    of the farthest place that presses. ``new``, ``trial``, ``carried``, ``q``, ``t``, ``p0``, ``p1``, ``other_m`` (3,).
     """
 
     p: Float
@@ -88,11 +90,14 @@ class Scratch(NamedTuple):
     carried: Float
     q: Float
     t: Float
+    p0: Float
+    p1: Float
+    other_m: Float
 
     @classmethod
     def make(cls) -> Scratch:
         """Return memory that anything may be written to."""
-        shapes = [3, 3, (3, 3), (3, 3), (3, 3), 3, 3, 6, (2, 3), 3, 3, 3, 3, 3, 3]
+        shapes = [3, 3, (3, 3), (3, 3), (3, 3), 3, 3, 6, (2, 3), 3, 3, 3, 3, 3, 3, 3, 3, 3]
         return cls(*(np.zeros(shape) for shape in shapes))
 
 
@@ -261,29 +266,33 @@ def find_pressure(bed: Bed, q: Float, s: Scratch, near: bool) -> bool:
 @compiled
 @lean
 def _add_line(
-    u: float, d: float, n0: float, n1: float, here: float, p: Float, factor: float, about: Float
+    u: float, to: float, d: float, n0: float, n1: float, here: float, p: Float, mu: float, about: Float
 ) -> None:
-    """Add ``factor`` times the integrals from φ = 0 to tan φ = u over a triangle between a centre and a line.
+    """Add ``mu`` times the integrals from tan φ = u to tan φ = ``to`` over a triangle between a centre and a line.
 
     The line is at the distance d > 0 of the centre along the normal (n0, n1); ``here`` is p at the centre. The integrals
     are of p r, of p e and of p e eᵀ / r (xx, xy, yy), where r e leads from the centre to x.
     """
     t0, t1 = -n1, n0
     bn, bt = p[1] * n0 + p[2] * n1, p[1] * t0 + p[2] * t1
-    sec, log = math.sqrt(1 + u * u), math.asinh(u)
-    sin, cos, cubed = u / sec, 1 / sec, (sec * u + log) / 2
-    d2 = d * d
-    about[0] += factor * (here * d2 * d / 3 * cubed + d2 * d2 / 4 * (bn * cubed + bt * sec * sec * sec / 3))
-    fn = here * d2 / 2 * log + d2 * d / 3 * (bn * log + bt * sec)
-    ft = here * d2 / 2 * sec + d2 * d / 3 * (bn * sec + bt * (cubed - log))
-    about[1] += factor * (fn * n0 + ft * t0)
-    about[2] += factor * (fn * n1 + ft * t1)
-    nn = here * d * sin + d2 / 2 * (bn * sin - bt * cos)
-    nt = -here * d * cos + d2 / 2 * (bt * (log - sin) - bn * cos)
-    tt = here * d * (log - sin) + d2 / 2 * (bn * (log - sin) + bt * (sec + cos))
-    about[3] += factor * (nn * n0 * n0 + 2 * nt * n0 * t0 + tt * t0 * t0)
-    about[4] += factor * (nn * n0 * n1 + nt * (n0 * t1 + n1 * t0) + tt * t0 * t1)
-    about[5] += factor * (nn * n1 * n1 + 2 * nt * n1 * t1 + tt * t1 * t1)
+    sec0, sec1 = math.sqrt(1 + u * u), math.sqrt(1 + to * to)
+    before, behind = sec0 + abs(u), sec1 + abs(to)  # asinh u = log(u + sec)
+    log = math.log((behind if to > 0.0 else 1 / behind) * (1 / before if u > 0.0 else before))
+    sec, cos, sin = sec1 - sec0, 1 / sec1 - 1 / sec0, to / sec1 - u / sec0
+    cubed = (sec1 * to - sec0 * u + log) / 2
+    third = (sec1 * sec1 * sec1 - sec0 * sec0 * sec0) / 3
+    here, bn, bt = mu * d * here, mu * d * d * bn, mu * d * d * bt
+    about[0] += d * d * (here / 3 * cubed + (bn * cubed + bt * third) / 4)
+    fn = d * (here / 2 * log + (bn * log + bt * sec) / 3)
+    ft = d * (here / 2 * sec + (bn * sec + bt * (cubed - log)) / 3)
+    about[1] += fn * n0 + ft * t0
+    about[2] += fn * n1 + ft * t1
+    nn = here * sin + (bn * sin - bt * cos) / 2
+    nt = -here * cos + (bt * (log - sin) - bn * cos) / 2
+    tt = here * (log - sin) + (bn * (log - sin) + bt * (sec + cos)) / 2
+    about[3] += nn * n0 * n0 + 2 * nt * n0 * t0 + tt * t0 * t0
+    about[4] += nn * n0 * n1 + nt * (n0 * t1 + n1 * t0) + tt * t0 * t1
+    about[5] += nn * n1 * n1 + 2 * nt * n1 * t1 + tt * t1 * t1
 
 
 @compiled
@@ -315,12 +324,12 @@ def _about_centre(bed: Bed, pressed: Float, p: Float, cx: float, cy: float, abou
         if d < 0.0:
             d, n0, n1 = -d, -n0, -n1
         if d > 1e-14 * length:
-            _add_line(((bx - cx) * -n1 + (by - cy) * n0) / d, d, n0, n1, here, p, mu, about)
-            _add_line(((ax - cx) * -n1 + (ay - cy) * n0) / d, d, n0, n1, here, p, -mu, about)
+            from_, to = ((ax - cx) * -n1 + (ay - cy) * n0) / d, ((bx - cx) * -n1 + (by - cy) * n0) / d
+            _add_line(from_, to, d, n0, n1, here, p, mu, about)
         if cut == 1 and border > 0.0:  # a part of the border ends here
-            _add_line(((ax - cx) * -z1 + (ay - cy) * z0) / border, border, z0, z1, here, p, mu, about)
+            _add_line(0.0, ((ax - cx) * -z1 + (ay - cy) * z0) / border, border, z0, z1, here, p, mu, about)
         if cut == 2 and border > 0.0:  # ... and another begins here
-            _add_line(((bx - cx) * -z1 + (by - cy) * z0) / border, border, z0, z1, here, p, -mu, about)
+            _add_line(((bx - cx) * -z1 + (by - cy) * z0) / border, 0.0, border, z0, z1, here, p, mu, about)
 
 
 @compiled
@@ -395,62 +404,86 @@ def _friction_by_rule(
 
 @compiled
 @lean
+def pushed(t: Float, m: Float, size: float, K: Float) -> float:
+    """Scale a motion ``m`` (3,) so that t·m = 1, and with it ``K``, and return the factor; 0 where t is 0.
+
+    One against which ``t`` (3,) has no power gives way to the motion along it.
+    """
+    along = m[0] * t[0] + m[1] * t[1] + m[2] * t[2]
+    if not along > 0.0:
+        m[0], m[1], m[2] = t[0], t[1], 2 * t[2] / (size * size)
+        along = m[0] * t[0] + m[1] * t[1] + m[2] * t[2]
+        if not along > 0.0:
+            return 0.0
+    for i in range(3):
+        m[i] /= along
+        for j in range(3):
+            K[i, j] *= along
+    return 1 / along
+
+
+@compiled
+@lean
+def descend(bed: Bed, t: Float, power: float, s: Scratch) -> tuple[float, float, bool]:
+    """Take a step of Newton's method from ``s.m`` to a motion with t·m = 1 whose power is less.
+
+    ``power``, ``s.f`` and ``s.K`` belong to ``s.m`` and become those of the new one. Returns by which share of it the
+    power would fall if it were a parabola, the new power, and whether there was a step: none is taken for less than
+    FOUND.
+    """
+    m, f, K, across, size = s.m, s.f, s.K, s.across, bed.size[0]
+    a, b, c = t[0], t[1], t[2] / size
+    length = math.sqrt(a * a + b * b + c * c)
+    a, b, c = a / length, b / length, c / length
+    x, y, z = (b, -a, 0.0) if abs(c) < 0.7 else (0.0, c, -b)
+    length = math.sqrt(x * x + y * y + z * z)
+    x, y, z = x / length, y / length, z / length
+    across[0, 0], across[0, 1], across[0, 2] = x, y, z / size
+    across[1, 0], across[1, 1], across[1, 2] = b * z - c * y, c * x - a * z, (a * y - b * x) / size
+    g0, g1, k00, k01, k11 = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        g0 += across[0, i] * f[i]
+        g1 += across[1, i] * f[i]
+        for j in range(3):
+            k00 += across[0, i] * K[i, j] * across[0, j]
+            k01 += across[0, i] * K[i, j] * across[1, j]
+            k11 += across[1, i] * K[i, j] * across[1, j]
+    det = k00 * k11 - k01 * k01
+    if not det > 1e-300:
+        return 1.0, power, False
+    d0, d1 = (k01 * g1 - k11 * g0) / det, (k01 * g0 - k00 * g1) / det
+    slope = g0 * d0 + g1 * d1
+    gap, step = -slope / power, 1.0
+    if gap < FOUND:
+        return gap, power, False
+    for _ in range(20):
+        for i in range(3):
+            s.trial[i] = m[i] + step * (d0 * across[0, i] + d1 * across[1, i])
+        there = friction(bed, s.p, s.p, s.trial, s, s.other_f, s.other_K)
+        if there <= power + 0.1 * step * slope:
+            for i in range(3):
+                m[i], f[i] = s.trial[i], s.other_f[i]
+                for j in range(3):
+                    K[i, j] = s.other_K[i, j]
+            return gap, there, True
+        step /= 2
+    return gap, power, False
+
+
+@compiled
+@lean
 def share_used(bed: Bed, t: Float, s: Scratch) -> tuple[float, float]:
     """Return which share of friction a tangential wrench ``t`` (3,) uses under the pressure ``s.p``, and by how much
     that may be too small (relative).
 
-    It is 1 / min power(m) over the motions with t·m = 1, by Newton's method from ``s.m``, where the minimum is left. A
-    share is too small by no more than what the next step would still gain.
+    It is 1 / min power(m) over the motions with t·m = 1, sought from ``s.m``, where the minimum is left. A share is too
+    small by no more than what the next step would still gain.
     """
-    m, f, K, size = s.m, s.f, s.K, bed.size[0]
-    t0, t1, t2 = t[0], t[1], t[2] / size
-    length = math.sqrt(t0 * t0 + t1 * t1 + t2 * t2)
-    if length == 0.0:
+    if pushed(t, s.m, bed.size[0], s.K) == 0.0:
         return 0.0, 0.0
-    along = m[0] * t[0] + m[1] * t[1] + m[2] * t[2]
-    if not along > 0.0:
-        m[0], m[1], m[2] = t0, t1, 2 * t2 / size
-        along = m[0] * t[0] + m[1] * t[1] + m[2] * t[2]
-    for i in range(3):
-        m[i] /= along
-    a, b, c = t0 / length, t1 / length, t2 / length
-    x, y, z = (b, -a, 0.0) if abs(c) < 0.7 else (0.0, c, -b)
-    length = math.sqrt(x * x + y * y + z * z)
-    x, y, z = x / length, y / length, z / length
-    s.across[0, 0], s.across[0, 1], s.across[0, 2] = x, y, z / size
-    s.across[1, 0], s.across[1, 1], s.across[1, 2] = b * z - c * y, c * x - a * z, (a * y - b * x) / size
-    power, gap = friction(bed, s.p, s.p, m, s, f, K), 1.0
+    power, gap = friction(bed, s.p, s.p, s.m, s, s.f, s.K), 1.0
     for _ in range(60):
-        g0, g1, k00, k01, k11 = 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(3):
-            g0 += s.across[0, i] * f[i]
-            g1 += s.across[1, i] * f[i]
-            for j in range(3):
-                k00 += s.across[0, i] * K[i, j] * s.across[0, j]
-                k01 += s.across[0, i] * K[i, j] * s.across[1, j]
-                k11 += s.across[1, i] * K[i, j] * s.across[1, j]
-        det = k00 * k11 - k01 * k01
-        if not det > 1e-300:
-            return 1 / power, 1.0
-        d0, d1 = (k01 * g1 - k11 * g0) / det, (k01 * g0 - k00 * g1) / det
-        slope = g0 * d0 + g1 * d1
-        gap = -slope / power
-        if gap < 1e-9:
+        gap, power, moved = descend(bed, t, power, s)
+        if not moved:
             break
-        step, falls, there = 1.0, False, power
-        for _back in range(20):
-            for i in range(3):
-                s.trial[i] = m[i] + step * (d0 * s.across[0, i] + d1 * s.across[1, i])
-            there = friction(bed, s.p, s.p, s.trial, s, s.other_f, s.other_K)
-            falls = there <= power + 0.1 * step * slope
-            if falls:
-                break
-            step /= 2
-        if not falls:
-            break
-        power = there
-        for i in range(3):
-            m[i], f[i] = s.trial[i], s.other_f[i]
-            for j in range(3):
-                K[i, j] = s.other_K[i, j]
     return 1 / power, gap

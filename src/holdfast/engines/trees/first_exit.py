@@ -10,30 +10,49 @@ at all before. Once a part has lifted, that is looked at in STEPS places on the 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, lean
-from holdfast.engines.trees.bed import Bed, Scratch, find_pressure, friction, second_moments, share_used, solved
+from holdfast.engines.trees.bed import (
+    FOUND,
+    Bed,
+    Scratch,
+    descend,
+    find_pressure,
+    friction,
+    pushed,
+    second_moments,
+    share_used,
+    solved,
+)
 
 NEVER, TIPS, SLIDES, UNKNOWN = 0, 1, 2, 3
 STEPS = 5  # places at which a bed that has lifted in part is looked at, each 16 times closer to tipping
-# Share of the load that tips it which is not looked at, where the bed presses on next to nothing: ten times as much if no
-# pressure is found there, and at most LONG
+# Share of the load that tips it which is not looked at, where the bed presses on next to nothing; at most LONG, if no
+# pressure is found there
 SHORT, LONG = 1e-5, 1e-3
+SMALL = 0.01  # of what a step would gain, from which on it tells how much all steps would gain
 CERTAIN = 1e-6  # relative error of a share of friction above which it counts as not found
 
 
 @compiled
 @lean
-def _share_at(bed: Bed, rest: Float, load: Float, at: float, s: Scratch, near: bool) -> float:
-    """Return the share of friction that is used at θ = ``at``; -1 if it is not found."""
+def _share_at(bed: Bed, rest: Float, load: Float, at: float, s: Scratch, near: bool, short: bool) -> float:
+    """Return the share of friction that is used at θ = ``at``; -1 if it is not found.
+
+    If ``short``, 0 is returned where a bound tells that it is less than 1. If ``near``, ``s.p`` is from a θ near by.
+    """
     for i in range(3):
         s.q[i] = (1 - at) * rest[i] + at * load[i]
     if not find_pressure(bed, s.q, s, near):
         return -1.0
     for i in range(3):
         s.t[i] = (1 - at) * rest[3 + i] + at * load[3 + i]
+    if short and bed.size[1] > 0.0 and _surely_holds(bed, s.t, s):
+        return 0.0
     share, error = share_used(bed, s.t, s)
     return share if error <= CERTAIN else -1.0
 
@@ -59,17 +78,20 @@ def _slope(bed: Bed, rest: Float, load: Float, share: float, s: Scratch) -> floa
 @compiled
 @lean
 def _lifts_at(bed: Bed, rest: Float, load: Float, s: Scratch) -> float:
-    """Return the θ up to which the bed presses everywhere: 0 if it does not do so at rest."""
+    """Return the θ up to which the bed presses everywhere, 0 if it does not do so at rest.
+
+    ``s.p0`` and ``s.p1`` are then its pressures at rest and under the load alone.
+    """
     s.p[0], s.p[1], s.p[2] = 1.0, 0.0, 0.0
     second_moments(bed, s.p, 0.0, 0.0, s.M)
     for i in range(3):
         s.q[i], s.t[i] = rest[i], load[i]
-    if not (solved(s.M, s.q, s.new) and solved(s.M, s.t, s.trial)):
+    if not (solved(s.M, s.q, s.p0) and solved(s.M, s.t, s.p1)):
         return 0.0
     until = 1.0
     for k in range(len(bed.edges)):
         x, y = bed.edges[k, 0], bed.edges[k, 1]
-        before, behind = s.new[0] + s.new[1] * x + s.new[2] * y, s.trial[0] + s.trial[1] * x + s.trial[2] * y
+        before, behind = s.p0[0] + s.p0[1] * x + s.p0[2] * y, s.p1[0] + s.p1[1] * x + s.p1[2] * y
         if before <= 0.0:
             return 0.0
         if behind < 0.0:
@@ -79,14 +101,81 @@ def _lifts_at(bed: Bed, rest: Float, load: Float, s: Scratch) -> float:
 
 @compiled
 @lean
-def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> int:
+def _slides_evenly(bed: Bed, rest: Float, load: Float, end: float, s: Scratch) -> tuple[float, float]:
+    """Return the θ before ``end`` at which a bed that presses everywhere slides, and by how much that may be too large.
+
+    Its pressure, and with it its friction, is linear in θ: ``s.p0`` at rest and ``s.p1`` under the load alone. So each
+    motion is overcome at a θ that follows from its powers, and the least of them is sought. The θ is ``end`` where
+    nothing slides before, and -1 where that is not found.
+    """
+    at, m, f, K, f0, K0 = end, s.m, s.f, s.K, s.other_f, s.other_K
+    spare = 0.0
+    s.middle[0], s.middle[1], s.middle[2] = 0.0, 0.0, bed.size[0]
+    _mixed(rest, load, at, s)
+    if pushed(s.t, m, bed.size[0], K) == 0.0:
+        return end, 0.0
+    power = friction(bed, s.p, s.p, m, s, f, K)
+    for _ in range(60):
+        if power < 1.0:
+            spare = friction(bed, s.p, s.p0, m, s, f0, K0)
+            for i in range(3):
+                spare -= rest[3 + i] * m[i]
+            if not spare > 0.0:
+                return -1.0, 0.0
+            sooner = spare / (spare + 1 - power)
+            at *= sooner
+            for i in range(3):
+                f[i] = f0[i] + sooner * (f[i] - f0[i])
+                for j in range(3):
+                    K[i, j] = K0[i, j] + sooner * (K[i, j] - K0[i, j])
+            _mixed(rest, load, at, s)
+            spare *= pushed(s.t, m, bed.size[0], K)
+            power = 1.0
+        before = power
+        gap, power, moved = descend(bed, s.t, power, s)
+        if spare == 0.0 and gap < SMALL and before * (1 - 2 * gap) > 1 + CERTAIN:
+            return end, 0.0
+        if not moved:
+            return (at, CERTAIN * at / spare if spare > 0.0 else 0.0) if gap < FOUND else (-1.0, 0.0)
+    return -1.0, 0.0
+
+
+@compiled
+@lean
+def _mixed(rest: Float, load: Float, at: float, s: Scratch) -> None:
+    """Write the pressure ``s.p`` of a bed that presses everywhere, and the tangential wrench ``s.t``, at θ = ``at``."""
+    for i in range(3):
+        s.p[i] = (1 - at) * s.p0[i] + at * s.p1[i]
+        s.t[i] = (1 - at) * rest[3 + i] + at * load[3 + i]
+
+
+@compiled
+@lean
+def _surely_holds(bed: Bed, t: Float, s: Scratch) -> bool:
+    """Tell whether friction under ``s.p`` carries ``t`` (3,), as far as a bound tells that is soon known.
+
+    Friction of a turn about the centre of pressure carries the torque, and that of sliding all together the force that
+    is left: what it carries in two motions, it carries in any mixture of both.
+    """
+    mu, x, y = bed.size[1], s.middle[0], s.middle[1]
+    s.other_m[0], s.other_m[1], s.other_m[2] = y, -x, 1.0
+    most = friction(bed, s.p, s.p, s.other_m, s, s.other_f, s.other_K)
+    turns = (t[2] - x * t[1] + y * t[0]) / most
+    left = math.hypot(t[0] - turns * s.other_f[0], t[1] - turns * s.other_f[1])
+    return abs(turns) * mu * s.q[0] + left < (1 - CERTAIN) * mu * s.q[0]
+
+
+@compiled
+@lean
+def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out: Float) -> int:
     """Tell how a contact gives way under ``rest`` plus a growing multiple of ``load`` (6,), and write when to ``out``.
 
     Both are what the bed carries: N, N x, N y of its pressure, and the force and the torque along the plane. ``out``
     (6,) is θ, a θ that is certainly not too large and one that is not too small, and the motion with which it slides or,
-    if it tips, the number of the edge of the hull in place of the first of its numbers.
+    if it tips, the number of the edge of the hull in place of the first of its numbers. From θ = ``until`` on, something
+    else gives way: NEVER says that this contact does not do so before.
     """
-    tips, edge = 1.0, -1
+    tips, edge = until, -1
     for k in range(len(bed.hull)):
         before, behind = 0.0, 0.0
         for i in range(3):
@@ -94,33 +183,34 @@ def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> in
             behind += bed.hull[k, i] * load[i]
         if behind < 0.0 and before / (before - behind) < tips:
             tips, edge = before / (before - behind), k
-    short = 0.0 if edge < 0 else SHORT
-    end = tips * (1 - short) / (1 - tips * short)
-    at = min(_lifts_at(bed, rest, load, s), end)
-    low, high = 0.0, -1.0
-    s.m[0], s.m[1], s.m[2] = 0.0, 0.0, 0.0
-    share = _share_at(bed, rest, load, at, s, False)
-    lifted, step = at, 0
-    while True:
+    end = tips if edge < 0 else _before(tips, SHORT)
+    lifted, around = min(_lifts_at(bed, rest, load, s), end), 0.0
+    if lifted > 0.0:
+        at, around = _slides_evenly(bed, rest, load, lifted, s)
+        if at < 0.0:
+            return UNKNOWN
+        if around > 0.0:
+            out[0], out[1], out[2], out[3], out[4], out[5] = at, max(at - around, 0.0), at, s.m[0], s.m[1], s.m[2]
+            return SLIDES
+    low, high, share, near = lifted, -1.0, -1.0, False
+    for step in range(1, STEPS + 1):
+        if low >= end:
+            break
+        at = lifted + (end - lifted) * step / STEPS if edge < 0 else min(tips - (tips - lifted) / 16.0**step, end)
+        share = _share_at(bed, rest, load, at, s, near, True)
         if share < 0.0:
-            if at < end or short == 0.0 or 10 * short > LONG:
+            if edge < 0 or low < _before(tips, LONG):
                 return UNKNOWN
-            short *= 10
-            at = end = tips * (1 - short) / (1 - tips * short)
-        else:
-            if share > 1.0:
-                high = at
-                break
-            low = at
-            step += 1
-            if low >= end or step > STEPS:
-                break
-            at = tips - (tips - lifted) / 16.0**step if short > 0.0 else lifted + (end - lifted) * step / STEPS
-            at = min(at, end)
-        share = _share_at(bed, rest, load, at, s, share >= 0.0)
+            break
+        near = True
+        if share > 1.0:
+            high = at
+            break
+        low = at
     if high < 0.0:
-        out[0], out[1], out[2], out[3], out[4], out[5] = tips, end, tips, edge, 0.0, 0.0
+        out[0], out[1], out[2], out[3], out[4], out[5] = tips, low, tips, edge, 0.0, 0.0
         return NEVER if edge < 0 else TIPS
+    at, slope = high, 0.0
     for _ in range(60):  # Newton's method between two places of which one holds
         slope = _slope(bed, rest, load, share, s)
         new = at - (share - 1) / slope if slope > 0.0 else -1.0
@@ -128,7 +218,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> in
         if high - low <= close or (low < new < high and abs(new - at) <= close):
             break
         at = new if low < new < high else (low + high) / 2
-        share = _share_at(bed, rest, load, at, s, True)
+        share = _share_at(bed, rest, load, at, s, True, False)
         if share < 0.0:
             return UNKNOWN
         if share > 1.0:
@@ -142,10 +232,17 @@ def first_exit(bed: Bed, rest: Float, load: Float, s: Scratch, out: Float) -> in
 
 
 @compiled
-def first_exits(bed: Bed, rest: Float, loads: Float, out: Float, kinds: Int, s: Scratch) -> None:
+@lean
+def _before(tips: float, short: float) -> float:
+    """Return the θ at which the load is smaller by the share ``short`` than at θ = ``tips``."""
+    return tips * (1 - short) / (1 - tips * short)
+
+
+@compiled
+def first_exits(bed: Bed, rest: Float, loads: Float, until: Float, out: Float, kinds: Int, s: Scratch) -> None:
     """Write what ``first_exit`` finds of each of the ``loads`` (n, 6) to ``out`` (n, 6) and ``kinds`` (n,)."""
     for k in range(len(loads)):
-        kinds[k] = first_exit(bed, rest, loads[k], s, out[k])
+        kinds[k] = first_exit(bed, rest, loads[k], until[k], s, out[k])
 
 
 @compiled
@@ -155,4 +252,4 @@ def share_at_rest(bed: Bed, rest: Float, s: Scratch) -> float:
         if bed.hull[k, 0] * rest[0] + bed.hull[k, 1] * rest[1] + bed.hull[k, 2] * rest[2] <= 0.0:
             return 2.0
     s.m[0], s.m[1], s.m[2] = 0.0, 0.0, 0.0
-    return _share_at(bed, rest, rest, 0.0, s, False)
+    return _share_at(bed, rest, rest, 0.0, s, False, False)

@@ -21,7 +21,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross, tangents
 from holdfast.contacts.interface import Patch
 from holdfast.engines.trees.bed import RULE, Bed, Scratch
-from holdfast.engines.trees.first_exit import SLIDES, TIPS, UNKNOWN, first_exits, share_at_rest
+from holdfast.engines.trees.first_exit import NEVER, SLIDES, TIPS, UNKNOWN, first_exits, share_at_rest
 from holdfast.geometry.hull import convex_hull
 from holdfast.scene.friction import NOTHING
 
@@ -191,17 +191,18 @@ class Forest:
         bridge, twist, slides = np.full(count, -1), np.zeros((count, 6)), np.zeros(count, dtype=bool)
         memory = Scratch.make()
         for number, one in enumerate(self.bridges):
-            rows = np.flatnonzero((wrenches[:, one.beyond] != 0).any(axis=(1, 2)))
+            rows = np.flatnonzero((wrenches[:, one.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
             if not len(rows):
                 continue
             load = one.carried(self.assembly.com, wrenches[rows])
             size = np.abs(load).max(axis=1) / np.abs(self._at_rest[number]).max()
             rows, load, size = (each[size > 0] for each in (rows, load, size))
             out, kinds = np.zeros((len(rows), 6)), np.zeros(len(rows), dtype=np.int64)
-            first_exits(one.bed, self._at_rest[number], load / size[:, None], out, kinds, memory)
+            until = at[rows] * size / (at[rows] * size + (1 - at[rows]))  # in the scale of the contact
+            first_exits(one.bed, self._at_rest[number], load / size[:, None], until, out, kinds, memory)
             x = np.where((kinds == UNKNOWN)[:, None], np.nan, out[:, :3])
             x = x / (x + (1 - x) * size[:, None])  # in the scale of the load itself
-            sooner = ~(x[:, 0] >= at[rows])  # also where it is not known
+            sooner = (kinds != NEVER) & ~(x[:, 0] >= at[rows])  # also where it is not known
             bridge[rows[sooner]], slides[rows[sooner]] = number, kinds[sooner] == SLIDES
             ends = sooner & ((kinds == SLIDES) | (kinds == TIPS))
             twist[rows[ends]] = one.twists(kinds[ends] == SLIDES, out[ends, 3:])
@@ -242,5 +243,7 @@ def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], root: int, beyond
     side = np.roll(hull, -1, axis=0) - hull
     inward = np.column_stack([-side[:, 1], side[:, 0]]) / np.linalg.norm(side, axis=1)[:, None]
     half_planes = np.column_stack([-(inward * hull).sum(axis=1), inward])
-    bed = Bed(np.ascontiguousarray(np.vstack(edges)), half_planes, np.array([size]), np.array(RULE))
+    edge = np.vstack(edges)
+    mu_of_all = edge[0, 4] if (edge[:, 4] == edge[0, 4]).all() else 0.0
+    bed = Bed(np.ascontiguousarray(edge), half_planes, np.array([size, mu_of_all]), np.array(RULE))
     return Bridge(beyond, interfaces, origin, frame, bed)
