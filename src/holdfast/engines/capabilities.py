@@ -202,13 +202,13 @@ class Holding(Protocol):
 
 @runtime_checkable
 class Judging(Protocol):
-    """An engine that can tell of lone bodies, which touch fixed ones alone, that they rest, without being prepared."""
+    """An engine that can tell without being prepared that bodies rest."""
 
-    def firm(self, assembly: Assembly, wrench: Float, bodies: Int) -> tuple[Bool, Verdict]:
-        """Tell which of these lone ``bodies`` (n,), by number, rest under ``wrench`` (6J,), and the verdict on each.
+    def firm(self, assembly: Assembly, wrench: Float) -> tuple[Bool, Verdict]:
+        """Tell which movable bodies (J,) certainly rest under ``wrench`` (6J,), and the verdict on groups of such bodies.
 
-        What ``prepare`` finds of them is the same, for the same reason; where False, it has to be asked. The verdict
-        has no forces.
+        What ``prepare`` finds of these groups is the same, for the same reason; where False, it has to be asked. The
+        verdict has no forces.
         """
         ...
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_whole
+from holdfast.base.arrays import Bool, Float, checked_number, checked_whole
 from holdfast.base.ranges import STIFFNESS
 from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
@@ -16,14 +18,13 @@ from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantSta
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
-from holdfast.engines.compliant.reserve import AMPLE, overruled
-from holdfast.engines.compliant.rest_verdict import RESTS, at_rest, not_at_rest
-from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness, stiffness_of
-from holdfast.engines.lone_bodies import firm_verdict, rest_firmly
+from holdfast.engines.compliant.reserve import overruled
+from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest
+from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
 from holdfast.engines.contract import State
 from holdfast.engines.rest import find_rest
 from holdfast.engines.trees.forest import Forest
-from holdfast.engines.trees.tree_state import TreeState
+from holdfast.engines.trees.tree_state import FIRM, TreeState
 from holdfast.engines.verdict import Status, Verdict
 
 FEWEST, MOST = 2, 100  # smallest and largest number of nodes along each side of a patch
@@ -71,12 +72,11 @@ class Compliant(Value):
         """
         return prepared_on(assembly, self.springs, standing, acceleration)
 
-    def firm(self, assembly: Assembly, wrench: Float, bodies: Int) -> tuple[Bool, Verdict]:
-        """Tell which lone ``bodies`` rest without the share AMPLE of their friction; see ``Judging.firm``."""
+    def firm(self, assembly: Assembly, wrench: Float) -> tuple[Bool, Verdict]:
+        """Tell which bodies rest as trees; see ``Judging.firm``."""
         check_stiffness(assembly, self.stiffness)
-        stiffness = stiffness_of(assembly, self.stiffness)
-        rests = rest_firmly(assembly, bodies, wrench, spare=AMPLE, ratio=self.stiffness_ratio, stiffness=stiffness)
-        return rests, firm_verdict(RESTS)
+        rests = Forest(assembly, wrench).decided if self.stiffness is None else np.zeros(len(assembly.movable), dtype=bool)
+        return rests, FIRM
 
     def on(
         self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, *, refinements: int = 0

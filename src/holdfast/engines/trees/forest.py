@@ -44,15 +44,27 @@ class Exit(NamedTuple):
     slides: Bool
 
 
+class Cut(NamedTuple):
+    """The contact of body ``root`` with the first of the bodies ``beyond`` (k,), which hang on nothing else."""
+
+    root: int
+    beyond: Int
+
+    @property
+    def pair(self) -> tuple[int, int]:
+        """The two bodies, the smaller number first."""
+        return min(self.root, int(self.beyond[0])), max(self.root, int(self.beyond[0]))
+
+
 @dataclass(frozen=True, eq=False)
 class Bridge:
-    """A plane contact that carries all that is ``beyond`` (k,) it, by number, with its ``bed`` in a ``frame``.
+    """A plane contact that is a ``cut``, with its ``bed`` in a ``frame``.
 
     The rows of ``frame`` (3, 3) are two tangents and the normal, which points into what is beyond; ``origin`` (3,) is
     the middle of the faces [m].
     """
 
-    beyond: Int
+    cut: Cut
     interfaces: tuple[int, ...]
     origin: Float
     frame: Float
@@ -63,9 +75,9 @@ class Bridge:
 
         It is what balances those on the bodies beyond, about its origin.
         """
-        own = wrenches[:, self.beyond]
+        own = wrenches[:, self.cut.beyond]
         force = own[..., :3].sum(axis=1) @ self.frame.T
-        torque = (own[..., 3:] + cross(com[self.beyond] - self.origin, own[..., :3])).sum(axis=1) @ self.frame.T
+        torque = (own[..., 3:] + cross(com[self.cut.beyond] - self.origin, own[..., :3])).sum(axis=1) @ self.frame.T
         return np.ascontiguousarray(
             np.stack([-force[:, 2], torque[:, 1], -torque[:, 0], -force[:, 0], -force[:, 1], -torque[:, 2]], axis=1)
         )
@@ -101,13 +113,13 @@ class Forest:
 
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:
-        """The plane contacts that are bridges."""
-        found = ((bridge_of(self.assembly, self._pairs[pair], root, beyond)) for pair, root, beyond in self._cuts)
+        """The plane contacts that are bridges, those nearer to the support first."""
+        found = (bridge_of(self.assembly, self._pairs[cut.pair], cut) for cut in self._cuts)
         return tuple(bridge for bridge in found if bridge is not None)
 
     @cached_property
-    def _cuts(self) -> list[tuple[tuple[int, int], int, Int]]:
-        """The pairs that are bridges, each with its body nearer to the support and the bodies behind it.
+    def _cuts(self) -> list[Cut]:
+        """The pairs of bodies that are bridges, those nearer to the support first.
 
         Depth first from the fixed bodies: a pair is a bridge if nothing behind it leads back past it (Tarjan, 1974).
         """
@@ -115,8 +127,8 @@ class Forest:
         for a, b in self._pairs:
             near[a].append(b)
             near[b].append(a)
-        order, low, cuts = {FIXED: 0}, {FIXED: 0}, []
-        visited = [FIXED]
+        order, low = {FIXED: 0}, {FIXED: 0}
+        visited, cuts = [FIXED], list[tuple[int, Cut]]()
         path = [(FIXED, FIXED, iter(near[FIXED]))]
         while path:
             body, before, left = path[-1]
@@ -126,45 +138,31 @@ class Forest:
                 if path:
                     low[before] = min(low[before], low[body])
                     if low[body] > order[before]:
-                        behind = np.array(visited[order[body] :], dtype=np.int64)
-                        cuts.append(((min(body, before), max(body, before)), before, behind))
+                        cuts.append((order[body], Cut(before, np.array(visited[order[body] :], dtype=np.int64))))
             elif other not in order:
                 order[other] = low[other] = len(visited)
                 visited.append(other)
                 path.append((other, body, iter(near[other])))
             elif other != before:
                 low[body] = min(low[body], order[other])
-        return cuts
+        return [cut for _, cut in sorted(cuts, key=lambda each: each[0])]
 
     @cached_property
     def decided(self) -> Bool:
-        """(J,) whether all contacts on a body's way to the support are plane bridges with friction to spare at rest."""
-        on_the_way = np.zeros(len(self.assembly.movable), dtype=np.int64)
-        for bridge, spare in zip(self.bridges, self._spare, strict=True):
-            on_the_way[bridge.beyond] += 1 if spare else 0
-        return np.asarray(on_the_way == self._depth)
+        """(J,) whether equilibrium alone decides which loads on a body hold: it is at rest by more than rounding."""
+        return self.resting(SPARE)
 
-    @cached_property
-    def _depth(self) -> Int:
-        """The number (J,) of contacts on the way of each body to the support; -1 where there are several ways."""
-        depth = np.zeros(len(self.assembly.movable), dtype=np.int64)
-        for *_, beyond in self._cuts:
-            depth[beyond] += 1
-        alone = np.zeros(len(depth), dtype=bool)  # behind a bridge of its own
-        for pair, root, _ in self._cuts:
-            alone[pair[0] if pair[1] == root else pair[1]] = True
-        for body in range(len(depth)):
-            if not self._on_bridges_alone(body, alone):
-                depth[body] = -1
-        return depth
+    def resting(self, spare: float) -> Bool:
+        """Tell (J,) of which bodies all contacts on the way to the support are plane bridges that have some to ``spare``.
 
-    def _on_bridges_alone(self, body: int, alone: Bool) -> bool:
-        parents = {(p[0] if p[1] == root else p[1]): root for p, root, _ in self._cuts}
-        while body != FIXED:
-            if not alone[body]:
-                return False
-            body = parents[body]
-        return True
+        That is a share of their friction, and of their size between the centre of pressure and the edge of the hull.
+        """
+        found = np.zeros(len(self.assembly.movable) + 1, dtype=bool)
+        found[FIXED] = True
+        for bridge, carried, share in zip(self.bridges, self._at_rest, self.shares, strict=True):
+            inside = (bridge.bed.hull @ carried[:3]).min() > spare * bridge.bed.size[0] * carried[0]
+            found[bridge.cut.beyond[0]] = found[bridge.cut.root] and 0 <= share < 1 - spare and inside
+        return found[:FIXED]
 
     @cached_property
     def _at_rest(self) -> Float:
@@ -180,10 +178,6 @@ class Forest:
         pairs = zip(self.bridges, self._at_rest, strict=True)
         return np.array([share_at_rest(bridge.bed, rest, memory) for bridge, rest in pairs])
 
-    @cached_property
-    def _spare(self) -> Bool:
-        return (self.shares >= 0) & (self.shares < 1 - SPARE)
-
     def exits(self, W: Float) -> Exit:
         """Return how the loads end that are the columns of W (6J, n), which load only bodies that are ``decided``."""
         count, wrenches = W.shape[1], np.ascontiguousarray(W.T).reshape(W.shape[1], -1, 6)
@@ -191,7 +185,7 @@ class Forest:
         bridge, twist, slides = np.full(count, -1), np.zeros((count, 6)), np.zeros(count, dtype=bool)
         memory = Scratch.make()
         for number, one in enumerate(self.bridges):
-            rows = np.flatnonzero((wrenches[:, one.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
+            rows = np.flatnonzero((wrenches[:, one.cut.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
             if not len(rows):
                 continue
             load = one.carried(self.assembly.com, wrenches[rows])
@@ -213,14 +207,14 @@ class Forest:
         return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides)
 
 
-def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], root: int, beyond: Int) -> Bridge | None:
-    """Return the contact of ``interfaces`` with what is ``beyond`` it, seen from body ``root``; None if not plane."""
+def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], cut: Cut) -> Bridge | None:
+    """Return the contact of ``interfaces``, which is a ``cut``; None if not plane."""
     joins, faces = strengths_of(assembly), list[tuple[Patch, bool, float]]()
     for k in interfaces:
         interface = assembly.interfaces[k]
         if not interface.certain or joins[k] != NOTHING:
             return None
-        into = assembly.ends[k][0] == root
+        into = assembly.ends[k][0] == cut.root
         faces += [(patch, into, assembly.mu[k]) for patch in interface.patches]
     if any(patch.kind != "face" or patch.spots is not None for patch, *_ in faces):
         return None
@@ -246,4 +240,4 @@ def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], root: int, beyond
     edge = np.vstack(edges)
     mu_of_all = edge[0, 4] if (edge[:, 4] == edge[0, 4]).all() else 0.0
     bed = Bed(np.ascontiguousarray(edge), half_planes, np.array([size, mu_of_all]), np.array(RULE))
-    return Bridge(beyond, interfaces, origin, frame, bed)
+    return Bridge(cut, interfaces, origin, frame, bed)

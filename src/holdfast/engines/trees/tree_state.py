@@ -19,6 +19,9 @@ from holdfast.engines.verdict import ContactForces, Look, Status, Verdict
 
 RESTS = "every contact on the way to the support presses and has friction to spare"
 NAME = "contacts on the way to the support"
+FIRM = Verdict(
+    status=Status.STABLE, reason=RESTS, equilibrium_exists=True, self_stress=False, steps=(Look(NAME, RESTS),)
+)
 WHY = "equilibrium alone says what each carries; an even bed says what it can"
 
 
@@ -44,17 +47,17 @@ class TreeState:
     def _decided(self) -> Verdict:
         if not self.forest.decided.all():
             return self.behind.verdict()
-        assembly, wrench = self.forest.assembly, self.forest.wrench
-        rest: list[Verdict] = []
+        return FIRM.with_evidence(
+            lambda: self._balanced.forces, lambda: self._balanced.residual, lambda: self._balanced.self_stress
+        )
 
-        def known() -> Verdict:
-            if not rest:
-                rest.append(find_rest(assembly, wrench).verdict)
-            return rest[0]
-
-        steps = (Look(NAME, RESTS),)
-        verdict = Verdict(status=Status.STABLE, reason=RESTS, equilibrium_exists=True, self_stress=False, steps=steps)
-        return verdict.with_evidence(lambda: known().forces, lambda: known().residual, lambda: known().self_stress)
+    @cached_property
+    def _balanced(self) -> Verdict:
+        """A verdict with forces: those on elastic contacts or, where these do not come to rest, any in balance."""
+        found = self.behind.verdict()
+        if found.status is Status.STABLE:
+            return found
+        return find_rest(self.forest.assembly, self.forest.wrench).verdict
 
     def verdict(self) -> Verdict:
         """Say whether the assembly stands under its weight and the standing loads."""
@@ -110,8 +113,8 @@ class TreeState:
             rows = np.flatnonzero(found.bridge == number)
             twists = np.zeros((len(rows), len(com), 6))
             turn = found.twist[rows, None, 3:]
-            twists[:, bridge.beyond, :3] = found.twist[rows, None, :3] + np.cross(turn, com[bridge.beyond])
-            twists[:, bridge.beyond, 3:] = turn
+            twists[:, bridge.cut.beyond, :3] = found.twist[rows, None, :3] + np.cross(turn, com[bridge.cut.beyond])
+            twists[:, bridge.cut.beyond, 3:] = turn
             modes: list[Mode] = ["slip" if found.slides[row] else "topple" for row in rows.tolist()]
             for row, one in zip(rows.tolist(), describe_all(self._kinematics, twists, modes, dual=False), strict=True):
                 result[row] = one
