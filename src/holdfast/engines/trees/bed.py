@@ -106,16 +106,17 @@ class Scratch(NamedTuple):
 def pressed_part(
     ax: float, ay: float, bx: float, by: float, pa: float, pb: float
 ) -> tuple[float, float, float, float, int]:
-    """Return the ends of the part of an edge on which p >= 0, given p at its ends, and how it was cut.
+    """Return the ends of the part of an edge on which p > 0, given p at its ends, and how it was cut.
 
-    That is 0 for not at all, 1 at its beginning, 2 at its end, and -1 if nothing is left of it.
+    That is 0 for not at all, 1 at its beginning, 2 at its end, and -1 if nothing is left of it. An end at which p is 0
+    counts as a cut, so that the line p = 0 has both of its ends.
     """
     if pa <= 0.0 and pb <= 0.0:
         return ax, ay, bx, by, -1
-    if pa < 0.0:
+    if pa <= 0.0:
         t = pa / (pa - pb)
         return ax + t * (bx - ax), ay + t * (by - ay), bx, by, 1
-    if pb < 0.0:
+    if pb <= 0.0:
         t = pa / (pa - pb)
         return ax, ay, ax + t * (bx - ax), ay + t * (by - ay), 2
     return ax, ay, bx, by, 0
@@ -124,12 +125,12 @@ def pressed_part(
 @compiled
 @lean
 def on_the_border(bed: Bed, here: float, px: float, py: float, x0: float, y0: float) -> tuple[float, float]:
-    """Return a point on the line p = 0 if it cuts the faces, else the origin: seen from there that line adds nothing.
+    """Return a point on the line p = 0 if it meets the faces, else the origin: seen from there that line adds nothing.
 
     Coordinates are those about (x0, y0), where p is ``here``, and (px, py) is its gradient.
     """
     for k in range(len(bed.edges)):
-        if here + px * (bed.edges[k, 0] - x0) + py * (bed.edges[k, 1] - y0) < 0.0:
+        if here + px * (bed.edges[k, 0] - x0) + py * (bed.edges[k, 1] - y0) <= 0.0:
             slope = px * px + py * py
             return -here * px / slope, -here * py / slope
     return 0.0, 0.0

@@ -1,0 +1,102 @@
+"""Random towers in which every body hangs on its support by one plane contact of any outline, under tilted gravity.
+
+Contacts are given, so that outlines may be rectangles, polygons, discs, rings, and four feet; bodies are boxes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.random import Generator
+
+import holdfast as hf
+from holdfast.base.arrays import Float
+
+KINDS = ("rectangle", "polygon", "disc", "ring", "feet")
+G = 9.81  # [m/s²]
+
+
+class Contact(NamedTuple):
+    """The level contact between body k - 1, or the floor, and body k: ``rings`` (outlines, then holes), and friction."""
+
+    outlines: list[Float]
+    holes: list[Float]
+    height: float
+    mu: float
+
+
+class Tower(NamedTuple):
+    """An ``assembly`` of bodies one upon the other, with what a reference needs to know of it.
+
+    ``weights`` (J, 3) [N] act at ``com`` (J, 3) [m]; ``contacts`` are from the floor up.
+    """
+
+    assembly: hf.answers.Assembly
+    contacts: list[Contact]
+    weights: Float
+    com: Float
+
+
+def _round(radius: float, corners: int) -> Float:
+    angles = np.arange(corners) * 2 * np.pi / corners
+    return radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def _rectangle(half: Float, middle: Float) -> Float:
+    return middle + np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]) * half
+
+
+def outline(kind: str, rng: Generator) -> tuple[list[Float], list[Float]]:
+    """Return the outlines and the holes of a contact, counter-clockwise all of them, around the origin."""
+    if kind == "rectangle":
+        return [_rectangle(rng.uniform(0.02, 0.1, 2), np.zeros(2))], []
+    if kind == "polygon":
+        hull = shapely.convex_hull(shapely.MultiPoint(rng.uniform(-0.1, 0.1, (9, 2)))).normalize().reverse()
+        corners = np.array(hull.exterior.coords)[:-1]
+        ring = corners if hull.exterior.is_ccw else corners[::-1]
+        return [ring - np.array(hull.centroid.coords[0])], []
+    if kind == "disc":
+        return [_round(rng.uniform(0.02, 0.1), 32)], []
+    if kind == "ring":
+        radius = rng.uniform(0.04, 0.1)
+        return [_round(radius, 32)], [_round(rng.uniform(0.5, 0.9) * radius, 32)]
+    reach, half = rng.uniform(0.04, 0.09, 2), rng.uniform(0.005, 0.02, 2)
+    return [_rectangle(half, np.array([x, y]) * reach) for x in (-1, 1) for y in (-1, 1)], []
+
+
+def random_tower(rng: Generator) -> Tower:
+    """Draw a tower of 1 to 10 bodies that may or may not stand."""
+    count, side, height = int(rng.integers(1, 11)), 0.22, float(rng.uniform(0.02, 0.08))
+    down = np.append(rng.uniform(-0.1, 0.1, 2), -1.0)
+    gravity = G * down / np.linalg.norm(down)
+    floor = hf.Body("floor", hf.Box((2, 2, 0.1)), fixed=True, pose=_at(0, 0, -0.05))
+    bodies, contacts, interfaces, middle = [floor], list[Contact](), [], np.zeros(2)
+    for k in range(count):
+        middle = middle + rng.uniform(-0.01, 0.01, 2)
+        pose = _at(middle[0], middle[1], (k + 0.5) * height)
+        offset = np.append(rng.uniform(-0.01, 0.01, 2), rng.uniform(-0.2, 0.2) * height)
+        bodies.append(
+            hf.Body(f"b{k}", hf.Box((side, side, height)), mass=float(rng.uniform(0.1, 3)), pose=pose, com=offset)
+        )
+        outlines, holes = outline(str(rng.choice(KINDS)), rng)
+        at = middle + rng.uniform(-0.005, 0.005, 2)
+        contacts.append(Contact([r + at for r in outlines], [r + at for r in holes], k * height, 0.0))
+        lifted = [np.column_stack([r, np.full(len(r), k * height)]) for r in contacts[-1].outlines]
+        cut = [np.column_stack([r, np.full(len(r), k * height)])[::-1] for r in contacts[-1].holes]
+        patches = [hf.answers.Patch(r, np.array([0.0, 0, 1]), holes=tuple(cut)) for r in lifted]
+        interfaces.append(hf.answers.Interface((bodies[-2].name, bodies[-1].name), patches=patches))
+    pairs = {interface.bodies: float(rng.uniform(0.2, 1.0)) for interface in interfaces}
+    friction = hf.Friction(0.5, pairs=pairs)
+    assembly = hf.assemble(hf.Scene(bodies, friction, gravity=tuple(gravity)), interfaces=interfaces)
+    known = [contact._replace(mu=mu) for contact, mu in zip(contacts, pairs.values(), strict=True)]
+    com = np.array([body.pose[:3, 3] + body.com_body for body in bodies[1:]])
+    weights = np.array([body.mass * gravity for body in bodies[1:]])
+    return Tower(assembly, known, weights, com)
+
+
+def _at(x: float, y: float, z: float) -> Float:
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose
