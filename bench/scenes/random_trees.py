@@ -19,7 +19,7 @@ G = 9.81  # [m/s²]
 
 
 class Contact(NamedTuple):
-    """The level contact between body k - 1, or the floor, and body k: ``rings`` (outlines, then holes), and friction."""
+    """The level contact of body k with what is below: its ``outlines``, ``holes``, ``height`` [m], and friction."""
 
     outlines: list[Float]
     holes: list[Float]

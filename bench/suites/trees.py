@@ -2,8 +2,8 @@
 
 The reference knows outlines, weights and coefficients alone. It balances each contact by hand, lays cells over its
 outlines, finds the pressure of an even bed on them, and the least motion's friction by a general minimizer; where a
-contact gives way between 0.98 and 1.02 of ``force`` is then sought by bisection. Beside it stands engine ``compliant`` on 28
-nodes a side where no tree helps it. Rates are pushes a second of processor time.
+contact gives way between 0.98 and 1.02 of ``force`` is then sought by bisection. Beside it stands engine ``compliant``
+on 28 nodes a side where no tree helps it. Rates are pushes a second of processor time.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from bench.scenes.random_trees import Contact, Tower, random_tower
 from bench.suite import Case, Row, Suite
 from holdfast.base.arrays import Float
 from holdfast.engines.compliant.engine import state_on
+from holdfast.engines.trees.tree_state import with_trees
 
 TOWERS, PUSHES = 200, 5
 GROUPS = 10  # cases
@@ -70,7 +71,7 @@ class Cells:
         return None
 
     def share(self, carried: Float) -> float:
-        """Return the share of friction that N, N x, N y, and the force and torque along the plane (6,) use; inf: tips."""
+        """Return the share of friction that N, N x, N y, and a force and torque in the plane (6,) use; inf: tips."""
         p = self.pressures(carried[:3])
         if p is None:
             return np.inf
@@ -82,7 +83,10 @@ class Cells:
             m = (t / size + z @ across) / np.array([1, 1, self.reach])
             return float(self.mu * (p * np.hypot(m[0] - m[2] * self.y, m[1] + m[2] * self.x)).sum())
 
-        tried = (minimize(power, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-10 * power(np.zeros(2))}) for start in ([0.0, 0.0], [0.5, -0.5]))
+        tried = (
+            minimize(power, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-10 * power(np.zeros(2))})
+            for start in ([0.0, 0.0], [0.5, -0.5])
+        )
         return size / min(float(found.fun) for found in tried)
 
 
@@ -146,14 +150,16 @@ def _rows(seed: int) -> list[Row]:
         kept += 1
         pushes = [random_push(tower, rng) for _ in range(PUSHES)]
         loads = [
-            hf.Load.force(tower.assembly.movable[body].name, tuple(point), tuple(direction)) if False else (body, point, direction)
+            hf.Load.force(tower.assembly.movable[body].name, tuple(point), tuple(direction))
+            if False
+            else (body, point, direction)
             for body, point, direction in pushes
         ]
         W = np.zeros((6 * len(tower.weights), PUSHES))
         for column, (body, point, direction) in enumerate(loads):
             W[6 * body : 6 * body + 3, column] = direction
             W[6 * body + 3 : 6 * body + 6, column] = np.cross(point - tower.com[body], direction)
-        state = hf.Compliant().prepare(tower.assembly)
+        state = with_trees(hf.Compliant(), tower.assembly, None, None)
         state.load_factor(W)
         begun = time.process_time()
         found = state.load_factor(W)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from holdfast.engines.lone_bodies import lone, rest_firmly
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
@@ -11,7 +12,6 @@ from holdfast.answers import Interface
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.groups import prepared
 from holdfast.engines.limit.engine import Limit
-from holdfast.engines.lone_bodies import lone, rest_firmly
 from holdfast.scene.shipped.blocks import box, floor
 
 SIDE, MU = 0.2, 0.5

@@ -15,7 +15,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import State
@@ -205,7 +205,7 @@ class Judging(Protocol):
     """An engine that can tell without being prepared that bodies rest."""
 
     def firm(self, assembly: Assembly, wrench: Float) -> tuple[Bool, Verdict]:
-        """Tell which movable bodies (J,) certainly rest under ``wrench`` (6J,), and the verdict on groups of such bodies.
+        """Tell which movable bodies (J,) certainly rest under ``wrench`` (6J,), and the verdict on groups of them.
 
         What ``prepare`` finds of these groups is the same, for the same reason; where False, it has to be asked. The
         verdict has no forces.

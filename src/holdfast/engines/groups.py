@@ -149,7 +149,7 @@ class Groups:
 
     @cached_property
     def _firm(self) -> dict[int, GroupVerdict]:
-        """The groups that rest as equilibrium alone tells (trees), by number; the engine is asked for their forces only."""
+        """The groups that rest as equilibrium alone tells (trees), by number. The engine gives their forces alone."""
         if not isinstance(self.engine, Judging):
             return {}
         rests, verdict = self.engine.firm(self.assembly, self._wrench)
@@ -173,7 +173,7 @@ class Groups:
         )
 
     def _judged(self, number: int) -> GroupVerdict:
-        """Return the verdict on one group, which is prepared only if equilibrium alone does not settle that it rests."""
+        """Return the verdict on one group, prepared only if equilibrium alone does not settle that it rests."""
         return self._firm[number] if number in self._firm else self.group(number).said
 
     def group_with(self, body: int) -> Group:

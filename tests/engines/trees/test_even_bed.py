@@ -1,4 +1,4 @@
-"""An even bed: pressures and limits of friction that are known in closed form, and any of them beside sums over cells."""
+"""An even bed: pressures and limits of friction known in closed form, and any of them beside sums over cells."""
 
 from __future__ import annotations
 
@@ -13,11 +13,9 @@ MU = 0.4
 
 
 def bed(*rings: np.ndarray, mu: float | tuple[float, ...] = MU) -> Bed:
-    """The bed of rings (n, 2), outlines counter-clockwise and holes clockwise, with a coefficient for all or for each."""
+    """The bed of rings (n, 2), outlines counter-clockwise and holes clockwise, with a coefficient for each or all."""
     each = mu if isinstance(mu, tuple) else (mu,) * len(rings)
-    edges = [
-        np.column_stack([r, np.roll(r, -1, axis=0), np.full(len(r), m)]) for r, m in zip(rings, each, strict=True)
-    ]
+    edges = [np.column_stack([r, np.roll(r, -1, axis=0), np.full(len(r), m)]) for r, m in zip(rings, each, strict=True)]
     every = np.vstack(rings)
     size = np.array([np.linalg.norm(every, axis=1).max(), 0.0 if isinstance(mu, tuple) else mu])
     return Bed(np.ascontiguousarray(np.vstack(edges)), np.zeros((0, 3)), size, np.array(RULE))
@@ -76,9 +74,9 @@ def test_at_the_kern_of_a_ring_one_point_lifts() -> None:
 
 def test_two_feet_share_as_levers_do() -> None:
     """Narrow feet at ± l carry N (1 ± e/l) / 2."""
-    foot, l, e = 1e-4, 0.1, 0.03
-    p, _ = pressure(bed(rectangle(foot, foot, l, 0), rectangle(foot, foot, -l, 0)), 1.0, e, 0.0)
-    assert_allclose([p @ [1, l, 0], p @ [1, -l, 0]], np.array([1 + e / l, 1 - e / l]) / 2 / foot**2, rtol=1e-4)
+    foot, off, e = 1e-4, 0.1, 0.03
+    p, _ = pressure(bed(rectangle(foot, foot, off, 0), rectangle(foot, foot, -off, 0)), 1.0, e, 0.0)
+    assert_allclose([p @ [1, off, 0], p @ [1, -off, 0]], np.array([1 + e / off, 1 - e / off]) / 2 / foot**2, rtol=1e-4)
 
 
 def test_a_force_at_the_centre_of_pressure_meets_mu_n() -> None:
@@ -102,14 +100,14 @@ def test_torsion_of_known_shapes() -> None:
 
 def test_two_feet_with_a_force_and_a_torque() -> None:
     """Each foot carries half of the force, and the torque over their distance across: the norm is μ N/2."""
-    l, f, t = 0.1, 0.3, 0.02
-    feet = bed(rectangle(1e-4, 1e-4, l, 0), rectangle(1e-4, 1e-4, -l, 0))
-    along = share(feet, (2.0, 0, 0, f, 0, t))  # each carries f/2 along and t/(2 l) across
-    assert along == pytest.approx(np.hypot(f / 2, t / (2 * l)) / (MU * 1.0), rel=1e-3)
+    off, f, t = 0.1, 0.3, 0.02
+    feet = bed(rectangle(1e-4, 1e-4, off, 0), rectangle(1e-4, 1e-4, -off, 0))
+    along = share(feet, (2.0, 0, 0, f, 0, t))  # each carries f/2 along and t/(2 off) across
+    assert along == pytest.approx(np.hypot(f / 2, t / (2 * off)) / (MU * 1.0), rel=1e-3)
 
 
 def test_faces_have_friction_of_their_own() -> None:
-    """Two feet that press alike, one of them without friction: the other turns about the point that it would slip at."""
+    """Two feet press alike, one of them without friction: the other carries a force that acts on it alone."""
     feet = bed(rectangle(1e-4, 1e-4, 0.1, 0), rectangle(1e-4, 1e-4, -0.1, 0), mu=(0.5, 1e-9))
     force = 0.2
     assert share(feet, (2.0, 0, 0, 0, force, 0.1 * force)) == pytest.approx(force / 0.5, rel=1e-3)

@@ -1,4 +1,4 @@
-"""Loads that only plane contacts carry, one behind the other: closed forms, other engines, and what is left to these."""
+"""Loads that only plane contacts carry, one behind the other: closed forms, and what other engines say."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from holdfast.engines.compliant.engine import Compliant, state_on
 from holdfast.engines.groups import prepared
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.trees.forest import Forest
-from holdfast.engines.trees.tree_state import TreeState
+from holdfast.engines.trees.tree_state import TreeState, with_trees
 from holdfast.scene.shipped.blocks import box, floor
 
 G = 9.81
@@ -74,7 +74,7 @@ def test_a_twist_of_a_square_block() -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_random_towers_beside_paths_and_limits(seed: int) -> None:
-    """Contacts of any outline: paths on 15 nodes a side give way within 1.5 %, and nothing is above what limit proves."""
+    """Contacts of any outline: paths on 15 nodes a side give way within 1.5 %, and nothing beyond what limit proves."""
     rng = np.random.default_rng(seed)
     while True:
         drawn = random_tower(rng)
@@ -82,7 +82,7 @@ def test_random_towers_beside_paths_and_limits(seed: int) -> None:
             break
     W = rng.normal(size=(6 * len(drawn.weights), 6)) * np.tile([1, 1, 1, 0.05, 0.05, 0.05], len(drawn.weights))[:, None]
     W[:, :3] *= np.repeat(np.arange(len(drawn.weights)) == len(drawn.weights) - 1, 6)[:, None]  # three on top alone
-    found = Compliant().prepare(drawn.assembly).load_factor(W)
+    found = with_trees(Compliant(), drawn.assembly, None, None).load_factor(W)
     paths = state_on(drawn.assembly, drawn.assembly.weight_wrench(), Compliant(nodes=15).springs).load_factor(W)
     limit = Limit().prepare(drawn.assembly).load_factor(W)
     assert (np.isfinite(found.force) == np.isfinite(paths.force)).all()
@@ -115,7 +115,7 @@ def test_a_slab_under_a_gate_is_a_tree_and_the_gate_is_not() -> None:
     found = hf.robustness(assembly, "slab", (-0.25, 0, 0.01), (1, 0, 0))
     assert float(found) == pytest.approx(0.5 * 5 * G, rel=1e-5)
     assert set(found.answers.mechanism[0].moving) == {"slab", "post-1", "post1", "lintel"}
-    state = Compliant().prepare(assembly)
+    state = with_trees(Compliant(), assembly, None, None)
     assert isinstance(state, TreeState)
     W = np.zeros((24, 3))
     W[0, 0], W[18, 1], W[[0, 18], 2] = 1.0, 1.0, 1.0
@@ -139,7 +139,7 @@ def test_what_is_told_at_once_is_what_the_engine_says(engine: Compliant | Limit)
     for _ in range(60):
         assembly = random_tower(rng).assembly
         rests, quick = engine.firm(assembly, assembly.weight_wrench())
-        full = engine.prepare(assembly).verdict()
+        full = with_trees(engine, assembly, None, None).verdict()
         if rests.all():
             told += 1
             assert (full.status, full.reason) == (quick.status, quick.reason)

@@ -21,10 +21,9 @@ from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
 from holdfast.engines.compliant.reserve import overruled
 from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest
 from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
-from holdfast.engines.contract import State
 from holdfast.engines.rest import find_rest
 from holdfast.engines.trees.forest import Forest
-from holdfast.engines.trees.tree_state import FIRM, TreeState
+from holdfast.engines.trees.tree_state import FIRM
 from holdfast.engines.verdict import Status, Verdict
 
 FEWEST, MOST = 2, 100  # smallest and largest number of nodes along each side of a patch
@@ -57,6 +56,11 @@ class Compliant(Value):
     name = NAME
     claim = CLAIM
 
+    @property
+    def takes_trees(self) -> bool:
+        """Whether trees may answer in its place: not where some contacts are stiffer than others."""
+        return self.stiffness is None
+
     def __post_init__(self) -> None:
         checked_whole(self.nodes, "Compliant: nodes", FEWEST, MOST)
         checked_number(self.stiffness_ratio, "Compliant: stiffness_ratio", above=0, within=STIFFNESS)
@@ -64,7 +68,7 @@ class Compliant(Value):
 
     def prepare(
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
-    ) -> State:
+    ) -> CompliantState:
         """Find the state of rest, at which all load paths start.
 
         The arguments are those of ``Engine.prepare``. Answers for which the nodes are too coarse are re-solved on finer
@@ -75,7 +79,9 @@ class Compliant(Value):
     def firm(self, assembly: Assembly, wrench: Float) -> tuple[Bool, Verdict]:
         """Tell which bodies rest as trees; see ``Judging.firm``."""
         check_stiffness(assembly, self.stiffness)
-        rests = Forest(assembly, wrench).decided if self.stiffness is None else np.zeros(len(assembly.movable), dtype=bool)
+        rests = np.zeros(len(assembly.movable), dtype=bool)
+        if self.takes_trees:
+            rests = Forest(assembly, wrench).decided
         return rests, FIRM
 
     def on(
@@ -96,19 +102,13 @@ class Compliant(Value):
 
 def prepared_on(
     assembly: Assembly, springs: Springs, standing: Float | None, acceleration: Float | None
-) -> State:
+) -> CompliantState:
     """Find the state of rest on ``springs``; the other arguments and errors are those of ``Compliant.prepare``."""
     check_stiffness(assembly, springs.stiffness)
     wrench = assembly.weight_wrench(acceleration)
     wrench = wrench if standing is None else wrench + standing
 
-    def by_paths() -> CompliantState:
-        return state_on(assembly, wrench, springs, refinements=REFINEMENTS)
-
-    if springs.faces is not None or springs.stiffness is not None or assembly.hanging:
-        return by_paths()
-    forest = Forest(assembly, wrench)
-    return TreeState(forest, NAME, CLAIM, by_paths) if forest.decided.any() else by_paths()
+    return state_on(assembly, wrench, springs, refinements=REFINEMENTS)
 
 
 def state_on(

@@ -11,7 +11,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.assembly.strengths import with_pull
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.values import Value
 from holdfast.engines.capabilities import Weakest
 from holdfast.engines.compliant.engine import Compliant
@@ -21,9 +21,9 @@ from holdfast.engines.contract import State
 from holdfast.engines.limit.box_corners import corners_of, weakest
 from holdfast.engines.limit.limit_state import CLAIM, NAME, LimitState, balanced_under
 from holdfast.engines.limit.loose import comes_loose
+from holdfast.engines.rest import Rest
 from holdfast.engines.trees.forest import Forest
 from holdfast.engines.trees.tree_state import FIRM
-from holdfast.engines.rest import Rest
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.hold import held_names
 

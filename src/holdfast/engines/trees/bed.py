@@ -1,9 +1,9 @@
 """An even bed: the pressure on a plane contact, and the motion that its friction resists with all it has.
 
-A bed of springs of the same stiffness everywhere presses with p = max(0, a + b·x) at the place x in its plane. The three
-numbers are those for which the pressure has the resultant and the moments that equilibrium asks for: the minimum of a
-convex function, by Newton's method. All integrals run over the part where p is positive, the faces cut off at the line
-p = 0, and are sums over edges. Seen from a point on that line, its own parts add nothing.
+A bed of springs of the same stiffness everywhere presses with p = max(0, a + b·x) at the place x in its plane. The
+three numbers are those for which the pressure has the resultant and the moments that equilibrium asks for: the minimum
+of a convex function, by Newton's method. All integrals run over the part where p is positive, the faces cut off at the
+line p = 0, and are sums over edges. Seen from a point on that line, its own parts add nothing.
 
 A motion m = (v, w) in the plane, of the origin and about it, meets friction of the power ∫ μ p |v + w e_z x x| dA. In
 polar coordinates about the centre of rotation that is closed form, edge by edge, as are the force, the torque (its
@@ -53,10 +53,10 @@ RULE = frozen(  # barycentric coordinates and weights, exact to degree 6 (Dunava
 class Bed(NamedTuple):
     """The faces of a plane contact, in a frame in its plane.
 
-    ``edges`` (E, 5): both ends of each edge of all faces, counter-clockwise around faces and clockwise around holes, and
-    the friction coefficient of the face. ``hull`` (H, 3): rows (c, n) with c + n·x >= 0 for all x in the hull of the
-    faces, n of length one. ``size`` (2,): the largest distance of a corner from the origin, [m] like all lengths, and the friction
-    coefficient of all faces, 0 if they differ.
+    ``edges`` (E, 5): both ends of each edge of all faces, counter-clockwise around faces and clockwise around holes,
+    and the friction coefficient of the face. ``hull`` (H, 3): rows (c, n) with c + n·x >= 0 for all x in the hull of
+    the faces, n of length one. ``size`` (2,): the largest distance of a corner from the origin, [m] like all lengths,
+    and the friction coefficient of all faces, 0 if they differ.
     """
 
     edges: Float
@@ -69,19 +69,19 @@ class Bed(NamedTuple):
 class Scratch(NamedTuple):
     """The pressure p = ``p``·(1, x, y) (3,), the motion ``m`` (3,) that resists last, and memory to work in.
 
-    ``M`` (3, 3): integrals of (1, x, y)(1, x, y)ᵀ where the bed presses. ``K``, ``other_K`` (3, 3): derivatives of the
-    friction ``f``, ``other_f`` (3,) by the motion. ``about`` (6,): integrals about a centre of rotation. ``across``
+    ``M`` (3, 3): integrals of (1, x, y)(1, x, y)ᵀ where the bed presses. ``K``, ``L`` (3, 3): derivatives of the
+    friction ``f``, ``g`` (3,) by the motion. ``about`` (6,): integrals about a centre of rotation. ``across``
     (2, 3): motions along which the load has no power. ``middle`` (3,): the centre of pressure, and the distance from it
-    of the farthest place that presses. ``new``, ``trial``, ``carried``, ``q``, ``t``, ``p0``, ``p1``, ``other_m`` (3,).
+    of the farthest place that presses. ``new``, ``trial``, ``carried``, ``q``, ``t``, ``p0``, ``p1``, ``n`` (3,).
     """
 
     p: Float
     m: Float
     M: Float
     K: Float
-    other_K: Float
+    L: Float
     f: Float
-    other_f: Float
+    g: Float
     about: Float
     across: Float
     middle: Float
@@ -92,7 +92,7 @@ class Scratch(NamedTuple):
     t: Float
     p0: Float
     p1: Float
-    other_m: Float
+    n: Float
 
     @classmethod
     def make(cls) -> Scratch:
@@ -146,9 +146,7 @@ def second_moments(bed: Bed, p: Float, x0: float, y0: float, M: Float) -> None:
     cx, cy = on_the_border(bed, p[0], p[1], p[2], x0, y0)
     for k in range(len(bed.edges)):
         ax, ay, bx, by = bed.edges[k, 0] - x0, bed.edges[k, 1] - y0, bed.edges[k, 2] - x0, bed.edges[k, 3] - y0
-        ax, ay, bx, by, cut = pressed_part(
-            ax, ay, bx, by, p[0] + p[1] * ax + p[2] * ay, p[0] + p[1] * bx + p[2] * by
-        )
+        ax, ay, bx, by, cut = pressed_part(ax, ay, bx, by, p[0] + p[1] * ax + p[2] * ay, p[0] + p[1] * bx + p[2] * by)
         if cut < 0:
             continue
         area = ((ax - cx) * (by - cy) - (bx - cx) * (ay - cy)) / 2
@@ -256,9 +254,7 @@ def find_pressure(bed: Bed, q: Float, s: Scratch, near: bool) -> bool:
     s.middle[0], s.middle[1], s.middle[2] = x0, y0, 0.0
     for k in range(len(bed.edges)):
         ax, ay, bx, by = bed.edges[k, 0], bed.edges[k, 1], bed.edges[k, 2], bed.edges[k, 3]
-        ax, ay, bx, by, cut = pressed_part(
-            ax, ay, bx, by, p[0] + p[1] * ax + p[2] * ay, p[0] + p[1] * bx + p[2] * by
-        )
+        ax, ay, bx, by, cut = pressed_part(ax, ay, bx, by, p[0] + p[1] * ax + p[2] * ay, p[0] + p[1] * bx + p[2] * by)
         if cut >= 0:
             s.middle[2] = max(s.middle[2], math.hypot(ax - x0, ay - y0), math.hypot(bx - x0, by - y0))
     return found
@@ -271,8 +267,8 @@ def _add_line(
 ) -> None:
     """Add ``mu`` times the integrals from tan φ = u to tan φ = ``to`` over a triangle between a centre and a line.
 
-    The line is at the distance d > 0 of the centre along the normal (n0, n1); ``here`` is p at the centre. The integrals
-    are of p r, of p e and of p e eᵀ / r (xx, xy, yy), where r e leads from the centre to x.
+    The line is at the distance d > 0 of the centre along the normal (n0, n1); ``here`` is p at the centre. The
+    integrals are of p r, of p e and of p e eᵀ / r (xx, xy, yy), where r e leads from the centre to x.
     """
     t0, t1 = -n1, n0
     bn, bt = p[1] * n0 + p[2] * n1, p[1] * t0 + p[2] * t1
@@ -359,9 +355,7 @@ def friction(bed: Bed, pressed: Float, p: Float, m: Float, s: Scratch, f: Float,
 
 @compiled
 @lean
-def _friction_by_rule(
-    bed: Bed, pressed: Float, p: Float, m: Float, x0: float, y0: float, f: Float, K: Float
-) -> float:
+def _friction_by_rule(bed: Bed, pressed: Float, p: Float, m: Float, x0: float, y0: float, f: Float, K: Float) -> float:
     for i in range(3):
         f[i] = 0.0
         for j in range(3):
@@ -460,12 +454,12 @@ def descend(bed: Bed, t: Float, power: float, s: Scratch) -> tuple[float, float,
     for _ in range(20):
         for i in range(3):
             s.trial[i] = m[i] + step * (d0 * across[0, i] + d1 * across[1, i])
-        there = friction(bed, s.p, s.p, s.trial, s, s.other_f, s.other_K)
+        there = friction(bed, s.p, s.p, s.trial, s, s.g, s.L)
         if there <= power + 0.1 * step * slope:
             for i in range(3):
-                m[i], f[i] = s.trial[i], s.other_f[i]
+                m[i], f[i] = s.trial[i], s.g[i]
                 for j in range(3):
-                    K[i, j] = s.other_K[i, j]
+                    K[i, j] = s.L[i, j]
             return gap, there, True
         step /= 2
     return gap, power, False
@@ -474,11 +468,10 @@ def descend(bed: Bed, t: Float, power: float, s: Scratch) -> tuple[float, float,
 @compiled
 @lean
 def share_used(bed: Bed, t: Float, s: Scratch) -> tuple[float, float]:
-    """Return which share of friction a tangential wrench ``t`` (3,) uses under the pressure ``s.p``, and by how much
-    that may be too small (relative).
+    """Return which share of friction a tangential wrench ``t`` (3,) uses under the pressure ``s.p``, and its error.
 
-    It is 1 / min power(m) over the motions with t·m = 1, sought from ``s.m``, where the minimum is left. A share is too
-    small by no more than what the next step would still gain.
+    It is 1 / min power(m) over the motions with t·m = 1, sought from ``s.m``, where the minimum is left. The share
+    is too small by no more than that error (relative): what the next step would still gain.
     """
     if pushed(t, s.m, bed.size[0], s.K) == 0.0:
         return 0.0, 0.0

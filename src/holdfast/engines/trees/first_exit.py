@@ -1,18 +1,16 @@
 """The first load at which a plane contact on an even bed gives way: it tips about an edge, or slides and turns.
 
 The wrench on the contact is that at rest plus a multiple of the load's. Both are mixed, (1 - θ) rest + θ load, so that
-θ from 0 to 1 takes the multiple θ / (1 - θ) from nothing to no end; what a contact can carry does not depend on the size
-of the wrench. It tips where the centre of pressure reaches the border of the hull: a line of θ for each of its edges.
-Before that it slides where the friction asked for is all that there is. While the bed presses everywhere, its pressure
-and with it its friction are linear in θ, and the wrenches that it carries are a convex set: what holds at one θ holds
-at all before. Once a part has lifted, that is looked at in STEPS places on the way to tipping.
+θ from 0 to 1 takes the multiple θ / (1 - θ) from nothing to no end; what a contact can carry does not depend on the
+size of the wrench. It tips where the centre of pressure reaches the border of the hull: a line of θ for each of its
+edges. Before that it slides where the friction asked for is all that there is. While the bed presses everywhere, its
+pressure and with it its friction are linear in θ, and the wrenches that it carries are a convex set: what holds at one
+θ holds at all before. Once a part has lifted, that is looked at in STEPS places on the way to tipping.
 """
 
 from __future__ import annotations
 
 import math
-
-import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, lean
@@ -72,7 +70,7 @@ def _slope(bed: Bed, rest: Float, load: Float, share: float, s: Scratch) -> floa
     gained = 0.0
     for i in range(3):
         gained += s.m[i] * (load[3 + i] - rest[3 + i])
-    return share * (gained - share * friction(bed, s.p, s.new, s.m, s, s.other_f, s.other_K))
+    return share * (gained - share * friction(bed, s.p, s.new, s.m, s, s.g, s.L))
 
 
 @compiled
@@ -108,7 +106,7 @@ def _slides_evenly(bed: Bed, rest: Float, load: Float, end: float, s: Scratch) -
     motion is overcome at a θ that follows from its powers, and the least of them is sought. The θ is ``end`` where
     nothing slides before, and -1 where that is not found.
     """
-    at, m, f, K, f0, K0 = end, s.m, s.f, s.K, s.other_f, s.other_K
+    at, m, f, K, f0, K0 = end, s.m, s.f, s.K, s.g, s.L
     spare = 0.0
     s.middle[0], s.middle[1], s.middle[2] = 0.0, 0.0, bed.size[0]
     _mixed(rest, load, at, s)
@@ -158,10 +156,10 @@ def _surely_holds(bed: Bed, t: Float, s: Scratch) -> bool:
     is left: what it carries in two motions, it carries in any mixture of both.
     """
     mu, x, y = bed.size[1], s.middle[0], s.middle[1]
-    s.other_m[0], s.other_m[1], s.other_m[2] = y, -x, 1.0
-    most = friction(bed, s.p, s.p, s.other_m, s, s.other_f, s.other_K)
+    s.n[0], s.n[1], s.n[2] = y, -x, 1.0
+    most = friction(bed, s.p, s.p, s.n, s, s.g, s.L)
     turns = (t[2] - x * t[1] + y * t[0]) / most
-    left = math.hypot(t[0] - turns * s.other_f[0], t[1] - turns * s.other_f[1])
+    left = math.hypot(t[0] - turns * s.g[0], t[1] - turns * s.g[1])
     return abs(turns) * mu * s.q[0] + left < (1 - CERTAIN) * mu * s.q[0]
 
 
@@ -171,9 +169,9 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
     """Tell how a contact gives way under ``rest`` plus a growing multiple of ``load`` (6,), and write when to ``out``.
 
     Both are what the bed carries: N, N x, N y of its pressure, and the force and the torque along the plane. ``out``
-    (6,) is θ, a θ that is certainly not too large and one that is not too small, and the motion with which it slides or,
-    if it tips, the number of the edge of the hull in place of the first of its numbers. From θ = ``until`` on, something
-    else gives way: NEVER says that this contact does not do so before.
+    (6,) is θ, a θ that is certainly not too large and one that is not too small, and the motion with which it slides
+    or, if it tips, the number of the edge of the hull in place of the first of its numbers. From θ = ``until`` on,
+    something else gives way: NEVER says that this contact does not do so before.
     """
     tips, edge = until, -1
     for k in range(len(bed.hull)):

@@ -1,10 +1,10 @@
 """Which contacts carry what equilibrium alone decides, and the loads at which they give way.
 
-All fixed bodies are one. A contact without which a body and all that is behind it would lose every way to them (a bridge
-of the graph of contacts) carries the weights and the loads behind it, whatever is stiff or soft. If it is plane, an even
-bed gives its pressure and the friction it has (bed.py). Pressure does not depend on what slips there, so a load that
-grows in proportion holds until the first contact on its way gives way, whatever happened before (Klarbring, Ciavarella,
-Barber, Int. J. Solids Struct. 44, 2007, for systems whose normal reactions do not depend on slip).
+All fixed bodies are one. A contact without which a body and all that is behind it would lose every way to them (a
+bridge of the graph of contacts) carries the weights and the loads behind it, whatever is stiff or soft. If it is plane,
+an even bed gives its pressure and the friction it has (bed.py). Pressure does not depend on what slips there, so a load
+that grows in proportion holds until the first contact on its way gives way, whatever happened before (Klarbring,
+Ciavarella, Barber, Int. J. Solids Struct. 44, 2007, for systems whose normal reactions do not depend on slip).
 """
 
 from __future__ import annotations
@@ -83,9 +83,9 @@ class Bridge:
         )
 
     def twists(self, slides: Bool, motions: Float) -> Float:
-        """Return the twists (n, 6), about the world's origin, of what is beyond: it slides or tips as ``motions`` say."""
+        """Return the twists (n, 6) about the world's origin of what is beyond: it slides or tips as ``motions`` say."""
         twists = np.zeros((len(motions), 6))
-        t1, t2, normal = self.frame
+        normal = self.frame[2]
         along = -motions[slides]
         twists[slides, :3], twists[slides, 3:] = along[:, :2] @ self.frame[:2], along[:, 2:] * normal
         edges = self.bed.hull[motions[~slides, 0].astype(np.int64)]
@@ -153,9 +153,9 @@ class Forest:
         return self.resting(SPARE)
 
     def resting(self, spare: float) -> Bool:
-        """Tell (J,) of which bodies all contacts on the way to the support are plane bridges that have some to ``spare``.
+        """Tell (J,) of which bodies all contacts on the way to the support are plane bridges with a share to ``spare``.
 
-        That is a share of their friction, and of their size between the centre of pressure and the edge of the hull.
+        That is of their friction, and of their size between the centre of pressure and the edge of the hull.
         """
         found = np.zeros(len(self.assembly.movable) + 1, dtype=bool)
         found[FIXED] = True

@@ -8,10 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
+from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
 from holdfast.engines.answers import Answers, Bound, Claim, Step, joined
-from holdfast.engines.capabilities import Loadable, held_by
-from holdfast.engines.contract import EXACT, Accuracy, State
+from holdfast.engines.capabilities import Loadable, fresh, held_by
+from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe_all
 from holdfast.engines.rest import corner_nodes, find_rest
 from holdfast.engines.trees.forest import Exit, Forest
@@ -23,6 +24,19 @@ FIRM = Verdict(
     status=Status.STABLE, reason=RESTS, equilibrium_exists=True, self_stress=False, steps=(Look(NAME, RESTS),)
 )
 WHY = "equilibrium alone says what each carries; an even bed says what it can"
+
+
+def with_trees(engine: Engine, assembly: Assembly, standing: Float | None, acceleration: Float | None) -> State:
+    """Prepare ``engine``, whose place trees take where they decide and it ``takes_trees``; see ``Engine.prepare``."""
+
+    def make() -> State:
+        return engine.prepare(assembly, standing, acceleration)
+
+    if not getattr(engine, "takes_trees", False) or assembly.hanging:
+        return make()
+    wrench = assembly.weight_wrench(acceleration)
+    forest = Forest(assembly, wrench if standing is None else wrench + standing)
+    return TreeState(forest, engine.name, engine.claim, make) if forest.decided.any() else make()
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +56,13 @@ class TreeState:
     def behind(self) -> State:
         """The state of the engine that answers for loads that no tree decides, prepared when it is first asked."""
         return self.make()
+
+    def fresh(self) -> TreeState:
+        """Return the same state as it was before it was asked anything."""
+        other = TreeState(self.forest, self.engine, self.claim, self.make)
+        if "behind" in self.__dict__:
+            other.__dict__["behind"] = fresh(self.behind)
+        return other
 
     @cached_property
     def _decided(self) -> Verdict:
