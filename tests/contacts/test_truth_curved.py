@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+import trimesh
 from contact_truth import (
     CRISP,
     LYING,
@@ -148,6 +149,43 @@ def test_a_ball_in_a_basin_rests_at_the_bottom(radius: float, seed: int) -> None
     for patch in interface.patches:
         inward = np.array([0, 0, 0.05]) - patch.centroid
         assert patch.normal @ inward / np.linalg.norm(inward) > np.cos(np.radians(8))
+
+
+@pytest.mark.parametrize("degrees", [0.3, 1.0])
+def test_a_ball_whose_turn_is_uncertain_touches_on_no_larger_area(degrees: float) -> None:
+    """However it is turned, it is the same ball: its faces touch those within 1 degree, as with a gap as wide."""
+    ball = Solid("ball", hf.Sphere(0.04, 4), frame(z=0.04))
+    scene = Case((Solid("basin", basin(0.05, 24, 64), fixed=True), ball), {}).scene()
+    (wide,) = hf.assemble(scene, gap=5e-3, angle_degrees=1).interfaces
+    (turned,) = hf.assemble(scene, angle_degrees=1, pose_sigma=(1e-6, degrees)).interfaces
+    assert turned.area == pytest.approx(wide.area, rel=1e-6)
+
+
+POINTED: dict[str, tuple[Float, str]] = {  # corners [m] of what stands on an edge or on a tip at the origin
+    "edge": (np.array([[x, y, z] for x in (-0.1, 0.1) for y, z in ((0, 0), (-0.08, 0.1), (0.06, 0.1))]), "line"),
+    "tip": (np.array([[0, 0, 0], [0.1, 0.1, 0.15], [-0.1, 0.1, 0.15], [0.1, -0.1, 0.15], [-0.1, -0.1, 0.15]]), "point"),
+}
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("first", [False, True])
+@pytest.mark.parametrize("lift", [4e-4, -4e-4])
+@pytest.mark.parametrize("name", POINTED)
+def test_edges_and_tips_touch_halfway_to_the_face(name: str, lift: float, first: bool, turned: bool) -> None:
+    corners, kind = POINTED[name]
+    hull = trimesh.convex.convex_hull(corners)
+    turn = motion(5) if turned else np.eye(4)
+    thing = Solid("thing", hf.Mesh(hull.vertices, hull.faces), turn @ frame(z=lift))
+    slab = Solid("slab", hf.Box(np.array([1, 1, 0.1])), turn @ frame(z=-0.05), fixed=True)
+    scene = Case((thing, slab) if first else (slab, thing), {}).scene()
+    (interface,) = hf.assemble(scene, gap=1e-3).interfaces
+    (patch,) = interface.patches
+    assert patch.kind == kind
+    assert patch.separation == pytest.approx((lift, lift), abs=1e-12)
+    local = (patch.polygon - turn[:3, 3]) @ turn[:3, :3]
+    ends = [[-0.1, 0, lift / 2], [0.1, 0, lift / 2]] if kind == "line" else [[0, 0, lift / 2]]
+    np.testing.assert_allclose(local[np.argsort(local[:, 0])], ends, atol=1e-9)
+    np.testing.assert_allclose(patch.normal @ turn[:3, :3], [0, 0, -1.0 if first else 1.0], atol=1e-9)
 
 
 def test_a_loose_peg_touches_all_around_within_the_gap_only() -> None:
