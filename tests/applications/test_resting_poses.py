@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import trimesh
 import holdfast as hf
 from holdfast.applications.standing_faces import Standing
 from holdfast.geometry.hull_graph import HullGraph
+from holdfast.report import resting
 
 G = 9.81
 
@@ -44,6 +46,16 @@ def test_a_cylinder_rolls_on_its_side() -> None:
     for end in ends:
         assert end.probability == pytest.approx((1 - 0.05 / np.hypot(0.04, 0.05)) / 2, rel=0.01)
         assert end.tipping_degrees == pytest.approx(np.degrees(np.arctan(0.04 / 0.05)), rel=5e-3)
+
+
+def test_the_sheet_says_at_which_tilt_a_cylinder_tips_and_that_it_rolls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On its ends at arctan(r / (h / 2)): 45° of one as high as wide."""
+    sheets: list[Any] = []
+    monkeypatch.setattr(resting, "write_sequence", lambda sheet, path: sheets.append(sheet))
+    hf.resting_poses(hf.Cylinder(0.05, 0.1, 32)).save_png("sheet.png")
+    side, *ends = (frame.note for frame in sheets[0].frames)
+    assert side == "rolls"
+    assert ends == ["on 32 corners, tips at 44.9°"] * 2  # across the middle of a side, at 0.05 cos(π / 32)
 
 
 @pytest.mark.parametrize("sides", [3, 5, 8, 16, 24])
