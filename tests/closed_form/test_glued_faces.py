@@ -78,6 +78,23 @@ def test_a_glued_cantilever_bends_off_at_tension_area_times_half_its_height(engi
 
 
 @pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("first", [False, True])
+@pytest.mark.parametrize("high", [0.9, 0.1])
+def test_what_pulls_a_bracket_to_a_column_does_not_tip_the_column(engine: str, first: bool, high: float) -> None:
+    """A column of 6 kg, 1 m high and 0.2 m wide, tips about its edges as one body with the cube glued to its side."""
+    floor = hf.Body("floor", hf.Box((2, 2, 0.1)), position=(0, 0, -0.05), fixed=True)
+    column = hf.Body("column", hf.Box((0.2, 0.2, 1)), 6.0, position=(0, 0, 0.5))
+    cube = hf.Body("cube", hf.Box((SIDE,) * 3), MASS, position=(0.15, 0, high))
+    pair = [cube, column] if first else [column, cube]
+    scene = hf.Scene([floor, *pair], hf.Friction(MU, tension={("cube", "column"): 2e5}))
+    to_cube, away = (
+        float(hf.robustness(scene, "column", (x, 0, 0.4), (-np.sign(x), 0, 0), engine=engine)) for x in (-0.1, 0.1)
+    )
+    assert to_cube == pytest.approx((6 * G * 0.1 - WEIGHT * 0.05) / 0.4, rel=1e-4)
+    assert away == pytest.approx((6 * G * 0.1 + WEIGHT * 0.25) / 0.4, rel=1e-4)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_plate_on_a_slope_slides_beyond_friction_and_cohesion(engine: str) -> None:
     along, pressing = WEIGHT * np.sin(np.radians(60)), WEIGHT * np.cos(np.radians(60))
     needed = (along - MU * pressing) / AREA  # cohesion [Pa]

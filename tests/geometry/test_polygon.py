@@ -52,7 +52,9 @@ def test_moments_of_a_triangle_are_those_at_the_middles_of_its_sides(seed: int) 
     (a, b), (c, d) = ring[1] - ring[0], ring[2] - ring[0]
     x, y = ((ring + np.roll(ring, 1, axis=0)) / 2).T
     values = np.array([np.ones(3), x, y, x * x, x * y, y * y])
-    np.testing.assert_allclose(flat.polynomial_moments([ring]), (a * d - b * c) / 6 * values.sum(1), rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(
+        flat.polynomial_moments([ring]), (a * d - b * c) / 6 * values.sum(1), rtol=1e-12, atol=1e-13
+    )
 
 
 def test_moments_of_a_rectangle_with_a_hole_are_their_difference() -> None:

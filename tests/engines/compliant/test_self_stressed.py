@@ -16,6 +16,7 @@ from bench.scenes.random_pushes import columns, random_pushes
 from holdfast import Body, Compliant, Load, Mesh, Scene, Status, assemble
 from holdfast.answers import Assembly
 from holdfast.engines.groups import prepared
+from holdfast.queries.request import push_columns, total_wrench
 
 
 def prism(outline: list[tuple[float, float]], half: float) -> Mesh:
@@ -66,6 +67,21 @@ def missed(seed: int) -> int:
 def test_lower_of_a_wedge_is_below_what_other_nodes_and_springs_give(seed: int) -> None:
     """Of the last one, a push without an end moves it at 108 N on springs three times as stiff along the contacts."""
     assert missed(seed) == 0
+
+
+@pytest.mark.parametrize("seed", [1, 6])
+def test_the_error_of_the_nodes_is_taken_from_what_other_springs_hold_too(seed: int) -> None:
+    """By as large a share as from the answer on the springs that were given."""
+    assembly, load, points, ways = groove(np.random.default_rng(seed))
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    W, standing = push_columns(assembly, 0, points, ways), total_wrench(assembly, [load])
+    others = [Compliant(nodes=n) for n in (2, 3, 5)] + [Compliant(stiffness_ratio=r) for r in (0.3, 3.0)]
+    least = np.min([prepared(one, assembly, standing).load_factor(W).steps[0].force for one in others], axis=0)
+    steps = {step.name: step for step in prepared(Compliant(), assembly, standing).load_factor(W).steps}
+    share = steps["finer grids"].lower / steps["finer grids"].force
+    assert (share < 0.99).any()
+    assert (steps["stiffness"].lower <= share * least * (1 + 1e-9)).all()
+    assert (steps["stiffness"].lower < 0.98 * steps["finer grids"].lower).any()
 
 
 @pytest.mark.slow

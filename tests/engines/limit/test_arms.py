@@ -175,7 +175,9 @@ def test_random_arms_beside_an_independent_linear_program(joints: int) -> None:
         g = np.array([sum(column(k, j, coms[j], masses[j] * down, none) for j in range(joints)) for k in range(joints)])
         tau, box, at = 1.2 * np.abs(g) + rng.uniform(0.1, 5, joints), rng.uniform(0, 4, 3), rng.normal(size=3)
         holds = [
-            joint_hold(f"{k}", f"{k - 1}" if k else None, points[k], axes[k], (-tau[k], 2 * tau[k]), slides=bool(slides[k]))
+            joint_hold(
+                f"{k}", f"{k - 1}" if k else None, points[k], axes[k], (-tau[k], 2 * tau[k]), slides=bool(slides[k])
+            )
             for k in range(joints)
         ]
         holds.append(hf.Hold(f"{joints - 1}", hf.pose(*at), forces=tuple(box)))
