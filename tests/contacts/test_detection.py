@@ -212,12 +212,13 @@ def test_bodies_touch_within_the_gap(gap: float, share: float, touches: bool) ->
         assert interface.patches[0].centroid[2] == pytest.approx(share * gap / 2, abs=1e-12)
 
 
+@pytest.mark.parametrize("given", [{"angle_degrees": 1}, {}], ids=["given", "default"])
 @pytest.mark.parametrize(("angle", "kind"), [(0.9, "face"), (1.1, "line")])
-def test_faces_touch_within_the_angle_and_edges_beyond(angle: float, kind: str) -> None:
+def test_faces_touch_within_a_degree_and_edges_beyond(angle: float, kind: str, given: dict[str, float]) -> None:
     half = np.radians(angle) / 2
     pose = at(0, 0, 0.05, np.array([np.cos(half), np.sin(half), 0, 0]))
     scene = hf.Scene([floor(), hf.Body("cube", hf.Box(SIDE), mass=1, pose=pose)], 0.5)
-    (interface,) = hf.assemble(scene, gap=0.01, angle_degrees=1).interfaces
+    (interface,) = hf.assemble(scene, gap=0.01, **given).interfaces
     assert [patch.kind for patch in interface.patches] == [kind]
 
 
