@@ -95,30 +95,6 @@ def test_one_pair_does_not_depend_on_the_others() -> None:
     assert together == alone
 
 
-@pytest.mark.parametrize(("yaw", "corners", "area"), [(0.0, 4, 0.1 * 0.1), (np.pi / 4, 8, 0.01 * (2 * 2**0.5 - 2))])
-def test_equal_squares_share_a_square_or_an_octagon(yaw: float, corners: int, area: float) -> None:
-    """A square of side a and the same turned by 45 degrees share a regular octagon of area 2 a² (√2 - 1)."""
-    a = box(np.full(3, 0.1), np.zeros(3), 0.0, UNMOVED, "a")
-    b = box(np.full(3, 0.1), np.array([0, 0, 0.1]), yaw, UNMOVED, "b")
-    found = directly(a, b)
-    assert found is not None
-    (patch,) = found
-    assert len(patch.polygon) == corners
-    assert patch.area == pytest.approx(area, rel=1e-12)
-    np.testing.assert_allclose(patch.normal, (0, 0, 1), atol=1e-15)
-    np.testing.assert_allclose(patch.polygon[:, 2], 0.05, atol=1e-15)
-
-
-def test_the_normal_points_into_the_second_body() -> None:
-    a = box(np.full(3, 0.1), np.zeros(3), 0.0, UNMOVED, "a")
-    b = box(np.full(3, 0.1), np.array([-0.1, 0.03, 0]), 0.0, UNMOVED, "b")
-    for first, second, normal in ((a, b, (-1, 0, 0)), (b, a, (1, 0, 0))):
-        found = directly(first, second)
-        assert found is not None
-        np.testing.assert_allclose(found[0].normal, normal, atol=1e-15)
-        assert found[0].area == pytest.approx(0.1 * 0.07)
-
-
 @pytest.mark.parametrize("thickness", [5e-5, 1.5e-4])
 def test_a_sheet_thinner_than_the_gap_is_left_to_triangles(thickness: float) -> None:
     """Its far face is within the gap, too."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from placed import at
+from placed import at, lying
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
@@ -14,12 +14,6 @@ from holdfast.base.arrays import Float
 FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 G = 9.81
 FACET = 360 / 64  # [deg] of a cylinder that is tessellated as usual
-
-
-def lying(roll: float, tilt: float = 0.0) -> Float:
-    """A rotation that lays the z axis along y after a turn by ``roll`` about itself, and tilts it by ``tilt`` [deg]."""
-    turn = Rotation.from_euler("x", 90 + tilt, degrees=True) * Rotation.from_euler("z", roll, degrees=True)
-    return np.asarray(turn.as_matrix())
 
 
 def tin(roll: float, shape: hf.Shape | None = None) -> hf.Body:

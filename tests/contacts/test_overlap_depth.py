@@ -41,14 +41,6 @@ def test_a_domino_is_as_deep_in_the_floor_as_its_foot(sunk: float) -> None:
     assert depth(FLOOR, mesh) == pytest.approx(sunk, rel=1e-6)
 
 
-@pytest.mark.parametrize("axis", [0, 1, 2])
-@pytest.mark.parametrize("side", [-1, 1])
-def test_a_box_leaves_through_the_face_that_it_came_in_by(axis: int, side: int) -> None:
-    place = np.zeros(3)
-    place[axis] = side * (0.5 * (1, 1, 0.2)[axis] + SIZE[axis] / 2 - 0.003)
-    assert depth(SLAB, box(SIZE, *place)) == pytest.approx(0.003, rel=1e-6)
-
-
 @pytest.mark.parametrize("degrees", [5, 30, 45, 80])
 def test_a_tilted_box_is_as_deep_as_its_lowest_edge(degrees: float) -> None:
     a = np.radians(degrees)

@@ -118,14 +118,6 @@ def test_what_lies_inside_another_part_does_not_touch(depth: float) -> None:
     assert len(found) == len(faces) + len(lines)
 
 
-def test_a_rod_that_begins_inside_a_block_touches_from_its_face_on() -> None:
-    rod = hf.Part(hf.Capsule(0.02, 0.5), at(0.2, 0, 0.02005, LYING))
-    block = hf.Part(hf.Box((0.2, 0.1, 0.1)), at(z=0.05))
-    lines = [patch for patch in patches(hf.Body("both", hf.Compound([rod, block]), mass=1)) if patch.kind == "line"]
-    (line,) = lines
-    assert np.allclose(np.sort(line.polygon[:, 0]), (0.1, 0.45), atol=1e-9)
-
-
 def test_a_facet_of_a_round_part_is_no_flat_face() -> None:
     """A ball divided so coarsely that its facets meet at 42 degrees: no sharp edges for all that."""
     coarse = hf.Body("coarse", hf.Compound([hf.Sphere(0.1, 0), hf.Part(hf.Box((0.05,) * 3), at(0.3))]), fixed=True)
