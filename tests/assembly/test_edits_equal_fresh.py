@@ -147,6 +147,9 @@ def test_a_sheet_that_is_pulled_out_uncovers_what_it_hid_and_hides_it_again() ->
     bodies += [box("low", (0.1, 0.1, 0.1), 1, (0, 0, 0.05)), foil, box("high", (0.1, 0.1, 0.1), 1, (0, 0, 0.15 + 4e-5))]
     whole = hf.assemble(hf.Scene(bodies, 0.5), gap=1e-4)
     assert ("low", "high") in whole.occluded
+    gone = whole.without("foil")
+    assert ("low", "high") in {i.bodies for i in gone.interfaces}
+    assert same_contacts(gone, anew(gone))
     aside = whole.moved({"foil": at(0.6, 0, 2e-5)})
     assert ("low", "high") in {i.bodies for i in aside.interfaces}
     assert same_contacts(aside, anew(aside))

@@ -88,13 +88,6 @@ def test_a_stack_with_one_frictionless_pair() -> None:
     assert balanced(push(assembly, "high", (-0.05, 0, 0.15), ALONG_X), "high")
 
 
-def test_a_body_on_ice_is_not_dragged_along() -> None:
-    """The lower cube slides from below the upper one, which nothing pulls along."""
-    friction = hf.Friction(0.5, pairs={("low", "high"): 0.0})
-    found = push(assembled([cube("low", 0), cube("high", 0, 0.15)], friction), "low", LEFT, ALONG_X)
-    assert found.moving[0] == ("low",)
-
-
 def test_a_ball_that_leans_on_a_cube_carries_no_more_than_friction_allows() -> None:
     """The cube pushes the ball along: it rolls, and the cube slides at μ m g."""
     assembly = assembled([cube("cube", 0.9), BALL])
@@ -120,23 +113,6 @@ def test_a_falling_and_a_hanging_neighbour(engine: str) -> None:
         found = hf.robustness(assembly, name, point, DOWN, engine=engine)
         assert found.status[0] is hf.Status.UNSTABLE
         assert any(all(other in note.split(":")[0] for other in others) for note in found.notes)
-
-
-def test_cards_that_lean_edge_to_edge_are_undecided_alone() -> None:
-    """Where two edges meet no direction of contact is defined: neither stability nor collapse is shown."""
-    lean, length, thick = 20.0, 0.12, 0.002
-    c, s = np.cos(np.radians(lean)), np.sin(np.radians(lean))
-    card = hf.Box((thick, 0.08, length))
-    x, z = length / 2 * s + thick / 2 * c, length / 2 * c + thick / 2 * s
-    cards = [
-        hf.Body("one", card, mass=0.01, pose=at(-x, 0, z, turned=lean)),
-        hf.Body("two", card, mass=0.01, pose=at(x, 0, z, turned=-lean)),
-    ]
-    assembly = hf.assemble(hf.Scene([FLOOR, cube("cube", 1), *cards], 0.8), gap=GAP)
-    found = hf.stability(assembly)
-    assert found.status is hf.Status.UNDECIDED
-    assert {g.bodies: g.verdict.status.value for g in found.groups}["cube",] == "stable"
-    assert hf.robustness(assembly, "cube", (0.95, 0, 0.05), ALONG_X).force[0] == pytest.approx(0.8 * G, rel=1e-5)
 
 
 SHELF = [

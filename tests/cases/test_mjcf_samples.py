@@ -242,21 +242,3 @@ def test_states_of_a_simulation_are_asked_in_a_loop(name: str) -> None:
     assert forces[0] == 0
     assert np.ptp(forces[-5:]) < 0.02 * forces[-1]
     assert forces[-1] > 0
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_sample_is_written_and_read_back(name: str, tmp_path: Path) -> None:
-    scene = hf.load_scene(file(name))
-    hf.save_scene(scene, tmp_path / "again.xml")
-    again = hf.load_scene(tmp_path / "again.xml")
-    assert again.gravity.tolist() == scene.gravity.tolist()
-    for old, new in zip(scene.bodies, again.bodies, strict=True):
-        assert (new.name, new.fixed) == (old.name, old.fixed)
-        assert new.pose == pytest.approx(old.pose, abs=1e-12)
-        if not old.fixed:
-            assert new.mass == pytest.approx(old.mass, rel=1e-12)
-            assert new.com_body == pytest.approx(old.com_body, abs=1e-12)
-            assert new.inertia_com == pytest.approx(old.inertia_com, abs=1e-12 * np.abs(old.inertia_com).max())
-    for a, b in itertools.combinations(scene.bodies, 2):
-        if not (a.fixed and b.fixed):
-            assert again.mu(a.name, b.name) == pytest.approx(scene.mu(a.name, b.name), abs=1e-12)
