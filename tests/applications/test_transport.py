@@ -249,7 +249,6 @@ def test_what_falls_is_carried_nowhere() -> None:
     ("options", "match"),
     [
         ({"directions": np.zeros((0, 3))}, "is empty; needs"),
-        ({"tilt_degrees": [1, 2]}, r"tilt_degrees: has shape \(2,\); needs"),
         ({"engine": "graph", "bounds": True}, "not ordered against limit"),
     ],
 )

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
+from placed import FLOOR
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -17,7 +18,6 @@ from holdfast.contacts import overlap
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 SLAB = hf.Body("slab", hf.Box((1, 1, 0.2)), fixed=True)
 SIZE = (0.008, 0.024, 0.116)  # a domino: much thinner than it is deep in what it has sunk into
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from placed import at
+from placed import FLOOR, at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 
 
 def touching(*bodies: hf.Body) -> dict[tuple[str, str], hf.answers.Interface]:

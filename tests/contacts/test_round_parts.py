@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from placed import at
+from placed import FLOOR, at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
@@ -14,7 +14,6 @@ from holdfast.base.arrays import Float
 from holdfast.contacts.round_contacts import feet
 from holdfast.contacts.tolerances import Angles
 
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 G = 9.81
 FEET = ((-0.4, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.4, 0.2))
 

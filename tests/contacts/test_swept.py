@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from placed import at, lying
+from placed import FLOOR, at, lying
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -12,7 +12,6 @@ import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.contacts.swept import Swept, meeting
 
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 NEAR = {"gap": 1e-4, "depth": 1e-4, "cos_twist": float(np.cos(np.radians(1))), "cos_side": float(np.cos(np.radians(1)))}
 
 
