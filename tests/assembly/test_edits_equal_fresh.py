@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from functools import partial
 
@@ -64,8 +65,16 @@ def test_contacts_after_random_edits_are_those_of_a_fresh_search(name: str, seed
         assert same_contacts(assembly, anew(assembly)), step
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("name", ["shelf", "tabletop"])
+@pytest.mark.parametrize(
+    ("name", "engine"),
+    [
+        *itertools.product(["shelf", "tabletop"], ENGINES),
+        *(
+            pytest.param(*pair, marks=[needed, pytest.mark.slow])
+            for pair in itertools.product(["pallet", "scans"], ENGINES[1:])
+        ),
+    ],
+)
 def test_answers_after_random_edits_are_those_of_a_fresh_assembly(name: str, engine: str) -> None:
     rng = np.random.default_rng(7)
     assembly = hf.assemble(SCENES[name]())
@@ -105,21 +114,6 @@ def test_a_sheet_hides_and_bares_what_two_bodies_share_though_one_of_them_touche
     back = away.moved({"sheet": at(0.05, 0, top - thick / 2)})
     assert same_contacts(back, assembly)
     assert seen(assembly.without("sheet")) == pytest.approx(0.01)
-
-
-@needed
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ["limit", "compliant"])
-@pytest.mark.parametrize("name", ["pallet", "scans"])
-def test_answers_of_pallets_and_scans_after_edits_are_those_of_a_fresh_assembly(name: str, engine: str) -> None:
-    rng = np.random.default_rng(3)
-    assembly = hf.assemble(SCENES[name]())
-    for step in range(3):
-        names = [body.name for body in assembly.movable][:2]
-        answers(assembly, engine, names)
-        assembly = edited(assembly, rng, step)
-        names = [body.name for body in assembly.movable][-2:]
-        assert answers(assembly, engine, names) == answers(anew(assembly), engine, names), step
 
 
 def test_what_did_not_change_stays_the_same_object() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -87,17 +86,3 @@ def test_faces_that_are_not_convex_are_triangulated_as_they_are(name: str, turn:
     vectors = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2
     assert np.linalg.norm(vectors, axis=1).sum() == pytest.approx(area, rel=1e-12)
     np.testing.assert_allclose(vectors.sum(0), area * rotation[:, 2], rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", OUTLINES)
-def test_a_prism_on_such_a_face_has_the_right_volume(name: str, tmp_path: Path) -> None:
-    outline, area = OUTLINES[name]
-    n = len(outline)
-    vertices = [[x, y, z] for z in (0.0, 0.5) for x, y in outline]
-    sides = [[i, (i + 1) % n, (i + 1) % n + n, i + n] for i in range(n)]
-    block = {"name": "a", "vertices": vertices, "faces": [[*range(n)][::-1], [*range(n, 2 * n)], *sides], "mass": 1}
-    data = {"friction": 0.5, "gravity": [0, 0, -9.81], "blocks": [block | {"fixed": True}]}
-    (tmp_path / "case.json").write_text(json.dumps(data))
-    shape = hf.load_scene(tmp_path / "case.json").bodies[0].shape
-    assert shape.is_closed
-    assert shape.mass_properties.volume == pytest.approx(area / 2, rel=1e-12)

@@ -6,21 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from placed import at
 
 import holdfast as hf
 
 G = 9.81
 GAP = 1e-4
-
-
-def at(x: float, y: float, z: float, *, turned: float = 0.0) -> NDArray[np.float64]:
-    """A pose at this place, turned about y by ``turned`` degrees."""
-    pose = np.eye(4)
-    c, s = np.cos(np.radians(turned)), np.sin(np.radians(turned))
-    pose[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]
-    pose[:3, 3] = x, y, z
-    return pose
 
 
 FLOOR = hf.Body("floor", hf.Box((6, 6, 0.1)), pose=at(0, 0, -0.05), fixed=True)

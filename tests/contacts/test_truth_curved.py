@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from contact_truth import (
-    CRISP,
     ROOF,
     Case,
     Solid,
@@ -33,24 +32,6 @@ pytestmark = [
     pytest.mark.filterwarnings("error::holdfast.errors.HoldfastWarning"),
     pytest.mark.filterwarnings("ignore:.* across:holdfast.errors.HoldfastWarning"),
 ]
-
-
-@pytest.mark.parametrize(("moved", "scale"), [(False, 1.0), (True, 1e-3), (True, 1.0), (True, 1e3)])
-@pytest.mark.parametrize("name", CRISP)
-def test_lines_and_points_are_exact(name: str, moved: bool, scale: float) -> None:
-    """Ends of lines and places of points to 1e-9 m, normals to 1e-9: face normals and cross products of edges."""
-    case = CRISP[name]().placed(motion(len(name)) if moved else np.eye(4), scale)
-    agree(hf.assemble(case.scene(), allow_large=True).interfaces, case, 1e-9 * scale, 1e-9)
-
-
-@pytest.mark.parametrize("name", CRISP)
-def test_the_other_order_reverses_the_normals(name: str) -> None:
-    case = CRISP[name]()
-    forth = by_pair(hf.assemble(case.scene()).interfaces)
-    back = hf.assemble(case.scene(reverse=True)).interfaces
-    agree(back, case, 1e-9, 1e-9)
-    for interface in back:
-        assert forth[frozenset(interface.bodies)].bodies == interface.bodies[::-1]
 
 
 def basin(radius: float, rings: int, sides: int) -> hf.Mesh:

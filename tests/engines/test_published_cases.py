@@ -1,4 +1,4 @@
-"""Published assemblies by engines ``limit`` and ``compliant``: whether an equilibrium exists, and whether it holds."""
+"""Published assemblies by all engines: whether an equilibrium exists, which is known, and whether it holds."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ def check(path: Path, assembly: hf.answers.Assembly) -> None:
     expected = case(path)[0]["expected"]
     exists = hf.stability(assembly, engine="limit")
     assert exists.equilibrium_exists is expected["equilibrium_exists"]
+    assert hf.stability(assembly, engine="graph").equilibrium_exists is expected["equilibrium_exists"]
     if expected["stands"] is False:
         assert exists.status is not Status.STABLE
     if exists.equilibrium_exists:
