@@ -70,23 +70,17 @@ def test_the_shipped_wall_brick_by_brick(seed: int | None) -> None:
     agree(hf.assemble(case.scene()).interfaces, case, 1e-9, 1e-9)
 
 
+WALLS = [pytest.param(n, irregular, marks=pytest.mark.slow) for n in ("half bond", "stack bond", "chequered")]
 FINE = [(n, irregular) for n in SMALL] + [(n, regular) for n in ("turned stack", "cans", "bowl", "interlock")]
 
 
-@pytest.mark.parametrize(("name", "how"), FINE)
+@pytest.mark.parametrize(("name", "how"), [*FINE, *WALLS])
 def test_fine_triangles_change_nothing(name: str, how: Callable[[Float, Int], tuple[Float, Int]]) -> None:
     """20,000 triangles a body and more, regular or with vertices strewn over the faces: the same to 1e-6."""
     case = SCENES[name]()
     fine = case.remeshed(how)
     assert min(len(s.shape.surface.faces) for s in fine.solids) >= 20_000
     agree(hf.assemble(fine.placed(motion(5)).scene()).interfaces, case.placed(motion(5)), 1e-7, 1e-6)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["half bond", "stack bond", "chequered"])
-def test_fine_triangles_change_nothing_in_walls(name: str) -> None:
-    case = SCENES[name]()
-    agree(hf.assemble(case.remeshed(irregular).scene()).interfaces, case, 1e-7, 1e-6)
 
 
 @pytest.mark.parametrize("name", ALL)
