@@ -49,6 +49,23 @@ def test_what_can_only_be_balanced_is_not_placed() -> None:
     assert "is only balanced" in found.reason
 
 
+def test_it_stands_on_what_was_asked_for_alone() -> None:
+    """Not on the floor beside a shelf that it touches from the side."""
+    low = hf.Body("low", hf.Box((0.12, 0.12, 0.03)), fixed=True, pose=at(0, 0, 0.015))
+    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    for seed in range(4):
+        tin = hf.Body("new", hf.Cylinder(0.015, 0.07), 0.1)
+        found = hf.plan_placement(
+            hf.Scene([floor, low], 0.5),
+            tin,
+            where=hf.Where(supports=["low"]),
+            search=hf.Search(seed=seed, solves=40, **FEW),
+        )
+        assert found.status == hf.Status.STABLE
+        assert set(found.beneath) == {"low"}
+        assert found.pose[2, 3] > 0.03
+
+
 @pytest.mark.skipif(not JAMS.is_dir(), reason=f"needs the case files in {JAMS}")
 @pytest.mark.parametrize("budget", [20.0, 1.0])
 def test_a_tin_on_a_pile_stands_on_the_pile(budget: float) -> None:
