@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -210,10 +212,7 @@ def test_derivatives_by_friction_keep_the_tension() -> None:
 @pytest.mark.parametrize(("place", "more"), [(0.0, 0.0), (0.016, 0.5), (0.032, 1.0)])
 def test_glue_and_a_hand_hold_together(place: float, more: float) -> None:
     """A hand that lifts a glued cantilever with 1 N at ``place`` takes 1 N · place off its bending moment."""
-    wall = hf.Body("wall", hf.Box((0.1, 0.1, 0.1)), position=(-0.05, 0, 0), fixed=True, material="brick")
-    brick = hf.Body("brick", hf.Box((0.032, 0.016, 0.0096)), mass=0.02, position=(0.016, 0, 0), material="brick")
-    hand = hf.Hold("brick", hf.pose(place, 0, 0), forces=(0, 0, (0, 1.0)))
-    scene = hf.Scene([wall, brick], hf.Friction(0.5, tension={("brick", "brick"): 3e4}), holds=[hand])
+    scene = replace(bracket(3e4), holds=[hf.Hold("brick", hf.pose(place, 0, 0), forces=(0, 0, (0, 1.0)))])
     bent = 3e4 * 0.016 * 0.0096 * 0.0048 - 0.02 * 9.81 * 0.016
     found = hf.robustness(scene, "brick", (0.032, 0, 0.0048), (0, 0, -1), engine="limit", bounds=True)
     assert float(found) == pytest.approx(bent / 0.032 + more, rel=1e-6)

@@ -51,12 +51,6 @@ def test_parts_without_a_material_have_that_of_the_body() -> None:
     assert found == pytest.approx(0.9 * 2 * G, rel=1e-5)
 
 
-def test_one_material_in_all_parts_needs_no_coefficient_of_the_body() -> None:
-    assembly, found = force(sled("steel", "steel"), hf.Friction(pairs=TABLE), "limit")
-    assert assembly.mu == (0.2,)
-    assert found == pytest.approx(0.2 * 2 * G, rel=1e-5)
-
-
 def test_a_pair_of_bodies_goes_before_the_materials_of_their_parts() -> None:
     friction = hf.Friction(pairs={**TABLE, ("floor", "sled"): 0.5})
     assembly, found = force(sled("rubber", "steel"), friction, "limit")

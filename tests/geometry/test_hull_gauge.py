@@ -34,15 +34,6 @@ def test_it_is_the_least_price_of_a_combination(size: int, count: int) -> None:
         assert (known @ facet <= price + 1e-8).all()
 
 
-def test_the_gauge_of_a_cube_is_the_largest_coordinate() -> None:
-    corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-    known = np.vstack([np.eye(3), -np.eye(3), corners])
-    points = np.random.default_rng(2).normal(size=(50, 3))
-    bounds, facets = hull_gauge(known, np.ones(len(known)), points)
-    np.testing.assert_allclose(bounds, np.abs(points).max(1), rtol=1e-12)
-    np.testing.assert_allclose(np.abs(facets).sum(1), 1.0)
-
-
 def test_zero_is_free_and_a_direction_without_an_end_is_nearly_so() -> None:
     known = np.vstack([np.eye(3), -np.eye(3)])
     price = np.array([1.0, 1, 1, 1, 1, 0])
