@@ -108,18 +108,6 @@ def test_gravity_turns_against_the_carrier() -> None:
     assert (about_up.gravity(down) == down).all()
 
 
-@pytest.mark.parametrize("engine", ["limit", "compliant"])
-def test_a_jolt_downwards_takes_friction_away(engine: str) -> None:
-    """mu (g - 4) is left for the way across, and the whole load is taken together: factor f of (a, -4)."""
-    c = hf.carry(carried(0.02), [[0, 3.0, 0, -4.0]], engine=engine)
-    assert c.factor[0] == pytest.approx(MU * G / (3 + MU * 4), rel=1e-3)
-    standing = hf.sets.inertial_loads(carried(0.02), acceleration=(0, 0, -4.0))
-    t = hf.transport_limits(carried(0.02), (1, 0, 0), standing=standing, engine=engine)
-    assert t.acceleration[0] == pytest.approx(MU * (G - 4), rel=1e-3)
-    with pytest.raises(hf.HoldfastError, match="acceleration"):
-        hf.sets.inertial_loads(carried(), acceleration=np.nan)
-
-
 def test_proportional_times_are_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     widths: list[int] = []
     usual = asking.asked
@@ -244,13 +232,6 @@ def test_cargo_is_thrown_forwards_when_the_vehicle_brakes() -> None:
     assert c.first == ("box",)
     assert c.time == pytest.approx(0.05 * MU * G / (0.8 * 9.80665), rel=0.02)  # on the first ramp
     assert c.mechanism[1].twists[0, 0] > 0
-
-
-def test_the_picture_is_written(tmp_path: Path) -> None:
-    c = hf.carry(carried(), ramp(10.0), engine="limit")
-    c.save_png(tmp_path / "c.png")
-    assert (tmp_path / "c.png").stat().st_size > 20_000
-    assert "gives way" in repr(c)
 
 
 def test_turns_about_several_axes_follow_one_another_in_the_axes_of_the_carrier() -> None:

@@ -20,9 +20,9 @@ X, Y = np.eye(3)[:2]
 LONG = 100.0  # s: nothing is late, however busy the machine is
 
 
-def on_a_base(mu: float, *, high: float = 0.1, x: float = 0.0) -> hf.Scene:
+def on_a_base(mu: float, *, x: float = 0.0) -> hf.Scene:
     base = hf.Body("base", hf.Box((4, 4, 0.1)), position=(0, 0, -0.05), fixed=True)
-    return hf.Scene([base, hf.Body("cube", hf.Box((0.1, 0.1, high)), mass=2.0, position=(x, 0, high / 2))], mu)
+    return hf.Scene([base, hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), mass=2.0, position=(x, 0, 0.05))], mu)
 
 
 def usage(found: hf.answers.Monitored) -> float:
@@ -41,11 +41,6 @@ def test_a_cube_slides_at_mu_g(way: tuple[float, float, float]) -> None:
     beyond = monitor.update(1.01 * 0.4 * G * np.array(way))
     assert (beyond.margin, beyond.upper, beyond.status) == (0, 0, hf.Status.UNSTABLE)
     assert beyond.moving == ("cube",)
-
-
-def test_a_high_box_tips_at_g_b_over_h() -> None:
-    found = hf.Monitor(on_a_base(0.9, high=0.4), seconds=LONG, solves=30).update((1.0, 0, 0))
-    assert 1.0 / (G * 0.1 / 0.4) <= usage(found) <= 1.05 / (G * 0.1 / 0.4)
 
 
 def test_up_and_down_the_same_weight_holds_less_or_more() -> None:

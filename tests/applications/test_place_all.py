@@ -216,17 +216,6 @@ def test_places_that_were_not_asked_for_do_not_use_up_those_that_are_looked_at(w
     assert all(pose[0, 3] > 0 for pose in p.poses.values())
 
 
-def test_the_answer_is_a_value(tmp_path) -> None:
-    p = laid()
-    p.save(tmp_path / "p.npz")
-    assert hf.load_answer(tmp_path / "p.npz") == p
-    data = p.to_dict()
-    assert [step["body"] for step in data["steps"]] == list(p.order)
-    assert "4 of 4 objects placed" in repr(p)
-    p.save_png(tmp_path / "p.png")
-    assert (tmp_path / "p.png").stat().st_size > 10_000
-
-
 @pytest.mark.parametrize(
     ("objects", "asked", "words"),
     [

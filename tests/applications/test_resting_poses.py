@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
+from placed import prism
 
 import holdfast as hf
 from holdfast.applications.standing_faces import Standing
 from holdfast.geometry.hull_graph import HullGraph
+from holdfast.report import resting
 
 G = 9.81
 
@@ -44,6 +46,16 @@ def test_a_cylinder_rolls_on_its_side() -> None:
     for end in ends:
         assert end.probability == pytest.approx((1 - 0.05 / np.hypot(0.04, 0.05)) / 2, rel=0.01)
         assert end.tipping_degrees == pytest.approx(np.degrees(np.arctan(0.04 / 0.05)), rel=5e-3)
+
+
+def test_the_sheet_says_at_which_tilt_a_cylinder_tips_and_that_it_rolls(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On its ends at arctan(r / (h / 2)): 45° of one as high as wide."""
+    sheets: list[Any] = []
+    monkeypatch.setattr(resting, "write_sequence", lambda sheet, path: sheets.append(sheet))
+    hf.resting_poses(hf.Cylinder(0.05, 0.1, 32)).save_png("sheet.png")
+    side, *ends = (frame.note for frame in sheets[0].frames)
+    assert side == "rolls"
+    assert ends == ["on 32 corners, tips at 44.9°"] * 2  # across the middle of a side, at 0.05 cos(π / 32)
 
 
 @pytest.mark.parametrize("sides", [3, 5, 8, 16, 24])
@@ -126,7 +138,7 @@ def test_each_facet_over_which_the_centre_of_mass_lies_is_a_pose(seed: int) -> N
 def _leaning(degrees: float) -> hf.Mesh:
     """A block 0.1 m high, that leans so far that its centre is within its foot by so many degrees."""
     lean = 0.1 - 0.1 * np.tan(np.radians(degrees))
-    return hf.Mesh(*_prism([(0, 0), (0.1, 0), (0.1 + lean, 0.1), (lean, 0.1)], 0.3))
+    return prism(np.array([(0, 0), (0.1, 0), (0.1 + lean, 0.1), (lean, 0.1)]), 0.0, 0.3)
 
 
 @pytest.mark.parametrize("degrees", [0.2, 0.5, 0.9])
@@ -156,7 +168,7 @@ def test_a_round_side_stays_though_its_last_facet_is_cut_short() -> None:
     normals = np.array([(np.cos(np.radians(angle)), np.sin(np.radians(angle))) for angle, _ in sides])
     far = np.array([distance for _, distance in sides])
     corners = [np.linalg.solve(normals[[k - 1, k]], far[[k - 1, k]]) for k in range(len(sides))]
-    shape = hf.Mesh(*_prism([(float(x), float(y)) for x, y in corners], length))
+    shape = prism(np.array([(float(x), float(y)) for x, y in corners]), 0.0, length)
     found = hf.resting_poses(shape, com=(*(1e-6 * normals[20]), length / 2))
     (side,) = [pose for pose in found if pose.rolls]
     assert side.probability == pytest.approx(82.5 / 360 * length / np.hypot(2 * r, length), rel=0.01)
@@ -229,32 +241,18 @@ def test_a_ridge_is_the_same_from_both_sides() -> None:
     assert graph.solid.sum() == pytest.approx(1)
 
 
-def test_bad_values_are_refused_and_answers_are_kept(tmp_path: Path) -> None:
+def test_bad_values_are_refused() -> None:
     with pytest.raises(hf.HoldfastError, match="mass"):
         hf.resting_poses(hf.Box((1, 1, 1)), mass=-1)
     with pytest.raises(hf.HoldfastError, match="mu"):
         hf.resting_poses(hf.Box((1, 1, 1)), mu=float("nan"))
     with pytest.raises(hf.HoldfastError, match="shape"):
         hf.resting_poses("box")  # type: ignore[arg-type]
-    found = hf.resting_poses(hf.Box((0.1, 0.2, 0.3)))
-    found.save(tmp_path / "rest.json")
-    assert hf.load_answer(tmp_path / "rest.json").to_dict() == found.to_dict()
-    found.save_png(tmp_path / "rest.png")
-    assert (tmp_path / "rest.png").stat().st_size > 10_000
 
 
 def _bracket() -> hf.Compound:
     foot = hf.Part(hf.Box((0.2, 0.06, 0.05)), pose=hf.pose(0.1, 0, 0.025))
     return hf.Compound([foot, hf.Part(hf.Box((0.05, 0.06, 0.2)), pose=hf.pose(0.025, 0, 0.1))])
-
-
-def _prism(outline: list[tuple[float, float]], depth: float) -> tuple[np.ndarray, np.ndarray]:
-    """A prism along z over a convex outline, counter-clockwise."""
-    n, flat = len(outline), np.array(outline)
-    points = np.vstack([np.column_stack([flat, np.full(n, z)]) for z in (0.0, depth)])
-    ends = [[0, k + 1, k] for k in range(1, n - 1)] + [[n, n + k, n + k + 1] for k in range(1, n - 1)]
-    sides = [t for k in range(n) for t in ([k, (k + 1) % n, n + k], [(k + 1) % n, n + (k + 1) % n, n + k])]
-    return points, np.array(ends + sides)
 
 
 def test_a_flat_shape_and_a_centre_of_mass_outside_are_refused() -> None:

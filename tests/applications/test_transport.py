@@ -59,8 +59,6 @@ def test_a_box_slips_or_topples(height: float, engine: str) -> None:
     if not slips:  # accelerating along +x it turns backwards, about -y
         assert t.mechanism[0].twists[0, 4] < -1
     assert t.mechanism[0].twists[0, 0] < 0
-    assert t.engine == engine
-    assert t.claim is hf.answers.Claim({"graph": "estimated", "limit": "exists", "compliant": "holds"}[engine])
     assert t.verdict.status is hf.Status.STABLE
 
 
@@ -249,7 +247,6 @@ def test_what_falls_is_carried_nowhere() -> None:
     ("options", "match"),
     [
         ({"directions": np.zeros((0, 3))}, "is empty; needs"),
-        ({"tilt_degrees": [1, 2]}, r"tilt_degrees: has shape \(2,\); needs"),
         ({"engine": "graph", "bounds": True}, "not ordered against limit"),
     ],
 )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import pickle
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import holdfast as hf
+from bench.scenes import real_pallets
 from holdfast.contacts.contact_search import search
 from holdfast.contacts.interface import Interface
-from holdfast.scene.shipped.blocks import at
 
 SHARED = Path(__file__).parents[3] / "shared" / "cases"
 ENGINES = ("graph", "limit", "compliant")
@@ -28,15 +28,7 @@ def turned(pose: Any, degrees: float) -> NDArray[np.float64]:
 
 def pallet(place: int = 12) -> hf.Scene:
     """A loaded pallet of the shared cases, by its place in the order of their numbers of boxes."""
-    units = json.loads((SHARED / "cargo" / "pallets.json").read_text(encoding="utf-8"))
-    units = units if isinstance(units, list) else units["units"]
-    boxes = sorted(units, key=lambda unit: len(unit["boxes"]))[place]["boxes"]
-    bodies = [hf.Body("floor", hf.Box((20, 20, 0.1)), pose=at(0, 0, -0.05), fixed=True)]
-    for k, box in enumerate(boxes):
-        size = np.array(box["size"])
-        middle = np.array(box["corner"]) + size / 2
-        bodies.append(hf.Body(f"box{k}", hf.Box(size), mass=box["mass"], pose=at(*middle)))
-    return hf.Scene(bodies, 0.4)
+    return replace(real_pallets.pallet(real_pallets.pallets()[place]), friction=hf.Friction(0.4))
 
 
 def anew(assembly: hf.answers.Assembly) -> hf.answers.Assembly:

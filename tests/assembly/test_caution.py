@@ -104,3 +104,15 @@ def test_where_the_centre_of_what_is_fixed_lies_does_not_matter() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         hf.assemble(hf.Scene([table, box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))], 0.5))
+
+
+@pytest.mark.parametrize(("gap", "told"), [(0.0019, False), (0.0021, True), (0.0039, True), (4.0, True)])
+def test_a_gap_of_more_than_half_a_plate_is_told(gap: float, told: bool) -> None:
+    """A plate of 4 mm under a cube: beyond 2 mm, what is above it comes near what is below it."""
+    plate, cube = box("plate", (0.2, 0.2, 0.004), 1, (0, 0, 0.002)), box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.054))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        hf.assemble(hf.Scene([floor(), cube, plate], 0.5), gap=gap)
+    texts = [str(warning.message) for warning in caught if str(warning.message).startswith("gap: ")]
+    assert len(texts) == told
+    assert all("but body 'plate' is only 4 mm thick" in text for text in texts)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from placed import FLOOR
 
 import holdfast as hf
-
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 
 
 def lifted(z: float) -> np.ndarray:

@@ -89,6 +89,24 @@ def test_d16_numbers_out_of_all_range_are_refused(name: str) -> None:
     assert str(caught.value).isprintable()
 
 
+@pytest.mark.parametrize(
+    ("given", "largest"),
+    [
+        (lambda x: hf.Friction(x), 1e9),
+        (lambda x: hf.Friction(0.5, {("a", "b"): x}), 1e9),
+        (lambda x: hf.Body("b", BOX, mass=x), 1e9),
+        (lambda x: hf.Body("b", BOX, mass=1, pose=at(x)), 1e6),
+        (lambda x: hf.Load("cube", (0, 0, 0), (x, 0, 0)), 1e15),
+        (lambda x: scene(gravity=(0, 0, -x)), 1e6),
+    ],
+    ids=["friction", "pair", "mass", "place", "force", "gravity"],
+)
+def test_what_users_give_ends_where_double_precision_has_room(given: Callable[[float], object], largest: float) -> None:
+    given(largest)
+    with pytest.raises(HoldfastError):
+        given(largest * 1.001)
+
+
 @pytest.mark.parametrize("value", [1e-6, 1e6])
 def test_the_ends_of_a_range_belong_to_it(value: float) -> None:
     assert hf.Sphere(value).radius == value

@@ -56,15 +56,6 @@ def test_the_question_and_the_pushes_are_in_the_key(job: Job, other: Callable[[J
     assert (key(other(job)) == key(job)) is same
 
 
-def test_the_content_of_every_file_is_in_the_key(job: Job, tmp_path: Path) -> None:
-    before = key(job)
-    assert key(job, ("scene.yaml",)) != before
-    (tmp_path / "mesh.obj").write_text("v 0 0 1")
-    assert key(job) != before
-    (tmp_path / "mesh.obj").unlink()
-    assert key(job) not in (before, key(job, ("scene.yaml",)))
-
-
 def test_a_digest_is_kept_until_the_file_changes(tmp_path: Path) -> None:
     path, digests = tmp_path / "a", Digests()
     assert digests.of(path) == MISSING

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from shared import FOLDER, needed
+from shared import needed
 
 import holdfast as hf
+from bench.scenes import real_pallets
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.queries.request import push_columns
 
-FILE = FOLDER / "cargo" / "pallets.json"
 MU = 0.4  # the file gives no friction
 FEW, MANY = (10, 18, 26), (8, 20, 30, 33)  # places in the list of units by number of boxes
 DOWN = (0.0, 0.0, -1.0)
@@ -23,20 +22,7 @@ pytestmark = needed
 
 
 def pallet(place: int) -> hf.Scene:
-    units = json.loads(FILE.read_text(encoding="utf-8"))
-    units = units if isinstance(units, list) else units["units"]
-    boxes = sorted(units, key=lambda unit: len(unit["boxes"]))[place]["boxes"]
-    bodies = [hf.Body("floor", hf.Box((20, 20, 0.1)), pose=at((0, 0, -0.05)), fixed=True)]
-    for k, box in enumerate(boxes):
-        size = np.array(box["size"])
-        bodies.append(hf.Body(f"box{k}", hf.Box(size), mass=box["mass"], pose=at(np.array(box["corner"]) + size / 2)))
-    return hf.Scene(bodies, MU)
-
-
-def at(place: Any) -> Any:
-    pose = np.eye(4)
-    pose[:3, 3] = place
-    return pose
+    return replace(real_pallets.pallet(real_pallets.pallets()[place]), friction=hf.Friction(MU))
 
 
 def tops(assembly: hf.answers.Assembly) -> list[hf.Body]:

@@ -40,11 +40,12 @@ OUTCOMES = [
     ("rim.obj", (*GIVEN, "--floor", "--collision", "hull"), 3, "rim is 10 mm above 'floor'"),
 ]
 ATTACKS = [
-    ("m_model.xml", 2, "m_model.xml"),
-    ("case_900308.usdz", 2, "case_900308.usdz"),
-    ("hang.json", 1, "unsupported"),
-    ("layers/main.usda", 2, "has no physics material, so no friction; give --friction"),
+    ("m_model.xml", (), 2, "m_model.xml"),
+    ("case_900308.usdz", (), 2, "case_900308.usdz"),
+    ("hang.json", (), 1, "unsupported"),
+    ("layers/main.usda", (), 2, "has no physics material, so no friction; give --friction"),
 ]
+FILES = [(INTAKE, *case) for case in OUTCOMES] + [(HOSTILE, *case) for case in ATTACKS]
 
 
 def assess(path: str, *arguments: str, folder: Path) -> tuple[int, str]:
@@ -57,28 +58,21 @@ def assess(path: str, *arguments: str, folder: Path) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.skipif(not INTAKE.is_dir(), reason=f"needs the case files in {INTAKE}")
-@pytest.mark.parametrize(("file", "arguments", "code", "told"), OUTCOMES, ids=[case[0] for case in OUTCOMES])
-def test_what_is_said_of_files_from_elsewhere(file: str, arguments: tuple[str, ...], code: int, told: str) -> None:
+@shared.needed
+@pytest.mark.parametrize(("folder", "file", "arguments", "code", "told"), FILES, ids=[case[1] for case in FILES])
+def test_what_is_said_of_files_from_elsewhere(
+    folder: Path, file: str, arguments: tuple[str, ...], code: int, told: str
+) -> None:
     if file.endswith(".xml"):
         pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
-    got, said = assess(file, *arguments, folder=INTAKE)
-    assert (got, told in said) == (code, True), said
-
-
-@pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"needs the case files in {HOSTILE}")
-@pytest.mark.parametrize(("file", "code", "told"), ATTACKS, ids=[case[0] for case in ATTACKS])
-def test_what_is_said_of_hostile_files(file: str, code: int, told: str) -> None:
     if ".usd" in file:
         pytest.importorskip("pxr", reason="needs usd-core: pip install 'holdfast-robotics[usd]'")
-    if file.endswith(".xml"):
-        pytest.importorskip("mujoco", reason="needs MuJoCo: pip install 'holdfast-robotics[mujoco]'")
-    got, said = assess(file, folder=HOSTILE)
+    got, said = assess(file, *arguments, folder=folder)
     assert "Traceback" not in said
     assert (got, told in said) == (code, True), said
 
 
-@pytest.mark.skipif(not HOSTILE.is_dir(), reason=f"needs the case files in {HOSTILE}")
+@shared.needed
 @pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 def test_faces_that_are_wound_against_each_other_settle() -> None:
     scene = hf.load_scene(HOSTILE / "zero.json")

@@ -198,6 +198,15 @@ def test_the_armadillos_normals_are_nearer_to_its_blocks_than_the_published_ones
     assert (their < 0.5).mean() < 0.57
 
 
+@pytest.mark.parametrize("engine", [pytest.param("graph", marks=pytest.mark.slow), "limit"])
+def test_the_armadillo_stands_on_our_interfaces_at_the_tolerance_its_data_needs(engine: str) -> None:
+    """Its blocks have warped faces and overlap by up to 30 mm: at 50 mm and 20 degrees all its contacts are found."""
+    path = case("armadillo")
+    assembly = hf.assemble(hf.load_scene(path), gap=0.05, angle_degrees=20)
+    assert set(by_pair(assembly)) == set(given(path))
+    assert hf.stability(assembly, engine=engine).equilibrium_exists is True
+
+
 # --- settled ----------------------------------------------------------------------------------------------------------
 
 FOUND_AT = {  # [m] the smallest round tolerance at which all pairs of a scene are found

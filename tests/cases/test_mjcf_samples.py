@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from pathlib import Path
 from typing import Any
@@ -70,33 +69,6 @@ def test_masses_of_the_shapes_are_those_of_the_compiled_model(name: str) -> None
         assert like.mass == pytest.approx(model.body_mass[b], rel=single)
         assert like.com_body == pytest.approx(model.body_ipos[b], abs=single)
         assert like.inertia_com == pytest.approx(body.inertia_com, abs=single * model.body_inertia[b].max())
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_friction_of_every_pair_is_that_of_its_geoms(name: str) -> None:
-    """No geom of these files has a priority, so that MuJoCo takes the larger coefficient and the larger condim."""
-    model, _ = compiled(name)
-    scene = hf.load_scene(file(name))
-    of = owners(model, scene)
-    assert not model.geom_priority.any()
-    first = {of[g]: g for g in range(model.ngeom)}
-    for a, b in itertools.combinations(scene.bodies, 2):
-        if not (a.fixed and b.fixed):
-            g, h = first[a.name], first[b.name]
-            dim = max(model.geom_condim[[g, h]])
-            assert scene.mu(a.name, b.name) == (0 if dim == 1 else max(model.geom_friction[[g, h], 0]))
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_mujocos_own_contacts_have_this_friction(name: str) -> None:
-    model, data = compiled(name)
-    stepped(model, data, 0.6 if name in ("edge_edge", "multiple_objects") else 0.02)
-    scene = hf.from_mujoco(model, data)
-    of = owners(model, scene)
-    contact = data.contact
-    assert data.ncon
-    for (g, h), dim, friction in zip(contact.geom, contact.dim, contact.friction[:, 0], strict=True):
-        assert scene.mu(of[g], of[h]) == pytest.approx(0 if dim == 1 else friction, abs=1e-12)
 
 
 def pairs(model: Any, data: Any, scene: hf.Scene) -> dict[tuple[str, ...], float]:
@@ -242,21 +214,3 @@ def test_states_of_a_simulation_are_asked_in_a_loop(name: str) -> None:
     assert forces[0] == 0
     assert np.ptp(forces[-5:]) < 0.02 * forces[-1]
     assert forces[-1] > 0
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_sample_is_written_and_read_back(name: str, tmp_path: Path) -> None:
-    scene = hf.load_scene(file(name))
-    hf.save_scene(scene, tmp_path / "again.xml")
-    again = hf.load_scene(tmp_path / "again.xml")
-    assert again.gravity.tolist() == scene.gravity.tolist()
-    for old, new in zip(scene.bodies, again.bodies, strict=True):
-        assert (new.name, new.fixed) == (old.name, old.fixed)
-        assert new.pose == pytest.approx(old.pose, abs=1e-12)
-        if not old.fixed:
-            assert new.mass == pytest.approx(old.mass, rel=1e-12)
-            assert new.com_body == pytest.approx(old.com_body, abs=1e-12)
-            assert new.inertia_com == pytest.approx(old.inertia_com, abs=1e-12 * np.abs(old.inertia_com).max())
-    for a, b in itertools.combinations(scene.bodies, 2):
-        if not (a.fixed and b.fixed):
-            assert again.mu(a.name, b.name) == pytest.approx(scene.mu(a.name, b.name), abs=1e-12)

@@ -135,14 +135,3 @@ def test_a_cylinder_over_a_cube_of_usd_loads() -> None:
     assert moments[1] == pytest.approx(moments[2], rel=1e-6)
     np.testing.assert_allclose(scene.body("mesh_0").box, ([-0.5, -0.5, -2], [0.5, 0.5, -1]), atol=1e-7)
     assert scene.mu("Cylinder_dynamic", "mesh_0") == pytest.approx(0.2, rel=1e-7)
-
-
-THINGS = [f"urdf/{name}/{name}.urdf" for name in SIZES]
-
-
-@shared.needed
-@pytest.mark.parametrize("file", [*THINGS, "sdf/shapes.sdf", "sdf/nested_model.sdf"])
-def test_a_scene_that_is_saved_comes_back(file: str, tmp_path: Path) -> None:
-    scene = hf.load_scene(ROBOTS / file, floor=True)
-    hf.save_scene(scene, tmp_path / "scene.yaml")
-    assert hf.load_scene(tmp_path / "scene.yaml") == scene

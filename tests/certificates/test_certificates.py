@@ -89,6 +89,16 @@ def test_the_limits_of_a_carrier_are_of_all_that_it_carries(tmp_path: Path) -> N
     assert len(written(limits, tmp_path / "limits.json")["proofs"]) == 7
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_loads_on_two_stacks_hold_as_far_as_the_weaker_of_them(order: int, tmp_path: Path) -> None:
+    """Each slides on its own at μ m g; two newtons on the rough one for each on the slick one."""
+    rough, slick = box("rough", (SIDE,) * 3, 2.0, (0, 0, 0.05)), box("slick", (SIDE,) * 3, 1.0, (0.3, 0, 0.05))
+    scene = hf.Scene([floor(), *(rough, slick)[::order]], hf.Friction(0.8, {("floor", "slick"): 0.3}))
+    loads = [hf.Load("rough", (0, 0, 0.01), force=(2, 0, 0)), hf.Load("slick", (0.3, 0, 0.01), force=(1, 0, 0))]
+    data = written(hf.load_factor(scene, loads[::order]), tmp_path / "factor.json")
+    assert factors(data) == pytest.approx({"holds": 0.3 * G, "moves": 0.3 * G}, rel=1e-6)
+
+
 def test_standing_loads_and_accelerations_are_part_of_it(tmp_path: Path) -> None:
     pressed = hf.Load("cube", (0, 0, SIDE), force=(0, 0, -30))
     push = hf.load_factor(

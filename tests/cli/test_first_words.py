@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
+import numpy as np
 import pytest
 from calling import Call
 from rich.console import Console
@@ -55,6 +56,21 @@ def test_each_leg_has_its_own_force() -> None:
         for y in (0.25, -0.25)
     }
     assert {place: float(row[-2]) for place, row in rows.items()} == pytest.approx(expected, rel=3e-3)  # three digits
+
+
+@pytest.mark.parametrize("tension", [0.0, 400.0])
+@pytest.mark.parametrize(("mu", "degrees"), [(0.5, 20.0), (0.9, 35.0)])
+def test_how_much_of_its_friction_a_cube_on_a_slope_uses(mu: float, degrees: float, tension: float) -> None:
+    """m g sin a of μ (m g cos a + tension area), on 0.01 m²."""
+    angle, floor = np.radians(degrees), hf.Body("floor", hf.Box((1, 1, 0.1)), pose=at(0, 0, -0.05), fixed=True)
+    cube = hf.Body("cube", hf.Box((0.1, 0.1, 0.1)), mass=2, pose=at(0, 0, 0.05))
+    friction = hf.Friction(mu, tension={("floor", "cube"): tension} if tension else {})
+    assembly = hf.assemble(hf.Scene([floor, cube], friction, 9.81 * np.array([np.sin(angle), 0, -np.cos(angle)])))
+    console = Console(file=io.StringIO(), width=80)
+    console.print(stability_report(assembly, hf.stability(assembly, engine="limit")))
+    (row,) = (line.split() for line in console.file.getvalue().splitlines() if "floor - cube" in line)  # type: ignore[attr-defined]
+    used = 19.62 * np.sin(angle) / (mu * (19.62 * np.cos(angle) + 0.01 * tension))
+    assert row[-3:] == [f"{mu:g}", f"{19.62 * np.cos(angle):.3g}", f"{used:.0%}"]
 
 
 def test_nothing_that_is_zero_is_printed_as_rounding(call: Call, tmp_path: Path) -> None:

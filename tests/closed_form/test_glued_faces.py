@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,6 +77,23 @@ def test_a_glued_cantilever_bends_off_at_tension_area_times_half_its_height(engi
     push = hf.robustness(bracket(tension), "brick", (length, 0, height / 2), (0, 0, -1), engine=engine, bounds=True)
     assert float(push) == pytest.approx(by_hand, rel=1e-6)
     assert push.lower[0] <= by_hand * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("first", [False, True])
+@pytest.mark.parametrize("high", [0.9, 0.1])
+def test_what_pulls_a_bracket_to_a_column_does_not_tip_the_column(engine: str, first: bool, high: float) -> None:
+    """A column of 6 kg, 1 m high and 0.2 m wide, tips about its edges as one body with the cube glued to its side."""
+    floor = hf.Body("floor", hf.Box((2, 2, 0.1)), position=(0, 0, -0.05), fixed=True)
+    column = hf.Body("column", hf.Box((0.2, 0.2, 1)), 6.0, position=(0, 0, 0.5))
+    cube = hf.Body("cube", hf.Box((SIDE,) * 3), MASS, position=(0.15, 0, high))
+    pair = [cube, column] if first else [column, cube]
+    scene = hf.Scene([floor, *pair], hf.Friction(MU, tension={("cube", "column"): 2e5}))
+    to_cube, away = (
+        float(hf.robustness(scene, "column", (x, 0, 0.4), (-np.sign(x), 0, 0), engine=engine)) for x in (-0.1, 0.1)
+    )
+    assert to_cube == pytest.approx((6 * G * 0.1 - WEIGHT * 0.05) / 0.4, rel=1e-4)
+    assert away == pytest.approx((6 * G * 0.1 + WEIGHT * 0.25) / 0.4, rel=1e-4)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -193,10 +212,7 @@ def test_derivatives_by_friction_keep_the_tension() -> None:
 @pytest.mark.parametrize(("place", "more"), [(0.0, 0.0), (0.016, 0.5), (0.032, 1.0)])
 def test_glue_and_a_hand_hold_together(place: float, more: float) -> None:
     """A hand that lifts a glued cantilever with 1 N at ``place`` takes 1 N · place off its bending moment."""
-    wall = hf.Body("wall", hf.Box((0.1, 0.1, 0.1)), position=(-0.05, 0, 0), fixed=True, material="brick")
-    brick = hf.Body("brick", hf.Box((0.032, 0.016, 0.0096)), mass=0.02, position=(0.016, 0, 0), material="brick")
-    hand = hf.Hold("brick", hf.pose(place, 0, 0), forces=(0, 0, (0, 1.0)))
-    scene = hf.Scene([wall, brick], hf.Friction(0.5, tension={("brick", "brick"): 3e4}), holds=[hand])
+    scene = replace(bracket(3e4), holds=[hf.Hold("brick", hf.pose(place, 0, 0), forces=(0, 0, (0, 1.0)))])
     bent = 3e4 * 0.016 * 0.0096 * 0.0048 - 0.02 * 9.81 * 0.016
     found = hf.robustness(scene, "brick", (0.032, 0, 0.0048), (0, 0, -1), engine="limit", bounds=True)
     assert float(found) == pytest.approx(bent / 0.032 + more, rel=1e-6)

@@ -11,7 +11,7 @@ import trimesh
 
 import holdfast as hf
 from holdfast.base.rigid import pose_from
-from holdfast.scene.shipped.blocks import about_y, at, box, floor
+from holdfast.scene.shipped.blocks import about_y, box, floor
 
 APART = 1e-3  # [m] between the faces
 
@@ -67,15 +67,3 @@ def test_surfaces_at_one_height_do_not_hide_each_other() -> None:
     on_floor = [i for i in found.interfaces if "floor" in i.bodies]
     assert [i.area for i in on_floor] == pytest.approx([0.01, 0.01], rel=1e-9)
     assert not any("occluded" in i.flags for i in on_floor)
-
-
-def test_a_nearer_surface_hides_what_is_behind_it() -> None:
-    """The same two boxes, one of them lifted by less than the gap: the other is in front where they overlap."""
-    low = hf.Body("low", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0.06, 0, 0.05))
-    high = hf.Body("high", hf.Box((0.1, 0.1, 0.1)), mass=1, pose=at(0, 0, 0.05 + APART))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
-        found = hf.assemble(hf.Scene([floor(), low, high], 0.5), gap=2e-3)
-    area = {frozenset(i.bodies): i.area for i in found.interfaces}
-    assert area[frozenset({"floor", "low"})] == pytest.approx(0.01, rel=1e-9)
-    assert area[frozenset({"floor", "high"})] == pytest.approx(0.01 * 0.6, rel=1e-6)

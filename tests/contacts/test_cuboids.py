@@ -82,43 +82,6 @@ def test_what_is_told_at_once_is_what_triangles_tell() -> None:
     assert min(told.values()) > 60, told
 
 
-def test_one_pair_does_not_depend_on_the_others() -> None:
-    """To the last digit, which is what makes an edited assembly equal a fresh one."""
-    rng = np.random.default_rng(3)
-    near = []
-    for _ in range(40):
-        a, b = pair(rng)
-        assert a.cuboid is not None
-        assert b.cuboid is not None
-        near.append(Near(a.cuboid, b.cuboid, GAP, min(a.size, b.size), 1e-6 * min(a.size, b.size)))
-    together, alone = patches_of(near), [patches_of([each])[0] for each in near]
-    assert together == alone
-
-
-@pytest.mark.parametrize(("yaw", "corners", "area"), [(0.0, 4, 0.1 * 0.1), (np.pi / 4, 8, 0.01 * (2 * 2**0.5 - 2))])
-def test_equal_squares_share_a_square_or_an_octagon(yaw: float, corners: int, area: float) -> None:
-    """A square of side a and the same turned by 45 degrees share a regular octagon of area 2 a² (√2 - 1)."""
-    a = box(np.full(3, 0.1), np.zeros(3), 0.0, UNMOVED, "a")
-    b = box(np.full(3, 0.1), np.array([0, 0, 0.1]), yaw, UNMOVED, "b")
-    found = directly(a, b)
-    assert found is not None
-    (patch,) = found
-    assert len(patch.polygon) == corners
-    assert patch.area == pytest.approx(area, rel=1e-12)
-    np.testing.assert_allclose(patch.normal, (0, 0, 1), atol=1e-15)
-    np.testing.assert_allclose(patch.polygon[:, 2], 0.05, atol=1e-15)
-
-
-def test_the_normal_points_into_the_second_body() -> None:
-    a = box(np.full(3, 0.1), np.zeros(3), 0.0, UNMOVED, "a")
-    b = box(np.full(3, 0.1), np.array([-0.1, 0.03, 0]), 0.0, UNMOVED, "b")
-    for first, second, normal in ((a, b, (-1, 0, 0)), (b, a, (1, 0, 0))):
-        found = directly(first, second)
-        assert found is not None
-        np.testing.assert_allclose(found[0].normal, normal, atol=1e-15)
-        assert found[0].area == pytest.approx(0.1 * 0.07)
-
-
 @pytest.mark.parametrize("thickness", [5e-5, 1.5e-4])
 def test_a_sheet_thinner_than_the_gap_is_left_to_triangles(thickness: float) -> None:
     """Its far face is within the gap, too."""
@@ -128,13 +91,3 @@ def test_a_sheet_thinner_than_the_gap_is_left_to_triangles(thickness: float) -> 
     assert b.cuboid is not None
     (found,) = patches_of([Near(a.cuboid, b.cuboid, GAP, 0.1, 1e-7)])
     assert (found is None) == (thickness < GAP)
-
-
-def test_a_box_on_its_corner_is_left_to_triangles() -> None:
-    a = box(np.full(3, 0.1), np.zeros(3), 0.0, UNMOVED, "a")
-    tilt = trimesh.transformations.rotation_matrix(0.6, (1, 1, 0))
-    height = float((tilt[:3, :3] @ np.array([[x, y, -0.05] for x in (-0.05, 0.05) for y in (-0.05, 0.05)]).T)[2].min())
-    tilt[:3, 3] = 0, 0, 0.05 - height
-    b = Body("b", Box((0.1, 0.1, 0.1)), mass=1.0, pose=tilt)
-    assert directly(a, b) is None
-    assert through_triangles(a, b)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from placed import at
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -15,16 +16,8 @@ from holdfast.contacts.swept import Swept, meeting
 LIMITS = {"gap": np.inf, "depth": np.inf, "cos_twist": 0.0, "cos_side": float(np.cos(np.radians(5)))}
 
 
-def pose(place: Float | tuple[float, ...], turn: Float | None = None) -> Float:
-    found = np.eye(4)
-    found[:3, 3] = place
-    if turn is not None:
-        found[:3, :3] = turn
-    return found
-
-
 def egg(rng: np.random.Generator, place: Float) -> PlacedEllipsoid:
-    return PlacedEllipsoid.of(pose(place, Rotation.random(random_state=rng).as_matrix()), rng.uniform(0.5, 2.0, 3))
+    return PlacedEllipsoid.of(at(*place, Rotation.random(random_state=rng).as_matrix()), rng.uniform(0.5, 2.0, 3))
 
 
 def apart(one: PlacedEllipsoid, two: PlacedEllipsoid, normals: Float) -> Float:
@@ -54,8 +47,8 @@ def test_no_direction_separates_two_ellipsoids_more(distance: float) -> None:
         tried = near if distance < 0 else np.vstack([near, everywhere])
         assert apart(one, two, tried).max() <= found.apart + 1e-12
         np.testing.assert_allclose(found.of_two - found.of_one, found.apart * found.normal, atol=1e-9)
-        for each, at in ((one, found.of_one), (two, found.of_two)):
-            arm = at - each.centre
+        for each, place in ((one, found.of_one), (two, found.of_two)):
+            arm = place - each.centre
             assert arm @ np.linalg.solve(each.squares, arm) == pytest.approx(1, rel=1e-9)
 
 
@@ -65,7 +58,7 @@ def test_ellipsoids_with_equal_axes_are_balls() -> None:
         a, b = rng.uniform(0.5, 2.0, 2)
         one, two = rng.normal(size=3), 3 * rng.normal(size=3)
         half = rng.normal(size=3)
-        found = meet(PlacedEllipsoid.of(pose(one), np.full(3, a)), Swept(two, half, b, flat=False), **LIMITS)
+        found = meet(PlacedEllipsoid.of(at(*one), np.full(3, a)), Swept(two, half, b, flat=False), **LIMITS)
         exact = meeting(Swept(one, np.zeros(3), a, flat=False), Swept(two, half, b, flat=False), **LIMITS)
         if found is None or exact is None:
             assert found is exact
@@ -132,7 +125,7 @@ def test_the_side_of_a_cylinder_ends_at_its_rims() -> None:
     """Beside the middle an egg touches it; beyond an end, where it would meet the rim, that is left to others."""
     tin = Swept(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.5, flat=True)
     for height, touches in ((0.0, True), (0.9, True), (1.6, False)):
-        found = meet(PlacedEllipsoid.of(pose((1.0, 0.0, height)), np.array([0.5, 0.4, 0.7])), tin, **LIMITS)
+        found = meet(PlacedEllipsoid.of(at(1.0, 0.0, height), np.array([0.5, 0.4, 0.7])), tin, **LIMITS)
         assert (found is not None) == touches
         if found is not None:
             assert found.heights[0] == pytest.approx(0.0, abs=1e-12)
@@ -146,11 +139,11 @@ def on_rails(turn: float, roll: float) -> hf.answers.Assembly:
     height = float(np.sqrt((across + radius) ** 2 - wide**2))
     own = Rotation.from_euler("x", roll, degrees=True) * lying
     bodies = [
-        hf.Body("left", hf.Cylinder(radius, 0.4), pose=pose((0, -wide, 0), lying.as_matrix()), fixed=True),
-        hf.Body("right", hf.Cylinder(radius, 0.4), pose=pose((0, wide, 0), lying.as_matrix()), fixed=True),
-        hf.Body("egg", hf.Ellipsoid((across, across, long)), mass=1.0, pose=pose((0, 0, height), own.as_matrix())),
+        hf.Body("left", hf.Cylinder(radius, 0.4), pose=at(0, -wide, 0, lying.as_matrix()), fixed=True),
+        hf.Body("right", hf.Cylinder(radius, 0.4), pose=at(0, wide, 0, lying.as_matrix()), fixed=True),
+        hf.Body("egg", hf.Ellipsoid((across, across, long)), mass=1.0, pose=at(0, 0, height, own.as_matrix())),
     ]
-    whole = pose((0.1, 0.2, 0.3), Rotation.from_euler("z", turn, degrees=True).as_matrix())
+    whole = at(0.1, 0.2, 0.3, Rotation.from_euler("z", turn, degrees=True).as_matrix())
     return hf.assemble(
         hf.Scene([hf.Body(b.name, b.shape, mass=b.mass, pose=whole @ b.pose, fixed=b.fixed) for b in bodies], 0.5)
     )
@@ -160,7 +153,7 @@ def on_rails(turn: float, roll: float) -> hf.answers.Assembly:
 @pytest.mark.parametrize("roll", [0.0, 0.5, 2.0, 11.0, 40.0])
 def test_an_egg_on_rails_touches_each_at_one_point_however_it_is_rolled(turn: float, roll: float) -> None:
     found = on_rails(turn, roll)
-    whole = pose((0.1, 0.2, 0.3), Rotation.from_euler("z", turn, degrees=True).as_matrix())
+    whole = at(0.1, 0.2, 0.3, Rotation.from_euler("z", turn, degrees=True).as_matrix())
     assert len(found.interfaces) == 2
     for interface in found.interfaces:
         (patch,) = interface.patches
@@ -185,8 +178,8 @@ def test_a_cylinder_that_lies_on_an_egg_touches_it_at_its_top(roll: float) -> No
     """Rolled by 0.5 to 40 degrees it was said to fall; it is balanced, as it is however it is rolled."""
     turn = (Rotation.from_euler("x", roll, degrees=True) * Rotation.from_euler("y", 90, degrees=True)).as_matrix()
     bodies = [
-        hf.Body("egg", hf.Ellipsoid((0.06, 0.06, 0.03)), pose=pose((0, 0, 0.03)), fixed=True),
-        hf.Body("cylinder", hf.Cylinder(0.04, 0.2), mass=0.5, pose=pose((0, 0, 0.1), turn)),
+        hf.Body("egg", hf.Ellipsoid((0.06, 0.06, 0.03)), pose=at(0, 0, 0.03), fixed=True),
+        hf.Body("cylinder", hf.Cylinder(0.04, 0.2), mass=0.5, pose=at(0, 0, 0.1, turn)),
     ]
     found = hf.assemble(hf.Scene(bodies, 0.6))
     (interface,) = found.interfaces
@@ -214,8 +207,8 @@ def test_an_egg_touches_a_box_where_a_search_finds_it_nearest(seed: int, order: 
     place, scale = best * size / 2, np.sqrt(out(best))
     normal = turn @ (((place - centre) @ turn) / radii**2)
     whole = Rotation.random(random_state=seed + 100).as_matrix()
-    box = hf.Body("box", hf.Box(size), pose=pose((0, 0, 0), whole), fixed=True)
-    it = hf.Body("it", hf.Ellipsoid(scale * radii), mass=1, pose=pose(whole @ centre, whole @ turn))
+    box = hf.Body("box", hf.Box(size), pose=at(0, 0, 0, whole), fixed=True)
+    it = hf.Body("it", hf.Ellipsoid(scale * radii), mass=1, pose=at(*(whole @ centre), whole @ turn))
     (interface,) = hf.assemble(hf.Scene([box, it][::order], 0.5), gap=1e-5).interfaces
     (patch,) = interface.patches
     assert patch.kind == "point"
@@ -230,12 +223,12 @@ def test_an_egg_on_the_edges_of_a_slot_rolls_along_it(roll: float) -> None:
     across, gap = 0.05, 0.06
     own = (Rotation.from_euler("y", roll, degrees=True)).as_matrix()
     bodies = [
-        hf.Body(f"side {s:+d}", hf.Box((0.5, 0.2, 0.1)), fixed=True, pose=pose((0, s * (0.1 + gap / 2), -0.05)))
+        hf.Body(f"side {s:+d}", hf.Box((0.5, 0.2, 0.1)), fixed=True, pose=at(0, s * (0.1 + gap / 2), -0.05))
         for s in (1, -1)
     ]
     height = 0.08 * np.sqrt(1 - (gap / 2 / across) ** 2)
     shape = hf.Ellipsoid((0.08, across, 0.08))
-    found = hf.assemble(hf.Scene([*bodies, hf.Body("egg", shape, mass=1.0, pose=pose((0, 0, height), own))], 0.5))
+    found = hf.assemble(hf.Scene([*bodies, hf.Body("egg", shape, mass=1.0, pose=at(0, 0, height, own))], 0.5))
     assert len(found.interfaces) == 2
     for interface in found.interfaces:
         (patch,) = interface.patches

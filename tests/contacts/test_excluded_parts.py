@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from placed import at
+from placed import FLOOR, at
 
 import holdfast as hf
 from holdfast.scene.excluded import Excluded
 
 G = 9.81
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 
 
 def table(excluded: list[Excluded], **rest: Any) -> hf.Scene:

@@ -112,14 +112,6 @@ def test_a_tin_that_widens_upwards_is_searched(monkeypatch: pytest.MonkeyPatch) 
     assert not compared(floor, body(Mesh(askew, tin.faces), (0, 0, 0.05), name="b"), monkeypatch)
 
 
-def test_beside_a_slanted_side_a_corner_still_touches(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A box on the top of a frustum, flush with its rim: the side below it slants, so that all is searched."""
-    for bottom in (0.05, 0.1001, 0.2):
-        under = body(frustum(bottom, 0.1, 0.1), (0, 0, -0.05))
-        over = body(Box((0.1, 0.1, 0.1)), (0.03, 0.02, 0.05), name="b")
-        assert not compared(under, over, monkeypatch)
-
-
 def test_a_prong_in_the_plane_is_searched_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """One body is a box and, beside it, a pyramid that stands on its point: that corner is no face's."""
     box = trimesh.creation.box((0.1, 0.1, 0.1))
@@ -133,18 +125,6 @@ def test_a_prong_in_the_plane_is_searched_for(monkeypatch: pytest.MonkeyPatch) -
         for p in find_patches(floor, mesh, SearchMesh.of(floor), SearchMesh.of(mesh), Tolerances(1e-4, 1.0))
     ]
     assert sorted(kinds) == [1, 4]
-
-
-def test_tins_on_each_other_are_answered_for_by_their_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Large flat faces answer for all, so that nobody looks at triangles near each other."""
-    under, over = (
-        body(Cylinder(0.05, 0.1, 400), (0, 0, -0.05)),
-        body(Cylinder(0.04, 0.1, 400), (0.01, 0, 0.05), name="b"),
-    )
-    monkeypatch.setattr(detect, "near_but_facets", lambda *_: pytest.fail("triangles are searched"))
-    (patch,) = find_patches(under, over, SearchMesh.of(under), SearchMesh.of(over), Tolerances(1e-4, 1.0))
-    disc = 200 * 0.04**2 * np.sin(2 * np.pi / 400)
-    assert patch.area == pytest.approx(disc, rel=1e-9)
 
 
 def test_small_feet_beside_a_large_face_are_found(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,21 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from placed import at
+from placed import FLOOR, at, lying, prism
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.base.arrays import Float
 
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 G = 9.81
 FACET = 360 / 64  # [deg] of a cylinder that is tessellated as usual
-
-
-def lying(roll: float, tilt: float = 0.0) -> Float:
-    """A rotation that lays the z axis along y after a turn by ``roll`` about itself, and tilts it by ``tilt`` [deg]."""
-    turn = Rotation.from_euler("x", 90 + tilt, degrees=True) * Rotation.from_euler("z", roll, degrees=True)
-    return np.asarray(turn.as_matrix())
 
 
 def tin(roll: float, shape: hf.Shape | None = None) -> hf.Body:
@@ -150,9 +142,9 @@ def test_doubt_about_its_rotation_gives_a_drawn_ball_no_more_points(sigma: tuple
 def test_a_facet_that_stands_for_a_curved_surface_is_told() -> None:
     """A drawn tin on its side; not on its end, nor a true cylinder, a rounded box or half a rod on its flat."""
     side = tin(FACET / 2, drawn()).moved(at(0, 0, 0.04 * np.cos(np.pi / 64), lying(FACET / 2)))
-    bar = hf.Mesh(*_prism(np.array(_rounded(0.1, 0.06, 0.005, 8)), 0.2))
+    bar = prism(np.array(_rounded(0.1, 0.06, 0.005, 8)), -0.1, 0.1)
     turn = np.linspace(0, np.pi, 33)
-    arch = hf.Mesh(*_prism(0.04 * np.column_stack([np.cos(turn), np.sin(turn)]), 0.2))
+    arch = prism(0.04 * np.column_stack([np.cos(turn), np.sin(turn)]), -0.1, 0.1)
     for body, told in (
         (side, True),
         (hf.Body("end", drawn(), mass=1, pose=at(0, 0, 0.06)), False),
@@ -172,17 +164,6 @@ def _rounded(width: float, height: float, radius: float, steps: int) -> list[tup
             x, y = sx * (width / 2 - radius), sy * (height / 2 - radius)
             outline.append((x + radius * float(np.cos(angle)), y + radius * float(np.sin(angle))))
     return outline
-
-
-def _prism(outline: Float, length: float) -> tuple[Float, Float]:
-    """Vertices and faces of a prism along z over a convex outline (n, 2), centred on its frame."""
-    n = len(outline)
-    i = np.arange(n)
-    j = (i + 1) % n
-    ends = [np.column_stack([outline, np.full(n, z)]) for z in (-length / 2, length / 2)]
-    fan = np.column_stack([np.zeros(n - 2, dtype=int), i[1:-1], i[2:]])
-    sides = [np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])]
-    return np.vstack(ends), np.vstack([*sides, fan[:, ::-1], fan + n])
 
 
 @pytest.mark.parametrize("roll", [0.0, FACET / 2])

@@ -41,10 +41,6 @@ def slivers(seed: int = 3, count: int = 60) -> list[Patch]:
     return found
 
 
-def hull_of(points: np.ndarray) -> trimesh.Trimesh:
-    return trimesh.convex.convex_hull(np.vstack([points, points.mean(0) + 0.1 * UP]))
-
-
 def test_an_uneven_support_keeps_area_pressure_centre_second_moments_and_hull() -> None:
     patches = slivers()
     (one,) = merged(patches, GAP, 1.0)

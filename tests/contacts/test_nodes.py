@@ -123,18 +123,6 @@ def test_patches_share_the_nodes_by_area() -> None:
     assert [weights.sum() for _, weights in found] == pytest.approx([3, 1])
 
 
-@pytest.mark.parametrize(
-    ("count", "sampling", "match"),
-    [
-        (3, "hull", r"3 nodes an interface; needs at least 4"),
-        (20, "grid", r"sampling = 'grid'; needs one of hull, quadrature"),
-    ],
-)
-def test_what_is_refused(count: int, sampling: str, match: str) -> None:
-    with pytest.raises(hf.HoldfastError, match=match):
-        interface_nodes(interface("square"), count, sampling)
-
-
 def test_the_papers_nodes_are_spread_seeded_and_weigh_the_same() -> None:
     """Twenty points by farthest-of-ten keep a distance that points thrown at random do not."""
     ((points, weights),) = interface_nodes(interface("square"), 20, "paper", seed=3)

@@ -51,12 +51,6 @@ def test_parts_without_a_material_have_that_of_the_body() -> None:
     assert found == pytest.approx(0.9 * 2 * G, rel=1e-5)
 
 
-def test_one_material_in_all_parts_needs_no_coefficient_of_the_body() -> None:
-    assembly, found = force(sled("steel", "steel"), hf.Friction(pairs=TABLE), "limit")
-    assert assembly.mu == (0.2,)
-    assert found == pytest.approx(0.2 * 2 * G, rel=1e-5)
-
-
 def test_a_pair_of_bodies_goes_before_the_materials_of_their_parts() -> None:
     friction = hf.Friction(pairs={**TABLE, ("floor", "sled"): 0.5})
     assembly, found = force(sled("rubber", "steel"), friction, "limit")
@@ -107,6 +101,23 @@ def test_a_body_and_the_material_of_a_part_make_a_pair() -> None:
         assembly = hf.assemble(hf.Scene(bodies, table))
         middles = {i.mu: np.mean([patch.centroid[1] for patch in i.patches]) for i in assembly.interfaces}
         assert middles == pytest.approx({0.9: -0.09, 0.2: 0.09})
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant"])
+@pytest.mark.parametrize("left", ["rubber", "steel"])
+def test_a_sled_slides_straight_if_pushed_nearer_to_its_rough_runner(left: str, engine: str) -> None:
+    """If each bears half, (0.9 + 0.2) W / 2, at 0.09 m (0.9 - 0.2) / (0.9 + 0.2) from the middle.
+
+    Where stiffness does not decide, the rubber one bears up to 5 / 9: by its inner edge, the steel one by its outer.
+    """
+    table = hf.Friction(pairs={("floor", "rubber"): 0.9, ("floor", "steel"): 0.2})
+    right, side = ("steel", -1) if left == "rubber" else ("rubber", 1)
+    assembly = hf.assemble(hf.Scene([FLOOR, sled(left, right)], table))
+    at_balance = (-0.2, side * 0.09 * 0.7 / 1.1, 0.0501)
+    beside = (-0.2, -side * 0.09 * 0.7 / 1.1, 0.0501)
+    straight, turning = hf.robustness(assembly, "sled", [at_balance, beside], (1, 0, 0), engine=engine).force
+    assert straight == pytest.approx((0.9 * 5 + 0.2 * 4) / 9 * 2 * G if engine == "limit" else 1.1 * G, rel=1e-3)
+    assert turning < 0.9 * straight
 
 
 @pytest.mark.parametrize("order", [1, -1])

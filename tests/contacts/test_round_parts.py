@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from placed import at
+from placed import FLOOR, at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
@@ -14,7 +14,6 @@ from holdfast.base.arrays import Float
 from holdfast.contacts.round_contacts import feet
 from holdfast.contacts.tolerances import Angles
 
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 G = 9.81
 FEET = ((-0.4, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.4, 0.2))
 
@@ -116,14 +115,6 @@ def test_what_lies_inside_another_part_does_not_touch(depth: float) -> None:
     else:  # on the bottom of the block is not inside it
         assert np.allclose(lines, [(-0.25, 0.25)], atol=1e-9)
     assert len(found) == len(faces) + len(lines)
-
-
-def test_a_rod_that_begins_inside_a_block_touches_from_its_face_on() -> None:
-    rod = hf.Part(hf.Capsule(0.02, 0.5), at(0.2, 0, 0.02005, LYING))
-    block = hf.Part(hf.Box((0.2, 0.1, 0.1)), at(z=0.05))
-    lines = [patch for patch in patches(hf.Body("both", hf.Compound([rod, block]), mass=1)) if patch.kind == "line"]
-    (line,) = lines
-    assert np.allclose(np.sort(line.polygon[:, 0]), (0.1, 0.45), atol=1e-9)
 
 
 def test_a_facet_of_a_round_part_is_no_flat_face() -> None:

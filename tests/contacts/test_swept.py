@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from placed import at
+from placed import FLOOR, at, lying
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -12,14 +12,7 @@ import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.contacts.swept import Swept, meeting
 
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 NEAR = {"gap": 1e-4, "depth": 1e-4, "cos_twist": float(np.cos(np.radians(1))), "cos_side": float(np.cos(np.radians(1)))}
-
-
-def lying(roll: float, yaw: float = 0.0) -> Float:
-    """A rotation that lays the z axis along y, after a turn by ``roll`` about itself; then ``yaw``, both in degrees."""
-    turn = Rotation.from_euler("z", yaw, degrees=True) * Rotation.from_euler("x", 90, degrees=True)
-    return np.asarray((turn * Rotation.from_euler("z", roll, degrees=True)).as_matrix())
 
 
 def between(one: hf.Body, two: hf.Body, gap: float = 1e-4) -> tuple[hf.answers.Patch, ...]:

@@ -23,7 +23,6 @@ from contact_truth import (
     common,
     floor,
     frame,
-    level,
     motion,
     rectangle,
     shoelace,
@@ -187,16 +186,3 @@ def test_bodies_beyond_the_gap_are_not_joined(distance: float) -> None:
         Solid("ball", hf.Sphere(0.05), frame(-0.2, 0, 0.05 + distance + hf.Sphere(0.05).surface.sagitta)),
     ]
     assert hf.assemble(Case((floor(), *cubes), {}).scene(), gap=1e-3).interfaces == ()
-
-
-def test_an_outline_of_a_gap_is_that_of_the_faces() -> None:
-    """At 1 mm the hull is the exact octagon, half way between the two faces."""
-    solids = (
-        floor(),
-        Solid("a", hf.Box(np.full(3, 0.1)), frame(z=0.05)),
-        Solid("b", hf.Box(np.full(3, 0.1)), frame(z=0.151, turn=spin(30))),
-    )
-    found = by_pair(hf.assemble(Case(solids, {}).scene(), gap=1.5e-3).interfaces)
-    (patch,) = found[frozenset("ab")].patches
-    octagon = level(common(SQUARE, rectangle(0.1, 0.1, degrees=30)), 0.1005)
-    assert apart(patch.hull, octagon) < 1e-9

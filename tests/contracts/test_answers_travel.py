@@ -123,6 +123,12 @@ ASK: dict[str, Callable[[], Any]] = {
     "build order": lambda: hf.build_order(hf.shipped_scene("stack"), engine="graph", pushes=30),
     "build order, no pushes": lambda: hf.build_order(hf.shipped_scene("stack"), engine="graph", pushes=0),
     "build order, no end": lambda: hf.build_order(hf.shipped_scene("arch"), engine="limit", pushes=0),
+    "settled": lambda: hf.settle(hf.Scene(hf.shipped_scene("cube").moved({"cube": hf.pose(z=0.052)}).bodies, 0.5)),
+    "resting poses": lambda: hf.resting_poses(hf.Box((0.1, 0.2, 0.3))),
+    "safe pushes": lambda: hf.safe_pushes(cube(), "cube", 9.0, spacing=0.05),
+    "placements": lambda: hf.place_all(
+        cube(), [hf.Body("box", hf.Box((0.03, 0.03, 0.03)), mass=0.1)], search=hf.Search(solves=3), engine="graph"
+    ),
     "placement": placed,
     "no placement": no_place,
     "odd names": lambda: hf.robustness_map(oddly_named(), spacing=0.05, engine="limit"),
@@ -332,7 +338,10 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
         hf.load_answer(tmp_path / "cube.json")
 
 
-@pytest.mark.parametrize("name", ["map, limit", "transport", "disassembly", "placement"])
+PICTURED = ["map, limit", "transport", "disassembly", "placement", "placements", "settled", "resting poses", "carried"]
+
+
+@pytest.mark.parametrize("name", PICTURED)
 def test_pictures(name: str, tmp_path: Path) -> None:
     value = answer(name)
     if name == "transport":

@@ -85,6 +85,17 @@ def test_options_of_readers_are_true_or_false(name: str, tmp_path: Path) -> None
 
 
 SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
+    "gap": (lambda: hf.assemble(CUBE, gap=-1), "assemble: gap: is -1; needs"),
+    "angle": (lambda: hf.assemble(CUBE, angle_degrees=90), "assemble: angle_degrees = 90; needs less than 90"),
+    "pose_sigma": (lambda: hf.assemble(CUBE, pose_sigma=0), "assemble: pose_sigma: is 0; needs"),
+    "two tolerances": (
+        lambda: hf.assemble(CUBE, gap=1e-3, pose_sigma=1e-3),
+        r"gap = 0\.001 and pose_sigma = 0\.001; give one",
+    ),
+    "interfaces": (
+        lambda: hf.assemble(CUBE, interfaces=[3]),  # type: ignore[list-item]
+        r"interfaces holds a int; needs holdfast\.answers\.Interface",
+    ),
     "accuracy of a constraint": (
         lambda: hf.sets.constraint(CUBE, "cube", accuracy=2),
         "accuracy: is 2; needs a finite number > 0 and < 1",

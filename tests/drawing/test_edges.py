@@ -17,6 +17,16 @@ def edge_length(*parts: HeatSurface | Solid) -> float:
     return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum())
 
 
+def test_edges_are_where_the_surface_bends_or_ends() -> None:
+    """A sheet of two triangles, folded along its diagonal, anywhere: its four rims and the fold between them."""
+    corners = np.array([[0.3, -0.2, 0.5], [1.3, -0.1, 0.6], [1.1, 0.9, 0.2], [0.2, 0.8, 1.4]])
+    folded = Solid("sheet", corners, np.array([[0, 1, 2], [0, 2, 3]]), fixed=False)
+    segments = feature_edges(movable(Picture("", "", (), (folded,)), None))
+    drawn = sorted(sorted(each) for each in np.round(segments, 9).tolist())
+    ends = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 2)]
+    assert drawn == sorted(sorted(corners[list(pair)].tolist()) for pair in ends)
+
+
 @pytest.mark.parametrize("cut", [10.0, 0.5, 0.13])
 def test_a_box_has_its_twelve_edges_however_fine_its_cells(heat_box, cut: float) -> None:
     box = heat_box("a", (0.0, 0.0, 0.0), (1.0, 2.0, 3.0), lambda p: p[:, 0] + 1.0, cut)

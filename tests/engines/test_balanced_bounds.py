@@ -41,3 +41,17 @@ def test_d9_force_lies_within_its_bounds_to_the_last_digit(make: object, engine:
     assert not np.isnan(found.force).any()
     factor = hf.load_factor(assembly, [hf.Load("thing", points[0], (3, 1, 2))], engine=engine)
     assert factor.lower <= factor.factor <= factor.upper
+
+
+@pytest.mark.parametrize("engine", ["limit", "compliant", "graph"])
+@pytest.mark.parametrize("yaw", [0, 17, 123])
+def test_a_plank_balanced_on_an_edge_anywhere_holds_nothing_at_all(engine: str, yaw: float) -> None:
+    """A push down beyond the edge takes 0 N and not what rounding makes of it, and a note says why."""
+    there = hf.pose(0.313, -0.271, 0, yaw=yaw)
+    base = hf.Body("base", hf.Box((0.2, 0.3, 0.1)), fixed=True, pose=there @ hf.pose(0, 0, 0.05))
+    plank = hf.Body("plank", hf.Box((0.4, 0.1, 0.02)), mass=0.7, pose=there @ hf.pose(0.1, 0, 0.11))
+    points = np.array([[0.29, 0, 0.12, 1], [0.29, 0.03, 0.12, 1]]) @ there.T
+    found = hf.robustness(hf.Scene([base, plank], 0.6), "plank", points[:, :3], (0, 0, -1), engine=engine)
+    assert found.force.tolist() == [0.0, 0.0]
+    assert found.lower.tolist() == [0.0, 0.0]
+    assert any("only balanced" in note and "plank" in note for note in found.notes)

@@ -69,6 +69,17 @@ def test_a_wide_gap_is_doubted_and_the_default_gap_is_not() -> None:
     assert close.notes == ()
 
 
+def test_a_bound_is_called_what_the_least_sure_of_its_cases_is() -> None:
+    """Engine limit proves its bounds. What seen poses take from them besides is an estimate."""
+    for scene, options, bound in (
+        (cartons(0), {}, "proved"),
+        (cartons(0.002), {"gap": 0.005}, "proved"),
+        (cartons(0.002), {"pose_sigma": SIGMA}, "estimated"),
+    ):
+        found = hf.robustness(hf.assemble(scene, **options), "c0", PUSH, X, engine="limit")
+        assert found.lower_bound == bound, options
+
+
 def test_what_is_needed_is_certain() -> None:
     """A plank over two cartons needs both of them; the two need not touch each other."""
     scene = cartons(0.004)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from placed import at
@@ -40,6 +42,21 @@ def test_p1_two_boxes_pushed_along_their_diagonal_tip_over_the_corner(engine: st
     assert "slides" not in found.mechanism[0].text
     assert "b0, b1 turn about the axis through (0.2, 0.2, 0) along (-0.707, 0.707, 0)" in found.mechanism[0].text
     assert "opens: ground-b0" in found.mechanism[0].text
+
+
+@pytest.mark.parametrize(("x", "y", "yaw"), [(0.7, -0.4, 0.0), (-1.3, 0.2, 30.0), (2.0, 2.0, 215.0)])
+def test_words_name_the_edge_over_which_a_box_tips_wherever_it_stands(x: float, y: float, yaw: float) -> None:
+    """The point of the axis that is named lies on the line of the lower edge in front, and the axis is along it."""
+    tower = hf.Body("tower", hf.Box((0.1, 0.4, 0.6)), mass=2, pose=hf.pose(x, y, 0.3, yaw=yaw))
+    way, along = tower.pose[:3, 0], tower.pose[:3, 1]
+    top = tower.pose[:3, 3] + 0.25 * np.array([0, 0, 1]) - 0.05 * way
+    found = hf.robustness(hf.Scene([GROUND, tower], 0.5), "tower", top, way, engine="limit")
+    said = re.search(r"tower turns about the axis through \((.*?)\) along \((.*?)\)", found.mechanism[0].text)
+    assert said is not None
+    through, axis = (np.array([float(each) for each in part.split(", ")]) for part in said.groups())
+    edge = tower.pose[:3, 3] + 0.05 * way - [0, 0, 0.3]
+    np.testing.assert_allclose(axis, along, atol=2e-3)
+    np.testing.assert_allclose(np.cross(through - edge, along), 0, atol=5e-3)  # three digits
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -7,7 +7,6 @@ import pytest
 
 import holdfast as hf
 from holdfast.geometry.area import areas_of, normals_of, outline_vector
-from holdfast.geometry.cells import surface_cells
 
 CORNERS = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]])
 
@@ -28,13 +27,6 @@ def test_the_surface_of_a_box() -> None:
     surface = hf.Box((0.1, 0.2, 0.3)).surface
     assert surface.area == pytest.approx(2 * (0.1 * 0.2 + 0.2 * 0.3 + 0.3 * 0.1), rel=1e-14)
     assert surface.areas.sum() == surface.area
-
-
-def test_cells_share_out_the_area_of_a_surface() -> None:
-    surface = hf.Cylinder(0.05, 0.2).surface
-    cells = surface_cells(surface, 0.02)
-    assert len(cells.areas) == len(cells.points)
-    assert cells.areas.sum() == pytest.approx(surface.area, rel=1e-12)
 
 
 def test_an_outline_is_wound_around_its_vector_wherever_it_lies() -> None:

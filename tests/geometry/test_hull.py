@@ -36,17 +36,6 @@ def test_points_along_an_edge_are_no_corners() -> None:
     assert sorted(corner_numbers(grid).tolist()) == [0, 4, 20, 24]
 
 
-@pytest.mark.parametrize("degrees", [0, 17, 45, 80])
-def test_the_smallest_rectangle_turns_with_what_it_encloses(degrees: float) -> None:
-    angle = np.radians(degrees)
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    ring = np.array([(0, 0), (3, 0), (3, 1), (0, 1)], dtype=float) @ turn.T
-    axes, low, high = smallest_rectangle(ring)
-    assert high - low == pytest.approx([3, 1])
-    assert abs(axes[0] @ turn[:, 0]) == pytest.approx(1)
-    assert np.linalg.det(axes) == pytest.approx(1)
-
-
 @pytest.mark.parametrize("seed", range(8))
 def test_no_rectangle_around_a_hull_is_smaller(seed: int) -> None:
     points = np.random.default_rng(seed).normal(size=(30, 2)) * [1, 3]

@@ -45,6 +45,31 @@ def test_pieces_of_a_square_with_a_hole_join_to_it() -> None:
     assert signed_area(hole) == pytest.approx(-1 / 18**2, rel=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_moments_of_a_triangle_are_those_at_the_middles_of_its_sides(seed: int) -> None:
+    """A third of the area times the values there: exact for polynomials of the second degree."""
+    ring = flat.oriented(np.random.default_rng(seed).normal(size=(3, 2)))
+    (a, b), (c, d) = ring[1] - ring[0], ring[2] - ring[0]
+    x, y = ((ring + np.roll(ring, 1, axis=0)) / 2).T
+    values = np.array([np.ones(3), x, y, x * x, x * y, y * y])
+    np.testing.assert_allclose(
+        flat.polynomial_moments([ring]), (a * d - b * c) / 6 * values.sum(1), rtol=1e-12, atol=1e-13
+    )
+
+
+def test_moments_of_a_rectangle_with_a_hole_are_their_difference() -> None:
+    """Of x from a to b and y from c to d: (b^m - a^m) (d^n - c^n) / (m n), m and n one more than the powers."""
+
+    def moments(a: float, b: float, c: float, d: float) -> list[float]:
+        powers = [(1, 1), (2, 1), (1, 2), (3, 1), (2, 2), (1, 3)]
+        return [(b**m - a**m) * (d**n - c**n) / (m * n) for m, n in powers]
+
+    outer, inner = (-0.2, 1.3, 0.4, 2.0), (0.3, 0.9, 1.1, 1.4)
+    rings = [np.array([[a, c], [b, c], [b, d], [a, d]]) for a, b, c, d in (outer, inner)]
+    found = flat.polynomial_moments([rings[0], rings[1][::-1]])
+    np.testing.assert_allclose(found, np.subtract(moments(*outer), moments(*inner)), rtol=1e-12)
+
+
 def star(spikes: int, outer: float, inner: float) -> NDArray[np.float64]:
     """The corners (4 spikes, 2) of a star of thin spikes around a disc."""
     angle = 2 * np.pi * np.arange(4 * spikes) / (4 * spikes)

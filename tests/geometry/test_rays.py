@@ -30,18 +30,6 @@ def test_random_rays_meet_what_the_equations_say() -> None:
     assert 20 < met < 180
 
 
-def test_a_box_is_met_at_its_near_side_and_from_inside_at_its_far_side() -> None:
-    surface = Box(np.array([2.0, 2.0, 2.0])).surface
-    down = np.array([0.0, 0.0, -2.0])
-    near = first_hit(surface.vertices, surface.faces, np.array([0.3, 0.2, 5.0]), down)
-    inside = first_hit(surface.vertices, surface.faces, np.array([0.3, 0.2, 0.0]), down)
-    assert near is not None
-    assert inside is not None
-    assert near.distance == pytest.approx(2.0)
-    assert inside.distance == pytest.approx(0.5)
-    assert first_hit(surface.vertices, surface.faces, np.array([0.3, 0.2, -5.0]), down) is None
-
-
 def test_rays_along_a_face_and_through_an_edge() -> None:
     surface = Box(np.array([2.0, 2.0, 2.0])).surface
     assert first_hit(surface.vertices, surface.faces, np.array([3.0, 3.0, 0.0]), np.array([0.0, 0.0, 1.0])) is None

@@ -10,7 +10,7 @@ from holdfast.base.rigid import pose_from
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.sweep import Swept, first_hit, hit_distance
 from holdfast.scene.body import Body
-from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
+from holdfast.scene.shapes import Box, Cylinder, Sphere
 from holdfast.scene.shipped.blocks import prism
 
 X, Y, Z = np.eye(3)
@@ -157,8 +157,3 @@ def test_moved_together_nothing_changes() -> None:
     turn = pose_from(np.array([1.0, -2, 3]), rng.normal(size=4))
     moved = [Surface(s.vertices @ turn[:3, :3].T + turn[:3, 3], s.faces) for s in (a, b)]
     assert first_hit(*moved, turn[:3, :3] @ Z) == pytest.approx(first_hit(a, b, Z), abs=1e-9)
-
-
-def test_mesh_of_a_file_is_no_different() -> None:
-    cube = Mesh(CUBE.vertices, CUBE.faces).surface
-    assert first_hit(cube, box((1, 1, 1), (0, 0, 3)), Z) == pytest.approx(2.0)

@@ -116,19 +116,6 @@ def test_a_part_of_a_map_is_shown_with_its_claim_and_the_rest_as_not_asked() -> 
     assert f"engine limit ({Claim.EXISTS.words}), {len(model.map.force):,} inward pushes<" in text  # type: ignore[union-attr]
 
 
-def test_an_edit_begins_a_new_map() -> None:
-    model = Model(cubes(), engine="graph", spacing=SPACING)
-    while not model.mapped:
-        model.ask_map()
-    model.edit(model.assembly.with_friction({("floor", "small"): 0.1}))
-    assert model.map is None
-    assert not model.mapped
-    while not model.mapped:
-        model.ask_map()
-    expected = hf.robustness_map(model.assembly, spacing=SPACING, engine="graph")
-    np.testing.assert_allclose(model.map.force, expected.force)  # type: ignore[union-attr]
-
-
 def test_too_many_points_and_nothing_to_map_are_told() -> None:
     fine = np.sqrt(1.3 / 2_000_000) / 2
     with pytest.raises(SceneError, match="points on"):

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from placed import FLOOR
 
 import holdfast as hf
 from holdfast.geometry.rays import first_hit
 from holdfast.sets import gradients
 
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 CAPSULE = hf.Capsule(0.05, 0.2)
 SCENE = hf.Scene(
     [

@@ -99,6 +99,21 @@ def test_the_centre_of_mass_at_the_edge_decides() -> None:
     assert (found.stable == (beyond < 0)).all()
 
 
+@pytest.mark.parametrize("engine", ["compliant", "limit"])
+@pytest.mark.parametrize(("roll", "yaw"), [(6, 0), (-6, 0), (6, 90), (-6, 200)])
+def test_on_a_slope_the_weight_acts_below_the_centre_of_mass(roll: float, yaw: float, engine: str) -> None:
+    """A cylinder of 0.1 m tips over the lower edge where its foot is less than 0.05 m tan 6° = 5.3 mm from it."""
+    board = hf.Body("board", hf.Box((1.2, 0.8, 0.04)), fixed=True, pose=hf.pose(0, 0, -0.02))
+    turned = hf.pose(0.3, 0.1, 0, yaw=yaw) @ hf.pose(roll=roll)
+    slope = hf.Scene([board.moved(turned @ board.pose), BODIES["cup"]()], 0.8)
+    down = -np.sign(roll)  # along y of the board
+    from_lower = np.array([0.003, 0.0045, 0.0062, 0.008])
+    places = [*(down * (0.4 - from_lower)), *(-down * (0.4 - from_lower))]
+    poses = np.array([turned @ hf.pose(0.1 * k - 0.4, y, 0.05) for k, y in enumerate(places)])
+    found = hf.stability_of_poses(slope, "it", poses, engine=engine)
+    assert found.stable.tolist() == [False, False, True, True] + [True] * 4
+
+
 def test_a_body_on_another_one_counts_with_it() -> None:
     """A plank over the table's edge carries the cup, unless that stands too far out."""
     body = BODIES["cup"]()

@@ -87,6 +87,16 @@ def test_both_formats_press_as_the_jacobian_says(tmp_path: Path, q: tuple[float,
     assert any("no shape" in note for note in first.notes)
 
 
+def test_links_of_one_arm_never_touch_however_many_joints_are_between_them(tmp_path: Path) -> None:
+    """The arm folded back: its outer link lies in its base, which is no contact, and bears none of its weight."""
+    folded = {"shoulder": 0.0, "elbow": np.pi}
+    scene = by_urdf(tmp_path, joints=folded)
+    links = ["base", "fore", "tool", "upper"]
+    assert scene.excluded == tuple((f"arm/{a}", f"arm/{b}") for k, a in enumerate(links) for b in links[k + 1 :])
+    named = by_mjcf(tmp_path, qpos=[*folded.values(), 0.0]).excluded
+    assert {("fore", "upper"), ("fore", "tool"), ("tool", "upper")} <= set(named)
+
+
 def test_torques_that_are_given_take_the_place_of_the_file(tmp_path: Path) -> None:
     plain, inf = pressing(by_urdf(tmp_path)), float("inf")
     for more in ({"elbow": 9.0}, {"elbow": inf}):

@@ -252,6 +252,12 @@ COUNTS: dict[str, tuple[str, bytes, str]] = {
         b"ply\nformat binary_little_endian 1.0\nelement vertex 30\nend_header\n" + b"\0" * 100,
         r"does not say what its 'vertex' holds",
     ),
+    "ply whose faces alone have properties": (
+        "a.ply",
+        b"ply\nformat ascii 1.0\nelement vertex 3\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        b"0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+        r"does not say what its 'vertex' holds",
+    ),
     "ply of many digits": (
         "a.ply",
         b"ply\nformat ascii 1.0\nelement vertex " + b"9" * 5000 + b"\nproperty float x\nend_header\n",

@@ -57,6 +57,20 @@ def test_only_the_corners_touch() -> None:
     assert factor(assembly, twist, np.zeros(49)) < 0.6 * hollow
 
 
+@pytest.mark.parametrize(
+    ("material", "bed"),
+    [("steel", 2.1e12), ("glass", 7.2e11), ("wood", 1.2e11), ("plastic", 3e10), ("cardboard", 3e7), ("rubber", 1e8)],
+)
+def test_the_bed_of_a_material_is_its_modulus_over_a_tenth_of_a_metre(material: str, bed: float) -> None:
+    """A soft bed hides high spots, so that a mistake here is an optimistic answer."""
+    assert Imperfect(1e-5, material=material).bed_stiffness == pytest.approx(bed, rel=1e-12)
+    by_word, by_number = (
+        hf.robustness_under(cube(), "cube", POINTS, WAYS, uncertain=hf.sets.Uncertain(samples=1, flatness=2e-6, **one))
+        for one in ({"material": material}, {"bed": bed})
+    )
+    np.testing.assert_allclose(by_word.force, by_number.force, rtol=1e-9)
+
+
 def test_only_a_strip_touches() -> None:
     """A face that bulges along its middle line tips over that line's end nodes' strip: no room against tipping."""
     assembly = cube()
