@@ -206,6 +206,25 @@ class Forest:
             factor, lower, upper = (theta / (1 - theta) for theta in (at, low, high))
         return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides)
 
+    def told(self, found: Exit, W: Float) -> tuple[str, ...]:
+        """Say in a text for each of the loads W (6J, n) which contact gives way, and what it carries just before."""
+        texts, memory = [], Scratch.make()
+        for number, at, load in zip(found.bridge.tolist(), found.lower.tolist(), W.T, strict=True):
+            if number < 0:
+                texts.append("")
+                continue
+            one = self.bridges[number]
+            carried = one.carried(self.assembly.com, (self.wrench + at * load).reshape(1, -1, 6))[0]
+            pair = "-".join(self.assembly.interfaces[one.interfaces[0]].bodies)
+            place = one.origin + carried[1:3] / carried[0] @ one.frame[:2]
+            where = ", ".join(f"{x:.3g}" for x in np.where(np.abs(place) < 5e-5, 0.0, place))
+            share = share_at_rest(one.bed, carried, memory)
+            used = f", and uses {100 * min(share, 1.0):.3g} % of its friction" if 0 <= share < 2 else ""
+            texts.append(
+                f"{pair} gives way: just before, it presses with {carried[0]:.4g} N, centred at ({where}){used}"
+            )
+        return tuple(texts)
+
 
 def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], cut: Cut) -> Bridge | None:
     """Return the contact of ``interfaces``, which is a ``cut``; None if not plane."""

@@ -23,6 +23,7 @@ NAME = "contacts on the way to the support"
 FIRM = Verdict(
     status=Status.STABLE, reason=RESTS, equilibrium_exists=True, self_stress=False, steps=(Look(NAME, RESTS),)
 )
+MOST_TOLD = 1_000  # rows of one answer of which it is said what gives way; maps have more
 WHY = "equilibrium alone says what each carries; an even bed says what it can"
 
 
@@ -104,13 +105,14 @@ class TreeState:
         known = np.isfinite(found.lower) | np.isinf(found.factor)
         mine, found = mine[known], Exit(*(column[known] for column in found))
         others = np.setdiff1d(np.arange(W.shape[1]), mine)
-        parts = [self._answers(found, verdict)] if len(mine) or not len(others) else []
+        parts = [self._answers(found, verdict, W[:, mine])] if len(mine) or not len(others) else []
         parts += [self.behind.load_factor(W[:, others], accuracy)] if len(others) else []
         whole = joined(parts) if len(parts) > 1 else parts[0]
         return whole if not len(mine) or not len(others) else whole.rows(np.argsort(np.concatenate([mine, others])))
 
-    def _answers(self, found: Exit, verdict: Verdict) -> Answers:
+    def _answers(self, found: Exit, verdict: Verdict, W: Float) -> Answers:
         finite = np.isfinite(found.factor)
+        said = self.forest.told(found, W) if len(finite) <= MOST_TOLD else ()
         return Answers.of(
             engine=self.engine,
             claim=self.claim,
@@ -120,7 +122,7 @@ class TreeState:
             status=[Status.FINITE if one else Status.INFINITE for one in finite],
             mechanism=self._mechanisms(found),
             lower_bound=Bound.PROVED,
-            steps=(Step(NAME, WHY, found.factor, found.lower),),
+            steps=(Step(NAME, WHY, found.factor, found.lower, said),),
         )
 
     @cached_property
