@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +60,7 @@ class Compliant(Value):
     @property
     def takes_trees(self) -> bool:
         """Whether trees may answer in its place: not where some contacts are stiffer than others."""
-        return self.stiffness is None
+        return not isinstance(self.stiffness, Mapping)
 
     def __post_init__(self) -> None:
         checked_whole(self.nodes, "Compliant: nodes", FEWEST, MOST)

@@ -180,7 +180,8 @@ class Forest:
 
     def exits(self, W: Float) -> Exit:
         """Return how the loads end that are the columns of W (6J, n), which load only bodies that are ``decided``."""
-        count, wrenches = W.shape[1], np.ascontiguousarray(W.T).reshape(W.shape[1], -1, 6)
+        count = W.shape[1]
+        wrenches = np.ascontiguousarray(W.T).reshape(count, len(W) // 6, 6)
         at, low, high = np.ones((3, count))
         bridge, twist, slides = np.full(count, -1), np.zeros((count, 6)), np.zeros(count, dtype=bool)
         memory = Scratch.make()
