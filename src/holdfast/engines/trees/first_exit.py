@@ -33,6 +33,7 @@ STEPS = 5  # places at which a bed that has lifted in part is looked at, each 16
 # pressure is found there
 SHORT, LONG = 1e-5, 1e-3
 SMALL = 0.01  # of what a step would gain, from which on it tells how much all steps would gain
+ROUNDING = 1e-9  # relative difference of two θ that is none
 CERTAIN = 1e-6  # relative error of a share of friction above which it counts as not found
 
 
@@ -170,17 +171,22 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
 
     Both are what the bed carries: N, N x, N y of its pressure, and the force and the torque along the plane. ``out``
     (6,) is θ, a θ that is certainly not too large and one that is not too small, and the motion with which it slides
-    or, if it tips, the number of the edge of the hull in place of the first of its numbers. From θ = ``until`` on,
+    or, if it tips, the number of the edge of the hull, that of another one that it reaches at once, or -1, and how fast
+    it does so, over the first. From θ = ``until`` on,
     something else gives way: NEVER says that this contact does not do so before.
     """
-    tips, edge = until, -1
+    tips, edge, other, rate, slower = until, -1, -1, 0.0, 0.0
     for k in range(len(bed.hull)):
         before, behind = 0.0, 0.0
         for i in range(3):
             before += bed.hull[k, i] * rest[i]
             behind += bed.hull[k, i] * load[i]
-        if behind < 0.0 and before / (before - behind) < tips:
-            tips, edge = before / (before - behind), k
+        if behind >= 0.0 or before >= (before - behind) * tips * (1 + ROUNDING):
+            continue
+        if edge >= 0 and before > (before - behind) * tips * (1 - ROUNDING):  # the corner between two edges
+            other, slower = k, behind
+        else:
+            tips, edge, other, rate = before / (before - behind), k, -1, behind
     end = tips if edge < 0 else _before(tips, SHORT)
     lifted, around = min(_lifts_at(bed, rest, load, s), end), 0.0
     if lifted > 0.0:
@@ -206,7 +212,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
             break
         low = at
     if high < 0.0:
-        out[0], out[1], out[2], out[3], out[4], out[5] = tips, low, tips, edge, 0.0, 0.0
+        out[0], out[1], out[2], out[3], out[4], out[5] = tips, low, tips, edge, other, slower / rate if rate else 0.0
         return NEVER if edge < 0 else TIPS
     at, slope = high, 0.0
     for _ in range(60):  # Newton's method between two places of which one holds

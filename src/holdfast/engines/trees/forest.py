@@ -26,6 +26,7 @@ from holdfast.geometry.hull import convex_hull
 from holdfast.scene.friction import NOTHING
 
 PLANE = 1e-6  # distance of corners from one plane, relative to the size of the contact, that is rounding
+TIED = 1e-7  # relative difference of θ up to which contacts give way at once: all that is beyond the first moves
 SPARE = 1e-6  # share of all friction below which what is left is rounding
 
 
@@ -88,10 +89,12 @@ class Bridge:
         normal = self.frame[2]
         along = -motions[slides]
         twists[slides, :3], twists[slides, 3:] = along[:, :2] @ self.frame[:2], along[:, 2:] * normal
-        edges = self.bed.hull[motions[~slides, 0].astype(np.int64)]
-        inward = edges[:, 1:] @ self.frame[:2]
-        turn, arm = cross(inward, normal), -edges[:, :1] * inward  # of the edge's nearest point to the origin
-        twists[~slides, :3], twists[~slides, 3:] = -cross(turn, arm), turn
+        for column, weight in ((0, np.ones((~slides).sum())), (1, motions[~slides, 2])):
+            edges = self.bed.hull[motions[~slides, column].astype(np.int64)]
+            inward = edges[:, 1:] @ self.frame[:2] * np.where(motions[~slides, column] < 0, 0.0, weight)[:, None]
+            turn, arm = cross(inward, normal), -edges[:, :1] * (edges[:, 1:] @ self.frame[:2])
+            twists[~slides, :3] -= cross(turn, arm)  # the arm leads to the point of the edge nearest to the origin
+            twists[~slides, 3:] += turn
         twists[:, :3] -= cross(twists[:, 3:], self.origin)
         return twists
 
@@ -197,7 +200,7 @@ class Forest:
             first_exits(one.bed, self._at_rest[number], load / size[:, None], until, out, kinds, memory)
             x = np.where((kinds == UNKNOWN)[:, None], np.nan, out[:, :3])
             x = x / (x + (1 - x) * size[:, None])  # in the scale of the load itself
-            sooner = (kinds != NEVER) & ~(x[:, 0] >= at[rows])  # also where it is not known
+            sooner = (kinds != NEVER) & ~(x[:, 0] >= at[rows] * (1 - TIED))  # also where it is not known
             bridge[rows[sooner]], slides[rows[sooner]] = number, kinds[sooner] == SLIDES
             ends = sooner & ((kinds == SLIDES) | (kinds == TIPS))
             twist[rows[ends]] = one.twists(kinds[ends] == SLIDES, out[ends, 3:])
