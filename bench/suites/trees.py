@@ -28,6 +28,7 @@ TOWERS, PUSHES = 200, 5
 GROUPS = 10  # cases
 ACROSS = 200  # cells across a contact
 ALONG = 28  # nodes a side of ``compliant``
+FEWEST = 3_000  # cells that have to press, else they are looked at closer
 WIDE = 0.02
 EXACT = 1e-4  # of the force, to which a border is bisected
 
@@ -35,17 +36,24 @@ EXACT = 1e-4  # of the force, to which a border is bisected
 class Cells:
     """An even bed under a contact, on cells about the middle of its outlines."""
 
-    def __init__(self, contact: Contact) -> None:
+    def __init__(self, contact: Contact, box: tuple[Float, Float] | None = None) -> None:
         every = np.vstack(contact.outlines)
-        low, high = every.min(0), every.max(0)
-        self.mu, self.middle, step = contact.mu, (low + high) / 2, (high - low).max() / ACROSS
-        x, y = np.meshgrid(*(np.arange(a + step / 2, b, step) for a, b in zip(low, high, strict=True)))
-        x, y = x.ravel(), y.ravel()
+        low, high = (every.min(0), every.max(0)) if box is None else box
+        self.contact, self.mu, self.middle = contact, contact.mu, (every.min(0) + every.max(0)) / 2
+        self.step = (high - low) / ACROSS
+        x, y = (a + d * (np.arange(ACROSS) + 0.5) for a, d in zip(low, self.step, strict=True))
+        x, y = (each.ravel() for each in np.meshgrid(x, y))
         inside = np.any([shapely.contains_xy(shapely.Polygon(ring), x, y) for ring in contact.outlines], axis=0)
         for hole in contact.holes:
             inside &= ~shapely.contains_xy(shapely.Polygon(hole), x, y)
-        self.x, self.y, self.area = x[inside] - self.middle[0], y[inside] - self.middle[1], step**2
-        self.reach = float(np.hypot(self.x, self.y).max())
+        self.x, self.y, self.area = x[inside] - self.middle[0], y[inside] - self.middle[1], float(self.step.prod())
+        self.reach = float(np.hypot(*(every - self.middle).T).max())
+        self.hull = shapely.convex_hull(shapely.MultiPoint(every - self.middle))
+
+    def closer(self, p: Float) -> Cells:
+        """Return as many cells over the box of those that press (n,) [N]."""
+        pressed = np.column_stack([self.x, self.y])[p > 0] + self.middle
+        return Cells(self.contact, (pressed.min(0) - 1.5 * self.step, pressed.max(0) + 1.5 * self.step))
 
     def pressures(self, carried: Float) -> Float | None:
         """Return what each cell presses [N] to carry N, N x, N y (3,) about the middle; None where nothing does."""
@@ -70,11 +78,18 @@ class Cells:
                 return np.asarray(np.maximum(A @ s, 0) * self.area)
         return None
 
-    def share(self, carried: Float) -> float:
+    def share(self, carried: Float, closer: int = 8) -> float:
         """Return the share of friction that N, N x, N y, and a force and torque in the plane (6,) use; inf: tips."""
-        p = self.pressures(carried[:3])
-        if p is None:
+        centre = shapely.Point(carried[1:3] / carried[0])
+        if carried[0] <= 0 or not self.hull.contains(centre):
             return np.inf
+        place, inner, p = carried[1:3] / carried[0], np.array(self.hull.centroid.coords[0]), None
+        moved = 0
+        while p is None or (p > 0).sum() < FEWEST:  # what presses is within what presses if the centre is farther in
+            p = self.pressures(carried[0] * np.append(1.0, place))
+            place, moved = place + 0.1 * (inner - place), moved + 1
+        if moved > 1 or (p > 0).mean() < 0.5:
+            return self.closer(p).share(carried, closer - 1) if closer else np.nan
         t = carried[3:] / np.array([1, 1, self.reach])
         size = float(np.linalg.norm(t))
         across = np.linalg.svd(t[None])[2][1:]
@@ -168,7 +183,7 @@ def _rows(seed: int) -> list[Row]:
             fine = fine_factor(tower, beds, push, float(found.force[row]))
             ratios.append(found.force[row] / fine)
             above += bool(found.lower[row] > fine * (1 + 1e-3))
-            if np.isfinite(beside.force[row]):
+            if np.isfinite(beside.force[row]) and beside.force[row] > 0:
                 nodes.append(found.force[row] / beside.force[row])
     worst = np.abs(np.array(ratios) - 1)
     return [

@@ -147,3 +147,22 @@ def test_what_is_told_at_once_is_what_the_engine_says(engine: Compliant | Limit)
         else:
             assert full.status != "stable" or isinstance(engine, Limit) or not rests.any()
     assert 20 < told < 60, "both kinds are asked about"
+
+
+def test_forces_at_rest_are_those_of_the_engine() -> None:
+    assembly = tower((0.2, 0.1, 2.0), (0.1, 0.1, 1.0))
+    answer = hf.stability(assembly)
+    np.testing.assert_array_equal(answer.forces.force, Compliant().prepare(assembly).verdict().forces.force)
+    assert answer.residual < 1e-8
+
+
+def test_what_is_doubtful_is_left_to_the_engine() -> None:
+    cube = box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.05))
+    assert decided(hf.assemble(hf.Scene([floor(), cube], 0.5), pose_sigma=0.001)) == [False], "it may not touch"
+    ball = hf.Body("ball", hf.Sphere(0.05), mass=1.0, pose=hf.pose(0.3, 0, 0.05))
+    assert decided(hf.assemble(hf.Scene([floor(), ball, cube], 0.5))) == [False, True]
+    glued = hf.Friction(0.5, tension={("floor", "cube"): 1e4})
+    assert decided(hf.assemble(hf.Scene([floor(), cube], glued))) == [False]
+    with pytest.warns(hf.errors.HoldfastWarning, match="overlap"):
+        deep = hf.assemble(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.03))], 0.5))
+    assert hf.stability(deep).status is hf.Status.UNDECIDED
