@@ -236,6 +236,8 @@ def find_pressure(bed: Bed, q: Float, s: Scratch, near: bool) -> bool:
     if not found:
         p[0], p[1], p[2] = 1.0, 0.0, 0.0
         second_moments(bed, p, x0, y0, s.M)
+        if not s.M[0, 0] > 0.0:
+            return False
         area, mx, my = s.M[0, 0], x0 + s.M[0, 1] / s.M[0, 0], y0 + s.M[0, 2] / s.M[0, 0]
         s.t[0], s.t[1], s.t[2] = 1.0, 0.0, 0.0
         found = solved(s.M, s.t, p) and _pressing_at(bed, x0, y0, s)
@@ -476,6 +478,8 @@ def share_used(bed: Bed, t: Float, s: Scratch) -> tuple[float, float]:
     if pushed(t, s.m, bed.size[0], s.K) == 0.0:
         return 0.0, 0.0
     power, gap = friction(bed, s.p, s.p, s.m, s, s.f, s.K), 1.0
+    if not power > 0.0:  # no friction at all
+        return 2.0, 0.0
     for _ in range(60):
         gap, power, moved = descend(bed, t, power, s)
         if not moved:

@@ -261,6 +261,7 @@ def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], cut: Cut) -> Brid
     inward = np.column_stack([-side[:, 1], side[:, 0]]) / np.linalg.norm(side, axis=1)[:, None]
     half_planes = np.column_stack([-(inward * hull).sum(axis=1), inward])
     edge = np.vstack(edges)
+    edge = edge[(edge[:, :2] != edge[:, 2:4]).any(axis=1)]
     mu_of_all = edge[0, 4] if (edge[:, 4] == edge[0, 4]).all() else 0.0
     bed = Bed(np.ascontiguousarray(edge), half_planes, np.array([size, mu_of_all]), np.array(RULE))
     return Bridge(cut, interfaces, origin, frame, bed)
