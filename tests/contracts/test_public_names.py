@@ -140,17 +140,6 @@ def test_directions_need_no_unit_length(assembly: hf.answers.Assembly) -> None:
     assert one == pytest.approx(seven, rel=1e-12)
 
 
-def test_a_load_factor_of_a_unit_push_is_the_robustness(assembly: hf.answers.Assembly) -> None:
-    asked = questions(assembly, engine="graph")
-    factor = asked["load_factor"]
-    assert factor.factor == pytest.approx(asked["robustness"].force[0], rel=1e-12)
-    assert factor.lower == 0
-    assert factor.upper == np.inf
-    assert factor.moving == asked["robustness"].moving[0]
-    assert factor.mode == asked["robustness"].mode[0]
-    assert factor.status is hf.Status.FINITE
-
-
 @pytest.mark.parametrize("off", [0.001, 0.1])
 def test_a_point_off_the_surface_raises(assembly: hf.answers.Assembly, off: float) -> None:
     match = rf"'slab': point 1 at \[.*\] is {off * 1e3:g} mm from the surface; needs points on the body \(tolerance"

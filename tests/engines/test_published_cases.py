@@ -76,22 +76,3 @@ def test_detected_interfaces(path: Path) -> None:
             assert hf.stability(hf.assemble(case(path)[1]), engine="limit").status is Status.UNDECIDED
         else:
             check(path, hf.assemble(case(path)[1], angle_degrees=ANGLE.get(path.stem)))
-
-
-@needed
-@pytest.mark.parametrize(
-    ("name", "tolerances"),
-    [
-        ("jenga12", {}),
-        ("lack_table", {"gap": 1e-3, "angle_degrees": 3}),
-        ("masonry_wall", {}),
-        ("masonry_crossvault", {}),
-    ],
-)
-def test_settled_scenes_stand(name: str, tolerances: dict[str, Any]) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", hf.errors.HoldfastWarning)
-        assembly = hf.assemble(hf.load_scene(CASES / "settled" / f"{name}.json"), **tolerances)
-    result = hf.stability(assembly, engine="compliant")
-    assert result.status is Status.STABLE
-    assert result.residual <= 1e-8
