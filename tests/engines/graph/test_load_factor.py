@@ -81,15 +81,6 @@ def test_a_standing_load_that_topples_it_leaves_nothing() -> None:
     assert (answer.factor, answer.status, answer.moving) == (0, Status.UNSTABLE, ("cube",))
 
 
-def test_acceleration_of_the_support_uses_up_friction() -> None:
-    """At 1 m/s2 along x inertia pulls the cube by 1 N along -x."""
-    assembly = assemble(cube_scene())
-    for direction, expected in ((X, 5.886 + 1), (-X, 5.886 - 1)):
-        load = Load("cube", -0.05 * direction + 0.01 * Z, direction)
-        got = load_factor(assembly, [load], acceleration=(1, 0, 0), engine="graph").factor
-        assert got == pytest.approx(expected, rel=1e-4)
-
-
 def test_forces_of_different_directions_are_refused_with_a_remedy() -> None:
     assembly = assemble(shipped_scene("stack"))
     loads = [Load("cube1", (0, 0, 0.05), X), Load("cube2", (0, 0, 0.15), Y)]
