@@ -192,7 +192,10 @@ def test_wrong_usage_exits_with_2_and_says_why(arguments: list[str], call: Call,
 @pytest.mark.parametrize(
     "arguments", [["map", "bonded_wall", "--spacing", "0.2"], ["map", "table", "--max-cuts", "1", "--json"]]
 )
-def test_an_engine_without_an_answer_exits_with_3_and_the_remedy(arguments: list[str], call: Call) -> None:
+def test_an_engine_without_an_answer_exits_with_3_and_the_remedy(
+    arguments: list[str], call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("holdfast.base.progress.EVERY", 600.0)  # no line of progress, however busy the machine is
     answer = call(*arguments, "--engine", "graph")
     assert answer.code == 3
     assert answer.out == ""
