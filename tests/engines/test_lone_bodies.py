@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from placed import at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
@@ -28,12 +29,6 @@ def cube_on(
     return hf.assemble(
         hf.Scene([floor(), cube], friction=mu), interfaces=[Interface(("floor", "cube"), polygon, (0, 0, 1))]
     )
-
-
-def at(x: float, y: float, z: float) -> np.ndarray:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    return pose
 
 
 def square(x: float, y: float) -> np.ndarray:

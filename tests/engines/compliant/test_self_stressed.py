@@ -189,18 +189,8 @@ def check_unwedged(scenes: dict[str, int]) -> None:
 
 
 HEAVY = 10.0  # weights: above, nodes matter more; 34 on slope_two give 635 N on 5 nodes a side, 913 on 10, 1,007 on 40
-UNWEDGED = [
-    "cube",
-    "stack",
-    "table",
-    "slope_two",
-    "tabletop",
-    "v_groove",
-    "wall2x2",
-    "arch",
-    "cantilever",
-    "tall_table",
-]
+UNWEDGED = ["cube", "stack", "table", "slope_two", "tabletop", "v_groove", "wall2x2", "arch", "cantilever"]
+UNWEDGED += ["tall_table"]
 
 
 def test_what_is_not_wedged_is_covered_where_springs_and_nodes_matter() -> None:
