@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from placed import FLOOR
 
 import holdfast as hf
 from holdfast.live.shown_motion import moved_by
@@ -13,7 +14,6 @@ from holdfast.sets import box_compression_strength
 
 G = 9.81
 ENGINES = ("compliant", "limit", "graph")
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 
 
 def tower(count: int = 4, **limits: float) -> hf.Scene:
