@@ -24,11 +24,11 @@ def pallets() -> list[list[dict[str, Any]]]:
     return sorted((unit["boxes"] for unit in units), key=len)
 
 
-def pallet(boxes: list[dict[str, Any]]) -> hf.Scene:
+def pallet(boxes: list[dict[str, Any]], mu: float = MU) -> hf.Scene:
     """The boxes of one pallet on a floor."""
     bodies = [hf.Body("floor", hf.Box(FLOOR), pose=at(0, 0, -FLOOR[2] / 2), fixed=True)]
     for k, box in enumerate(boxes):
         size = np.array(box["size"])
         middle = np.array(box["corner"]) + size / 2
         bodies.append(hf.Body(f"box{k}", hf.Box(size), mass=box["mass"], pose=at(*middle)))
-    return hf.Scene(bodies, MU)
+    return hf.Scene(bodies, mu)

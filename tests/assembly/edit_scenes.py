@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,7 @@ def turned(pose: Any, degrees: float) -> NDArray[np.float64]:
 
 def pallet(place: int = 12) -> hf.Scene:
     """A loaded pallet of the shared cases, by its place in the order of their numbers of boxes."""
-    return replace(real_pallets.pallet(real_pallets.pallets()[place]), friction=hf.Friction(0.4))
+    return real_pallets.pallet(real_pallets.pallets()[place], 0.4)
 
 
 def anew(assembly: hf.answers.Assembly) -> hf.answers.Assembly:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from placed import at
 
 import holdfast as hf
 from holdfast.base.arrays import (
@@ -29,12 +30,6 @@ from holdfast.base.ranges import LENGTH, MASS, PLACE
 
 BOX = hf.Box((0.1, 0.1, 0.1))
 FLOOR = hf.Body("floor", hf.Box((1, 1, 0.1)), fixed=True)
-
-
-def at(x: float) -> np.ndarray:
-    pose = np.eye(4)
-    pose[0, 3] = x
-    return pose
 
 
 def scene(**changes: Any) -> hf.Scene:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from shared import needed
@@ -22,7 +20,7 @@ pytestmark = needed
 
 
 def pallet(place: int) -> hf.Scene:
-    return replace(real_pallets.pallet(real_pallets.pallets()[place]), friction=hf.Friction(MU))
+    return real_pallets.pallet(real_pallets.pallets()[place], MU)
 
 
 def tops(assembly: hf.answers.Assembly) -> list[hf.Body]:

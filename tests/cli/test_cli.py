@@ -16,7 +16,7 @@ from calling import Call
 
 import holdfast as hf
 from holdfast.base.archive import to_dict
-from holdfast.scene.shipped.blocks import at, box, cube, floor
+from holdfast.scene.shipped.blocks import at, box, floor
 
 
 @pytest.fixture
@@ -192,7 +192,10 @@ def test_wrong_usage_exits_with_2_and_says_why(arguments: list[str], call: Call,
 @pytest.mark.parametrize(
     "arguments", [["map", "bonded_wall", "--spacing", "0.2"], ["map", "table", "--max-cuts", "1", "--json"]]
 )
-def test_an_engine_without_an_answer_exits_with_3_and_the_remedy(arguments: list[str], call: Call) -> None:
+def test_an_engine_without_an_answer_exits_with_3_and_the_remedy(
+    arguments: list[str], call: Call, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("holdfast.base.progress.EVERY", 600.0)  # no line of progress, however busy the machine is
     answer = call(*arguments, "--engine", "graph")
     assert answer.code == 3
     assert answer.out == ""
@@ -223,18 +226,6 @@ def test_convert_tells_what_a_reader_guessed_and_left_out(call: Call, folder: Pa
     assert left_out == "note: left out: 1 geoms that collide with nothing"
     notes = json.loads(call("convert", "scene.xml", "scene.yaml", "--verbose", "--json").out)["notes"]
     assert [f"note: {note}" for note in notes] == [heavy, left_out]
-
-
-@pytest.mark.parametrize("suffix", [".yaml", ".json"])
-def test_convert_writes_the_same_scene(suffix: str, call: Call, folder: Path) -> None:
-    answer = call("convert", "cube", f"cube{suffix}")
-    assert answer.code == 0
-    assert f"wrote cube{suffix}: 2 bodies, 1 movable" in answer.out
-    copy = hf.load_scene(f"cube{suffix}")
-    for a, b in zip(cube().bodies, copy.bodies, strict=True):
-        assert (a.name, a.mass, a.fixed) == (b.name, b.mass, b.fixed)
-        assert a.pose.tobytes() == b.pose.tobytes()
-    assert call("assess", f"cube{suffix}").code == 0
 
 
 def test_the_schema_is_printed(call: Call) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import holdfast as hf
 
-TOP, SIDE = (0.0, 0.0, 0.1), (-0.05, 0.0, 0.05)
+SIDE = (-0.05, 0.0, 0.05)
 ALONG = (1.0, 0.0, 0.0)
 
 

@@ -22,11 +22,8 @@ def assembly(request: pytest.FixtureRequest) -> hf.answers.Assembly:
     return hf.assemble(shipped_scene(request.param))
 
 
-def test_scenes_and_assemblies_hand_out_read_only_arrays(assembly: hf.answers.Assembly) -> None:
+def test_no_array_of_a_scene_or_an_assembly_takes_a_value(assembly: hf.answers.Assembly) -> None:
     assert writable(assembly, "assembly") == []
-
-
-def test_none_of_these_arrays_takes_a_value(assembly: hf.answers.Assembly) -> None:
     found = [array for _, array in arrays(assembly, "assembly") if array.size]
     assert len(found) > 50
     for array in found:

@@ -128,7 +128,6 @@ SENSELESS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: hf.plan_placement(CUBE, NEW, where=hf.Where(keep_out=[None])),
         r"keep_out: holds None.*; give regions",
     ),
-    "sampling": (lambda: hf.stability(CUBE, engine=hf.Graph(sampling="foo")), "sampling = 'foo'; needs"),  # type: ignore[arg-type]
     "friction of nobody": (lambda: CUBE.mu("cub", "floor"), "no body named 'cub'; did you mean 'cube'"),
     "a note": (lambda: hf.Scene(CUBE.bodies, 0.5, notes=[1]), "notes: holds 1; needs a list of texts"),  # type: ignore[list-item]
     "a load": (lambda: hf.Load(None, ON, ALONG), "load: body: is None; needs a non-empty text"),  # type: ignore[arg-type]

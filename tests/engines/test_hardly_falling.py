@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from placed import at
 
 import holdfast as hf
 
@@ -13,14 +14,11 @@ LONG, ROUND = 0.035, 0.025  # [m] half-axes
 def _egg(offset: float, fixed: bool) -> hf.answers.Assembly:
     """An egg on a box; its point of contact is ``offset`` [m] from below its centre."""
     tilt = offset * ROUND / (LONG**2 - ROUND**2)
-    pose = np.eye(4)
-    pose[:3, :3] = [[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]]
-    pose[:3, 3] = -0.1, 0.002, 0.2 + ROUND
-    floor, middle = np.eye(4), np.eye(4)
-    floor[2, 3], middle[2, 3] = -0.05, 0.1
+    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    pose = at(-0.1, 0.002, 0.2 + ROUND, turn)
     bodies = [
-        hf.Body("floor", hf.Box((2, 2, 0.1)), pose=floor, fixed=True),
-        hf.Body("box", hf.Box((0.3, 0.3, 0.2)), mass=None if fixed else 2.0, pose=middle, fixed=fixed),
+        hf.Body("floor", hf.Box((2, 2, 0.1)), position=(0, 0, -0.05), fixed=True),
+        hf.Body("box", hf.Box((0.3, 0.3, 0.2)), mass=None if fixed else 2.0, position=(0, 0, 0.1), fixed=fixed),
         hf.Body("egg", hf.Ellipsoid((LONG, ROUND, ROUND)), mass=0.1, pose=pose),
     ]
     return hf.assemble(hf.Scene(bodies, 0.5))

@@ -8,10 +8,11 @@ import itertools
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
+from placed import at
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.scene.shipped.blocks import at, box, floor
+from holdfast.scene.shipped.blocks import box, floor
 
 ENGINES = ("compliant", "limit", "graph")
 SIDE = (0.1, 0.1, 0.1)
@@ -33,9 +34,7 @@ def turned(axis: str, angle: float) -> NDArray[np.float64]:
 
 
 def posed(place: ArrayLike, turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = turn, place
-    return pose
+    return at(*place, turn)
 
 
 def cube(name: str, x: float, z: float, side: float = 0.1) -> hf.Body:

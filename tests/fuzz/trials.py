@@ -18,7 +18,6 @@ from fuzz.outcome import Ending, Outcome
 
 Data = dict[str, Any]
 PACKAGE = str(Path(hf.__file__).parent)
-REPEATED = 5  # one scene in so many is asked twice, from the file on
 
 
 def tried(item: Data) -> Outcome:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from placed import FLOOR
 
 import holdfast as hf
 from holdfast.live.shown_motion import moved_by
@@ -13,7 +14,6 @@ from holdfast.sets import box_compression_strength
 
 G = 9.81
 ENGINES = ("compliant", "limit", "graph")
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 
 
 def tower(count: int = 4, **limits: float) -> hf.Scene:
@@ -134,7 +134,7 @@ def test_a_motion_says_when_and_who_is_crushed() -> None:
 
 
 def test_the_margin_of_a_verdict_crushes_nothing() -> None:
-    """Where nothing is near its limit it stays the same, but for nodes; a level force on the beam presses a post more."""
+    """Where nothing is near its limit it stays the same, but for nodes; a level force on the beam presses a post."""
     assert hf.stability(tower(2, top_load=1e3)).margin == pytest.approx(hf.stability(tower(2)).margin, rel=0.015)
     tight = hf.stability(bridge(top_load=33.0))
     assert tight.stable

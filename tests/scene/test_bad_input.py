@@ -33,10 +33,6 @@ def mesh(source: str) -> str:
     return cube(shape=f"type: mesh, {source}")
 
 
-def pair(rest: str) -> str:
-    return scene(top=f"friction: {{default: 0.5, pairs: [{{{rest}}}]}}\n")
-
-
 def native(**changes: object) -> dict[str, object]:
     floor = {"name": "floor", "shape": {"type": "box", "size": [1, 1, 0.1]}, "fixed": True}
     return {"format": "holdfast-scene/1", "friction": 0.5, "bodies": [floor]} | changes
@@ -81,44 +77,17 @@ FILES: dict[str, tuple[str, str | bytes, str]] = {
     "python object": ("s.yaml", "!!python/object/apply:os.system [touch HACKED]\n", r":1: .*python/object.*; check"),
     "python object inside": ("s.yaml", cube("mass: !!python/object/apply:os.system [touch HACKED]"), r":5: .*python"),
     "deep yaml open": ("s.yaml", "[" * 10_000, r":1: is nested too deeply; the limit is 40"),
-    "unknown key": ("s.yaml", scene(top="friction: 1\ncolour: red\n"), r"colour: unknown key; .*schema"),
-    "unknown body key": ("s.yaml", cube("mass: 1, colour: red"), r"bodies\[1\]\.colour \(body 'cube'\): unknown key; "),
-    "unknown shape key": ("s.yaml", cube(shape="type: sphere, radius: 1, size: 2"), r"shape\.size \(body 'cube'\): un"),
-    "unknown shape": ("s.yaml", cube(shape="type: cone"), r"shape \(body 'cube'\): .*'cone'.*'box'.*; "),
-    "unknown friction key": ("s.yaml", scene(top="friction: {default: 1, static: 1}\n"), r"friction\.static: unknown"),
-    "unknown pair key": ("s.yaml", pair("between: [floor, cube], mu: 1, static: 2"), r"pairs\[0\]\.static: unknown ke"),
-    "unknown combine": ("s.yaml", scene(top="friction: {default: 1, combine: mean}\n"), r"friction\.combine: .*'mean'"),
-    "mu is a text": ("s.yaml", pair("between: [floor, cube], mu: low"), r"pairs\[0\]\.mu: .*number.*'low'.*; "),
-    "mu is negative": ("s.yaml", scene(top="friction: -0.5\n"), r"friction: default: is -0\.5; needs"),
-    "pair is negative": ("s.yaml", pair("between: [floor, floor], mu: -0.5"), r"friction.*'floor'.* -0\.5; needs"),
-    "pair is unknown": ("s.yaml", pair("between: [flor, floor], mu: 0.5"), r"'flor'; did you mean 'floor'\?"),
-    "pair twice": (
-        "s.yaml",
-        scene(top="friction: {pairs: [{between: [a, b], mu: 1}, {between: [b, a], mu: 1}]}\n"),
-        r"pair \('b', 'a'\) stands twice; give each",
-    ),
-    "no friction": ("s.yaml", f"{HEAD}bodies:\n{FLOOR}", r"friction: is not given; write `friction: 0\.5` for all"),
     "no bodies": ("s.yaml", f"{HEAD}friction: 1\n", r"bodies: is not given; "),
-    "empty bodies": ("s.yaml", f"{HEAD}friction: 1\nbodies: []\n", r"has no bodies; needs"),
     "bodies is a map": ("s.yaml", f"{HEAD}friction: 1\nbodies: {{a: 1}}\n", r"bodies: .*list; "),
     "body is a number": ("s.yaml", f"{HEAD}friction: 1\nbodies: [7]\n", r"bodies\[0\]: .* got 7; "),
     "mass is negative": ("s.yaml", cube("mass: -2"), r"body 'cube'.*mass.* is -2; needs .* > 0"),
-    "mass is zero": ("s.yaml", cube("mass: 0"), r"body 'cube'.*mass.* is 0; needs .* > 0"),
     "mass is nan": ("s.yaml", cube("mass: .nan"), r"mass \(body 'cube'\): .*finite.*nan; "),
-    "mass is missing": ("s.yaml", cube("com: [0, 0, 0]"), r"body 'cube'.*has no mass; give mass= or density="),
-    "mass and density": ("s.yaml", cube("mass: 1, density: 2"), r"body 'cube'.*mass = 1 and density = 2; give o"),
     "names twice": ("s.yaml", cube(name="floor"), r"several bodies are named 'floor'; names are unique"),
-    "nothing fixed": ("s.yaml", scene().replace("fixed: true", "mass: 1"), r"none of its 1 bodies is fixed; mark"),
-    "no gravity": ("s.yaml", scene(top="friction: 1\ngravity: [0, 0, 0]\n"), r"gravity is zero; .*give a vector"),
     "pose and position": ("s.yaml", cube(f"mass: 1, position: [0, 0, 0], pose: [{IDENTITY}]"), r"'cube'\): needs eith"),
     "pose is nan": ("s.yaml", cube(f"mass: 1, pose: [{IDENTITY.replace('0]', '.nan]', 1)}]"), r"pose.*'cube'.*nan; "),
-    "pose is scaled": ("s.yaml", cube(f"mass: 1, pose: [{IDENTITY.replace('[1', '[2', 1)}]"), r"'cube'.*not rigid.*;"),
-    "pose is reflected": ("s.yaml", cube(f"mass: 1, pose: [{IDENTITY.replace('[1', '[-1', 1)}]"), r"'cube'.*reflect.*"),
     "pose is 3x3": ("s.yaml", cube("mass: 1, pose: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"), r"pose.* \(body 'cube'\): .*"),
     "quaternion is long": ("s.yaml", cube("mass: 1, orientation: [1, 1, 0, 0]"), r"'cube'\): .*length 1\.414.*unit qu"),
     "quaternion is zero": ("s.yaml", cube("mass: 1, orientation: [0, 0, 0, 0]"), r"'cube'\): .*length 0.*unit quatern"),
-    "box is flat": ("s.yaml", cube(shape="type: box, size: [0, 1, 1]"), r"body 'cube'.*\[0\.0, 1\.0, 1\.0\]; needs"),
-    "radius is negative": ("s.yaml", cube(shape="type: sphere, radius: -1"), r"body 'cube'.*radius.* is -1; needs"),
     "mesh is missing": ("s.yaml", mesh("file: nope.stl"), r"nope\.stl: no such mesh file; paths are relative"),
     "mesh is garbage": ("s.yaml", mesh("file: garbage.ply"), r"garbage\.ply: cannot be read: .*; check the file"),
     "mesh is empty": ("s.yaml", mesh("file: empty.obj"), r"empty\.obj: holds no triangles; needs a surface"),
@@ -126,11 +95,8 @@ FILES: dict[str, tuple[str, str | bytes, str]] = {
     "mesh suffix": ("s.yaml", mesh("file: box.step"), r"box\.step: suffix '\.step'; reads \.obj, \.stl"),
     "mesh has nan": ("s.yaml", mesh("file: nan.obj"), r"nan\.obj: vertices: contains nan at index \(0, 2\); needs"),
     "mesh index": ("s.yaml", mesh("file: index.ply"), r"index\.ply: a face names vertex 9 of 3; needs indices"),
-    "mesh scale": ("s.yaml", mesh("file: box.ply, scale: [1, 1, 0]"), r"box\.ply: scale: is .*0\.0.*; needs numbers >"),
     "mesh scale of two": ("s.yaml", mesh("file: box.ply, scale: [1, 1]"), r"scale.*\(body 'cube'\): .*; "),
     "mesh is open": ("s.yaml", mesh("file: open.ply"), r"open\.ply: is not watertight.*; give mass=, com="),
-    "inline index": ("s.yaml", mesh(f"{TETRA}, faces: [[0, 1, 9]]"), r"'cube'.* names vertex 9 of 4; needs indices"),
-    "inline negative": ("s.yaml", mesh(f"{TETRA}, faces: [[0, 1, -3]]"), r"'cube'.* names vertex -3 of 4; needs indic"),
     "inline fraction": ("s.yaml", mesh(f"{TETRA}, faces: [[0, 1, 2.5]]"), r"faces\[0\]\[2\] \(body 'cube'\): .*2\.5; "),
     "inline nan": ("s.yaml", mesh("vertices: [[0, 0, .nan]], faces: [[0, 0, 0]]"), r"vertices\[0\]\[2\] .*finite.* na"),
     "inline and file": ("s.yaml", mesh(f"file: box.ply, {TETRA}, faces: [[0, 1, 2]]"), r"'cube'\): needs either file"),

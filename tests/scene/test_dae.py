@@ -13,32 +13,7 @@ from holdfast.base.arrays import Float
 from holdfast.scene.meshes.read import triangles_of
 
 CORNERS = "0 0 0 1 0 0 1 2 0 0 2 0 0 0 3 1 0 3 1 2 3 0 2 3"  # of a box of 1 by 2 by 3
-QUADS = [
-    "0",
-    "3",
-    "2",
-    "1",
-    "4",
-    "5",
-    "6",
-    "7",
-    "0",
-    "1",
-    "5",
-    "4",
-    "1",
-    "2",
-    "6",
-    "5",
-    "2",
-    "3",
-    "7",
-    "6",
-    "3",
-    "0",
-    "4",
-    "7",
-]
+QUADS = [str(k) for k in (0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7)]
 TRIANGLES = " ".join(" ".join((a, b, c, a, c, d)) for a, b, c, d in np.array(QUADS).reshape(-1, 4))
 VERTEX = '<input semantic="VERTEX" source="#v" offset="0"/>'
 POLYLIST = f'<polylist count="6">{VERTEX}<vcount>{"4 " * 6}</vcount><p>{" ".join(QUADS)}</p></polylist>'

@@ -55,7 +55,10 @@ def test_shipped_scenes_come_back_bit_for_bit(name: str, suffix: str, tmp_path: 
 NAMES = st.one_of(
     st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), min_size=1, max_size=8).filter(str.strip),
     st.sampled_from(
-        ["yes", "null", "1", "1e3", "0x1", "~", "- a", "a: b", "#", "'", '"', "2020-01-01", "=", "<<", "é∞"]
+        [
+            *("yes", "null", "1", "1e3", "0x1", "~", "- a", "a: b", "#", "'", '"', "2020-01-01", "=", "<<", "é∞"),
+            *("010", "1:30", ".5", "1_000"),
+        ]
     ),
 )
 LENGTHS = st.floats(1e-6, 1e6)

@@ -192,12 +192,9 @@ STL: dict[str, tuple[Callable[[str], str], str]] = {
         lambda s: s.replace("vertex", "vertex x", 3).replace("vertex x", "vertex", 2),
         r"needs a row of an STL",
     ),
-    "two numbers": (lambda s: s[: s.rindex("vertex")] + "vertex 1 2\n" + s[s.rindex("vertex") :], r"got 'vertex 1 2'"),
-    "a word": (lambda s: s[: s.rindex("vertex")] + "vertex 1 two 3\n" + s[s.rindex("vertex") :], r"got '1 two 3'"),
-    "four vertices": (
-        lambda s: s[: s.rindex("vertex")] + "vertex 1 2 3\n" + s[s.rindex("vertex") :],
-        r"ends at vertex",
-    ),
+    "two numbers": (lambda s: before_last(s, "vertex 1 2"), r"got 'vertex 1 2'"),
+    "a word": (lambda s: before_last(s, "vertex 1 two 3"), r"got '1 two 3'"),
+    "four vertices": (lambda s: before_last(s, "vertex 1 2 3"), r"ends at vertex"),
     "no end": (lambda s: s[: s.rindex("endsolid")], r"within a solid"),
     "another row": (lambda s: s.replace("outer loop", "inner loop", 1), r"got 'inner loop'"),
 }

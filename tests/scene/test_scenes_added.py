@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from placed import FLOOR
 
 import holdfast as hf
-
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 
 
 def cube(name: str, x: float = 0.0, **options: object) -> hf.Body:

@@ -224,8 +224,6 @@ def test_what_is_not_read_and_may_matter_is_named(load: Load) -> None:
         in scene.notes
     )
     assert not [note for note in load(world(model(link()))).notes if "not read" in note]
-    stuck = world(model(link().replace("<link ", "<link glued='true' ", 1)))
-    assert "not read, though it may matter: glued= of <link>" in load(stuck).notes
 
 
 def test_a_note_says_once_what_is_so_of_many_links(load: Load) -> None:

@@ -168,6 +168,17 @@ def places() -> list[tuple[str, str, int]]:
     return found
 
 
+def loaded(sample: Sample, folder: Path, file: str = "", place: int = -1) -> hf.Scene:
+    """The sample with an attribute at one of the marks of a file, or at none."""
+    pytest.importorskip(sample.needs)
+    for each, text in {sample.file: sample.text, **sample.beside}.items():
+        parts = (text if file else text.replace(",true,5", ",true")).split("@")  # a table has as many values as columns
+        marks = [sample.mark if each == file and k == place else "" for k in range(len(parts) - 1)]
+        (folder / each).write_text("".join(a + b for a, b in zip(parts, [*marks, ""], strict=True)))
+    options = {key: {"p": folder} if key == "package" else value for key, value in sample.options.items()}
+    return hf.load_scene(folder / sample.file, **options)
+
+
 def test_every_format_has_a_sample_or_a_reason() -> None:
     own = [getattr(import_module(f"holdfast.scene.formats.{module}"), name) for module, name in FORMATS.items()]
     assert {each.name for each in own if each.read is not None} == {*SAMPLES, *WITHOUT}
@@ -176,15 +187,8 @@ def test_every_format_has_a_sample_or_a_reason() -> None:
 @pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 @pytest.mark.parametrize(("name", "file", "place"), places())
 def test_an_attribute_that_is_not_known_is_named(name: str, file: str, place: int, tmp_path: Path) -> None:
-    sample = SAMPLES[name]
-    pytest.importorskip(sample.needs)
-    for each, text in {sample.file: sample.text, **sample.beside}.items():
-        parts = text.split("@")
-        marks = [sample.mark if each == file and k == place else "" for k in range(len(parts) - 1)]
-        (tmp_path / each).write_text("".join(a + b for a, b in zip(parts, [*marks, ""], strict=True)))
-    options = {key: {"p": tmp_path} if key == "package" else value for key, value in sample.options.items()}
     try:
-        said = " ".join(hf.load_scene(tmp_path / sample.file, **options).notes)
+        said = " ".join(loaded(SAMPLES[name], tmp_path, file, place).notes)
     except hf.HoldfastError as error:
         said = str(error)
     assert re.search("stickiness", said), said
@@ -193,10 +197,5 @@ def test_an_attribute_that_is_not_known_is_named(name: str, file: str, place: in
 @pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")
 @pytest.mark.parametrize("name", SAMPLES)
 def test_the_samples_themselves_load(name: str, tmp_path: Path) -> None:
-    sample = SAMPLES[name]
-    pytest.importorskip(sample.needs)
-    for each, text in {sample.file: sample.text, **sample.beside}.items():
-        (tmp_path / each).write_text(text.replace("@", "").replace(",true,5", ",true"))
-    options = {key: {"p": tmp_path} if key == "package" else value for key, value in sample.options.items()}
-    scene = hf.load_scene(tmp_path / sample.file, **options)
+    scene = loaded(SAMPLES[name], tmp_path)
     assert not any("may matter" in note or "not read" in note for note in scene.notes), scene.notes

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from engine_scenes import Array
 from numpy.typing import ArrayLike
 
 from holdfast import Compliant, robustness
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
+from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.compliant_state import Standing
 from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
@@ -30,6 +33,20 @@ def grid_of(assembly: Assembly) -> Grid:
     state = Compliant().prepare(assembly)
     assert isinstance(state, Standing)
     return state.grid
+
+
+def watch_paths(
+    monkeypatch: pytest.MonkeyPatch, change: Callable[[Grid, PathResult], PathResult] = lambda _, found: found
+) -> list[int]:
+    """Let ``change`` alter every path from now on; the nodes a side of the grids whose paths are followed."""
+    followed, seen = Grid.paths, []
+
+    def paths(grid: Grid, W: Array) -> PathResult:
+        seen.append(grid.springs.nodes)
+        return change(grid, followed(grid, W))
+
+    monkeypatch.setattr(Grid, "paths", paths)
+    return seen
 
 
 def random_pushes(assembly: Assembly, count: int, seed: int) -> list[tuple[str, Array, Array]]:

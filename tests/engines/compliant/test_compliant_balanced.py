@@ -185,9 +185,7 @@ def test_balls_flush_between_blocks_roll_at_no_push_or_at_a_clear_one() -> None:
 
 def test_a_cylinder_between_two_walls_that_just_touch_it_is_held() -> None:
     """Rolling either way presses one of them: nothing resists at rest, but no push moves it at once."""
-    pose = np.eye(4)
-    pose[:3, :3], pose[2, 3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]], 0.05
-    rod = hf.Body("rod", hf.Cylinder(0.05, 0.2), mass=1.0, pose=pose)
+    rod = hf.Body("rod", hf.Cylinder(0.05, 0.2), mass=1.0, position=(0, 0, 0.05), rpy_degrees=(90, 0, 0))
     walls = [hf.Body(n, hf.Box((0.1, 0.3, 0.1)), pose=at(x, 0, 0.05), fixed=True) for n, x in (("l", -0.1), ("r", 0.1))]
     assembly = hf.assemble(hf.Scene([FLOOR, rod, *walls], 0.5))
     assert not named(assembly)

@@ -29,9 +29,6 @@ def test_table() -> None:
     sway = robustness(table, "slab", (-0.25, 0, 0.225), X, engine="compliant")
     assert sway.force[0] == near(7.3575)
     assert set(sway.moving[0]) == {"slab", "leg_left", "leg_right"}
-    assert strength(table, "slab", (-0.24, 0, 0.25), -Z) == near(98.1)
-    assert strength(table, "slab", (0.24, 0.05, 0.25), -Z) == near(98.1)
-    assert strength(table, "slab", (0.19, 0, 0.25), -Z) == np.inf
 
 
 @pytest.mark.parametrize(("nodes", "expected"), [(5, 5.27), (7, 5.23), (15, 5.22)])
@@ -84,9 +81,7 @@ def test_without_any_friction_nothing_is_claimed_and_nothing_fails() -> None:
 
 def test_a_vase_tips_over_its_round_rim_from_any_side() -> None:
     """At the peak it stands on one point, about which nothing resists it, and paths are often lost there."""
-    pose = np.eye(4)
-    pose[2, 3] = 0.1
-    vase = Body("vase", Cylinder(0.03, 0.2), mass=0.4, pose=pose)
+    vase = Body("vase", Cylinder(0.03, 0.2), mass=0.4, position=(0, 0, 0.1))
     assembly = assemble(Scene([floor(), vase], 0.5))
     turns = np.linspace(0, 2 * np.pi, 48, endpoint=False)
     for height in (0.12, 0.15, 0.19):

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from compliant_scenes import watch_paths
 from engine_scenes import block, shipped
 
 import holdfast as hf
-from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.grid import Grid
@@ -46,15 +46,12 @@ def asked(monkeypatch: pytest.MonkeyPatch, here: Change, there: Change) -> tuple
 
     Also returns the nodes of the grids whose paths were followed.
     """
-    assembly, followed, seen = shipped("cube"), Grid.paths, []
 
-    def paths(grid: Grid, W: Float) -> PathResult:
-        seen.append(grid.springs.nodes)
-        found = followed(grid, W)
+    def change(grid: Grid, found: PathResult) -> PathResult:
         assert (found.outcome == PathOutcome.ENDLESS).all()
         return here(found) if grid.springs.nodes == 7 else there(found)
 
-    monkeypatch.setattr(Grid, "paths", paths)
+    assembly, seen = shipped("cube"), watch_paths(monkeypatch, change)
     top = np.add(assembly.movable[0].com_world, (0.01, 0.02, 0.05))
     W = push_columns(assembly, 0, top[None], np.array([[0.0, 0.0, -1.0]]))
     return hf.Compliant().prepare(assembly).refined.answers(W), seen
@@ -108,14 +105,7 @@ def test_a_press_on_an_edge_of_a_pallet_ends_as_on_most_grids(equal: bool) -> No
 
 
 def test_among_many_bodies_more_nodes_are_asked_whether_a_press_has_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    assembly = pallet(True)
-    grid_paths, seen = Grid.paths, []
-
-    def paths(grid: Grid, W: Float) -> PathResult:
-        seen.append(grid.springs.nodes)
-        return grid_paths(grid, W)
-
-    monkeypatch.setattr(Grid, "paths", paths)
+    assembly, seen = pallet(True), watch_paths(monkeypatch)
     refined = hf.Compliant().prepare(assembly).refined
     number = assembly.index["b2_2_2"]
     top = np.add(assembly.movable[number].com_world, (0.0, 0.0, SIZE[2] / 2))

@@ -47,9 +47,6 @@ def check(got: object, certain: object) -> None:
         assert got.force[k] <= certain.upper[k] * (1 + 1e-6)
 
 
-BLOCK, UP = ((0.25, 0.25, 0.25), 1.0, (0.0, 0.0)), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-
-
 def test_bound_is_that_of_limit() -> None:
     assembly = shipped("table")
     point, direction = [(0.2, -0.1, 0.225), (0, 0, 0.25)], [(0, 1, 0), (0, 0, -1)]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compliant_scenes import watch_paths
 from engine_scenes import block, by_paths
 
 import holdfast as hf
@@ -26,7 +27,6 @@ from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at
 
 PUSH = ("cube1", (-0.05, 0.01, 0.05), (1.0, 0.2, -0.1))
-Paths = Callable[[Grid, Float], PathResult]
 
 
 def asked(**options: Any) -> tuple[float, float]:
@@ -38,16 +38,15 @@ def asked(**options: Any) -> tuple[float, float]:
 
 def lose(monkeypatch: pytest.MonkeyPatch, share: Callable[[Grid], float | None]) -> None:
     """Let paths be lost at a share of their peak, which depends on the grid; None leaves them as they are."""
-    followed: Paths = Grid.paths
 
-    def paths(grid: Grid, W: Float) -> PathResult:
-        found, left = followed(grid, W), share(grid)
+    def change(grid: Grid, found: PathResult) -> PathResult:
+        left = share(grid)
         if left is None:
             return found
         lost = np.full(len(found.peak), PathOutcome.LOST)
         return found._replace(outcome=lost, peak=left * found.peak, q=np.tile(grid.settled.q, (len(lost), 1)))
 
-    monkeypatch.setattr(Grid, "paths", paths)
+    watch_paths(monkeypatch, change)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
@@ -88,15 +87,13 @@ def test_a_finer_path_that_is_lost_bounds_the_peak_by_what_it_reached(
 def test_a_finer_path_that_ends_sooner_only_lowers_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     """It may have left its branch, and so may the other: the answer leans on neither, the bound on the lower one."""
     force, _ = asked()
-    followed: Paths = Grid.paths
 
-    def paths(grid: Grid, W: Float) -> PathResult:
-        found = followed(grid, W)
+    def change(grid: Grid, found: PathResult) -> PathResult:
         few = grid.springs.nodes == 7
         outcome = np.full(len(found.peak), PathOutcome.LOST if few else PathOutcome.PEAK)
         return found._replace(outcome=outcome, peak=(0.6 if few else 0.2) * found.peak)
 
-    monkeypatch.setattr(Grid, "paths", paths)
+    watch_paths(monkeypatch, change)
     found, lower = asked()
     assert found == pytest.approx(force, rel=5e-3)
     assert lower == pytest.approx(0.2 * force, rel=0.02)
@@ -116,7 +113,7 @@ def test_a_path_without_end_may_be_lost_far_out(
     monkeypatch: pytest.MonkeyPatch, weights: float, status: hf.Status
 ) -> None:
     """Far above the weight rounding decides where it is lost: there limit analysis and a state of rest tell the end."""
-    followed: Paths = Grid.paths
+    followed = Grid.paths
 
     def paths(grid: Grid, W: Float) -> PathResult:
         found = followed(grid, W)
@@ -174,13 +171,11 @@ def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_or_the_f
     assert (found.status == hf.Status.INFINITE).all()
     lower = np.array([0.9, 0.01, 0.0]) * far
     ended = replace(found, status=objects(3 * [hf.Status.FINITE]), force=np.full(3, far), lower=lower)
-    followed: Paths = Grid.paths
 
-    def paths(grid: Grid, W: Float) -> PathResult:
-        found = followed(grid, W)
+    def change(grid: Grid, found: PathResult) -> PathResult:
         return found if grid.springs.nodes == 7 else found._replace(outcome=np.full(len(found.peak), finer))
 
-    monkeypatch.setattr(Grid, "paths", paths)
+    watch_paths(monkeypatch, change)
     told = LimitReview(state).amend(ended, Asked(W, EXACT, np.arange(3), Columns.unknown(3)))
     assert told.status.tolist() == ["infinite", "finite", status]
     assert told.lower[1:].tolist() == [lower[1], np.inf if status == "infinite" else 0.0]

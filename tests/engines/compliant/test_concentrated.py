@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from engine_scenes import G0, Array
+from placed import at
 
 import holdfast as hf
 from bench.scenes.random_pushes import Push, random_pushes
@@ -27,9 +28,7 @@ def turned(degrees: float, about: float = 0.0) -> Array:
 
 
 def placed(axes: Array, x: float, y: float, z: float) -> Array:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = axes, axes @ (x, y, z)
-    return pose
+    return at(*(axes @ (x, y, z)), axes)
 
 
 def on_board(axes: Array, *bodies: hf.Body, mu: float) -> hf.answers.Assembly:

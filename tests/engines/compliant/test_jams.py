@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from engine_scenes import shipped
+from placed import at
 
 import holdfast as hf
 from bench.scenes.random_pushes import Push, columns, random_pushes
@@ -18,12 +19,6 @@ from holdfast.queries.request import push_columns
 
 CASES = Path(__file__).parents[4] / "shared" / "cases" / "jams"
 MASS, WEIGHT = 1.3, 1.3 * 9.81
-
-
-def at(x: float, y: float, z: float) -> Float:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    return pose
 
 
 def under_ceiling(mu: float, gap: float) -> hf.answers.Assembly:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from compliant_scenes import watch_paths
 from engine_scenes import shipped
 from test_compliant_recovery import asked
 
 import holdfast as hf
 from bench.suites.reliability import random_pushes
-from holdfast.base.arrays import Float
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.engines.compliant.grid import Grid
@@ -34,14 +34,13 @@ def test_a_maximum_that_a_path_on_another_grid_passes_over_is_not_forgotten(monk
     W = push_columns(
         assembly, assembly.index["b0_1"], *np.array([[[0.0125, 0.05, 0.0875]], [[0.1308, -0.9887, -0.0725]]])
     )
-    followed, peaks = Grid.paths, []
+    peaks = []
 
-    def dipped(grid: Grid, W: Float) -> PathResult:
-        paths = followed(grid, W)
+    def dipped(_: Grid, paths: PathResult) -> PathResult:
         peaks.append(paths.peak[0])
         return paths._replace(first=0.5 * paths.peak if len(peaks) == 1 else paths.peak)
 
-    monkeypatch.setattr(Grid, "paths", dipped)
+    watch_paths(monkeypatch, dipped)
     found = state.refined.answers(W)
     assert found.paths.peak[0] == peaks[-1] != peaks[0]
     assert found.lower[0] == 0.5 * peaks[0]
@@ -53,13 +52,7 @@ def test_the_whole_path_is_followed_where_the_load_at_the_peak_says_too_little(
 ) -> None:
     """The next grid has ``load`` times the peak at its displacement: the estimate within MOVED, else its path."""
     force, lower = asked()
-    followed, seen = Grid.paths, []
-
-    def paths(grid: Grid, W: Float) -> PathResult:
-        seen.append(grid.springs.nodes)
-        return followed(grid, W)
-
-    monkeypatch.setattr(Grid, "paths", paths)
+    seen = watch_paths(monkeypatch)
     monkeypatch.setattr(Grid, "loads_nearby", lambda grid, W, s, q, plane: s * load if load else np.full(len(s), -1.0))
     found = asked()
     assert (14 in seen) is follows

@@ -30,19 +30,17 @@ def test_pure_moments_on_a_cube() -> None:
         assert answer.status is Status.FINITE
 
 
-def test_a_couple_is_a_moment() -> None:
-    assembly = assemble(cube_scene())
-    couple = [Load("cube", (-0.05, 0, 0.05), 2 * Z), Load("cube", (0.05, 0, 0.05), -2 * Z)]
-    assert load_factor(assembly, couple, engine="graph").factor == pytest.approx(0.4905 / 0.2)
-
-
-def test_a_force_and_a_moment_act_together() -> None:
-    """1 N at half height and 0.05 N m about y turn like 2 N at half height."""
-    assembly = assemble(cube_scene(mu=3))
-    loads = [Load("cube", (0, 0, 0.05), X), Load("cube", moment=0.05 * Y)]
-    assert load_factor(assembly, loads, engine="graph").factor == pytest.approx(0.4905 / 0.1)
-    against = [Load("cube", (0, 0, 0.05), X), Load("cube", moment=-0.02 * Y)]
-    assert load_factor(assembly, against, engine="graph").factor == pytest.approx(0.4905 / 0.03)
+@pytest.mark.parametrize(
+    ("loads", "lever"),
+    [
+        ([Load("cube", (-0.05, 0, 0.05), 2 * Z), Load("cube", (0.05, 0, 0.05), -2 * Z)], 0.2),  # a couple
+        ([Load("cube", (0, 0, 0.05), X), Load("cube", moment=0.05 * Y)], 0.1),  # as 2 N at half height
+        ([Load("cube", (0, 0, 0.05), X), Load("cube", moment=-0.02 * Y)], 0.03),
+    ],
+)
+def test_forces_and_moments_act_together(loads: list[Load], lever: float) -> None:
+    """All of them tip the cube, of 4.905 N on half its width, over its edge."""
+    assert load_factor(assemble(cube_scene(mu=3)), loads, engine="graph").factor == pytest.approx(0.4905 / lever)
 
 
 def test_loads_on_several_bodies_share_the_interfaces_below() -> None:
@@ -81,15 +79,6 @@ def test_a_standing_load_that_topples_it_leaves_nothing() -> None:
         assembly, [Load("cube", (0, 0, 0.1), -Z)], standing=[Load("cube", (-0.05, 0, 0.1), 5 * X)], engine="graph"
     )
     assert (answer.factor, answer.status, answer.moving) == (0, Status.UNSTABLE, ("cube",))
-
-
-def test_acceleration_of_the_support_uses_up_friction() -> None:
-    """At 1 m/s2 along x inertia pulls the cube by 1 N along -x."""
-    assembly = assemble(cube_scene())
-    for direction, expected in ((X, 5.886 + 1), (-X, 5.886 - 1)):
-        load = Load("cube", -0.05 * direction + 0.01 * Z, direction)
-        got = load_factor(assembly, [load], acceleration=(1, 0, 0), engine="graph").factor
-        assert got == pytest.approx(expected, rel=1e-4)
 
 
 def test_forces_of_different_directions_are_refused_with_a_remedy() -> None:

@@ -75,24 +75,21 @@ def test_without_force_only_pushes_inside_the_cone_are_resisted() -> None:
         assert slip(np.zeros(3), e, mu) == (np.inf if mu * e[0] > np.hypot(e[1], e[2]) else 0)
 
 
-def test_fig_6a_every_push_worsens() -> None:
-    assert node_slip(10.0, 3.0, 0.0, 0.5, 0.0, 1.0, 0.0) == pytest.approx(2)  # 5 = 3 + s
-    assert node_slip(10.0, 0.0, 0.0, 0.5, -0.8, 0.6, 0.0) == pytest.approx(5)  # 0.5 (10 - 0.8 s) = 0.6 s
-
-
-def test_fig_6b_first_better_then_worse() -> None:
-    assert node_slip(10.0, -3.0, 0.0, 0.5, 0.0, 1.0, 0.0) == pytest.approx(8)  # 5 = s - 3
-    assert node_slip(10.0, 0.0, 0.0, 0.5, 0.6, 0.8, 0.0) == pytest.approx(10)  # 0.5 (10 + 0.6 s) = 0.8 s
-
-
-def test_fig_6c_pushes_inside_the_cone_are_held_for_ever() -> None:
-    assert node_slip(10.0, 3.0, 0.0, 0.5, 1.0, 0.0, 0.0) == np.inf
-    assert node_slip(10.0, 5.0, 0.0, 0.5, 0.96, 0.28, 0.0) == np.inf  # from the cone's boundary
-
-
-def test_fig_6d_pushes_inside_the_opposed_cone_lift_off() -> None:
-    assert node_slip(10.0, 3.0, 0.0, 0.5, -1.0, 0.0, 0.0) == pytest.approx(4)  # 0.5 (10 - s) = 3
-    assert node_slip(10.0, 0.0, 0.0, 1.0, -0.8, 0.6, 0.0) == pytest.approx(50 / 7)  # 10 - 0.8 s = 0.6 s
+@pytest.mark.parametrize(
+    ("force", "mu", "way", "expected"),
+    [
+        ((10.0, 3.0), 0.5, (0.0, 1.0), 2),  # 6a, every push worsens: 5 = 3 + s
+        ((10.0, 0.0), 0.5, (-0.8, 0.6), 5),  # 0.5 (10 - 0.8 s) = 0.6 s
+        ((10.0, -3.0), 0.5, (0.0, 1.0), 8),  # 6b, first better, then worse: 5 = s - 3
+        ((10.0, 0.0), 0.5, (0.6, 0.8), 10),  # 0.5 (10 + 0.6 s) = 0.8 s
+        ((10.0, 3.0), 0.5, (1.0, 0.0), np.inf),  # 6c, held for ever inside the cone
+        ((10.0, 5.0), 0.5, (0.96, 0.28), np.inf),  # from its boundary
+        ((10.0, 3.0), 0.5, (-1.0, 0.0), 4),  # 6d, inside the opposed cone it lifts off: 0.5 (10 - s) = 3
+        ((10.0, 0.0), 1.0, (-0.8, 0.6), 50 / 7),  # 10 - 0.8 s = 0.6 s
+    ],
+)
+def test_fig_6(force: tuple[float, float], mu: float, way: tuple[float, float], expected: float) -> None:
+    assert node_slip(*force, 0.0, mu, *way, 0.0) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-13, -1e-13, 1e-16])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from placed import FLOOR
 from scipy.optimize import linprog
 
 import holdfast as hf
@@ -14,7 +15,6 @@ from holdfast.scene.formats.joint_holds import joint_hold
 
 G, LIMIT, INF = 9.81, hf.Limit(), float("inf")
 CLOSE = {"rel": 1e-6, "abs": 1e-8}
-FLOOR = hf.Body("floor", hf.HalfSpace(), fixed=True)
 Y = np.array([0.0, 1.0, 0.0])
 
 

@@ -40,9 +40,6 @@ def test_transport_agrees_with_a_support_that_accelerates() -> None:
 def test_table() -> None:
     table = shipped("table")
     assert strength(table, "slab", (-0.25, 0, 0.225), X) == near(7.3575)
-    assert strength(table, "slab", (-0.24, 0, 0.25), -Z) == near(98.1)
-    assert strength(table, "slab", (0.24, 0.05, 0.25), -Z) == near(98.1)
-    assert strength(table, "slab", (0.19, 0, 0.25), -Z) == np.inf
     assert strength(table, "slab", (0.2, -0.1, 0.225), Y) == near(6.2267738)  # 6.227
 
 
