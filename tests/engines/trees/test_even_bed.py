@@ -7,7 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import minimize
 
-from holdfast.engines.trees.bed import RULE, Bed, Scratch, find_pressure, share_used
+from holdfast.engines.trees.bed import RULE, Bed, Scratch, find_pressure
+from holdfast.engines.trees.limit_surface import share_used
 
 MU = 0.4
 

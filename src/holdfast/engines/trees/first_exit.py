@@ -5,7 +5,8 @@ The wrench on the contact is that at rest plus a multiple of the load's. Both ar
 size of the wrench. It tips where the centre of pressure reaches the border of the hull: a line of θ for each of its
 edges. Before that it slides where the friction asked for is all that there is. While the bed presses everywhere, its
 pressure and with it its friction are linear in θ, and the wrenches that it carries are a convex set: what holds at one
-θ holds at all before. Once a part has lifted, that is looked at in STEPS places on the way to tipping.
+θ holds at all before. Once a part has lifted, the share of friction is looked at in places on the way to tipping, so
+close to each other that between two of them it stays below 1 (see RISES).
 """
 
 from __future__ import annotations
@@ -14,21 +15,16 @@ import math
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.compiled import compiled, lean
-from holdfast.engines.trees.bed import (
-    FOUND,
-    Bed,
-    Scratch,
-    descend,
-    find_pressure,
-    friction,
-    pushed,
-    second_moments,
-    share_used,
-    solved,
-)
+from holdfast.engines.trees.bed import Bed, Scratch, find_pressure, second_moments, solved
+from holdfast.engines.trees.limit_surface import FOUND, descend, friction, pushed, share_at_most, share_used
 
-NEVER, TIPS, SLIDES, UNKNOWN = 0, 1, 2, 3
-STEPS = 5  # places at which a bed that has lifted in part is looked at, each 16 times closer to tipping
+NEVER, TIPS, SLIDES, UNKNOWN = 0, 1, 2, 3  # how a contact gives way
+# Logarithms of the ratio of the distances from tipping of two places that follow each other: the longest, and one from
+# which on none is put between
+LONGEST, FINEST = math.log(16.0), 0.1
+# Between two such places the share of friction rises above both by at most this times the logarithm squared. Measured
+# on 7,000 loads on random beds, of which the worst has 0.042
+RISES = 0.06
 # Share of the load that tips it which is not looked at, where the bed presses on next to nothing; at most LONG, if no
 # pressure is found there
 SHORT, LONG = 1e-5, 1e-3
@@ -42,7 +38,7 @@ CERTAIN = 1e-6  # relative error of a share of friction above which it counts as
 def _share_at(bed: Bed, rest: Float, load: Float, at: float, s: Scratch, near: bool, short: bool) -> float:
     """Return the share of friction that is used at θ = ``at``; -1 if it is not found.
 
-    If ``short``, 0 is returned where a bound tells that it is less than 1. If ``near``, ``s.p`` is from a θ near by.
+    If ``short``, a bound of it does where that is less than 1. If ``near``, ``s.p`` is from a θ near by.
     """
     for i in range(3):
         s.q[i] = (1 - at) * rest[i] + at * load[i]
@@ -50,8 +46,10 @@ def _share_at(bed: Bed, rest: Float, load: Float, at: float, s: Scratch, near: b
         return -1.0
     for i in range(3):
         s.t[i] = (1 - at) * rest[3 + i] + at * load[3 + i]
-    if short and bed.size[1] > 0.0 and _surely_holds(bed, s.t, s):
-        return 0.0
+    if short and bed.size[1] > 0.0:
+        most = share_at_most(s.t, s, bed)
+        if most < 1 - CERTAIN:
+            return most
     share, error = share_used(bed, s.t, s)
     return share if error <= CERTAIN else -1.0
 
@@ -150,30 +148,14 @@ def _mixed(rest: Float, load: Float, at: float, s: Scratch) -> None:
 
 @compiled
 @lean
-def _surely_holds(bed: Bed, t: Float, s: Scratch) -> bool:
-    """Tell whether friction under ``s.p`` carries ``t`` (3,), as far as a bound tells that is soon known.
-
-    Friction of a turn about the centre of pressure carries the torque, and that of sliding all together the force that
-    is left: what it carries in two motions, it carries in any mixture of both.
-    """
-    mu, x, y = bed.size[1], s.middle[0], s.middle[1]
-    s.n[0], s.n[1], s.n[2] = y, -x, 1.0
-    most = friction(bed, s.p, s.p, s.n, s, s.g, s.L)
-    turns = (t[2] - x * t[1] + y * t[0]) / most
-    left = math.hypot(t[0] - turns * s.g[0], t[1] - turns * s.g[1])
-    return abs(turns) * mu * s.q[0] + left < (1 - CERTAIN) * mu * s.q[0]
-
-
-@compiled
-@lean
 def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out: Float) -> int:
     """Tell how a contact gives way under ``rest`` plus a growing multiple of ``load`` (6,), and write when to ``out``.
 
     Both are what the bed carries: N, N x, N y of its pressure, and the force and the torque along the plane. ``out``
     (6,) is θ, a θ that is certainly not too large and one that is not too small, and the motion with which it slides
     or, if it tips, the number of the edge of the hull, that of another one that it reaches at once, or -1, and how fast
-    it does so, over the first. From θ = ``until`` on,
-    something else gives way: NEVER says that this contact does not do so before.
+    it does so, over the first. From θ = ``until`` on, something else gives way: NEVER says that this contact does not
+    before.
     """
     tips, edge, other, rate, slower = until, -1, -1, 0.0, 0.0
     for k in range(len(bed.hull)):
@@ -196,11 +178,10 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
         if around > 0.0:
             out[0], out[1], out[2], out[3], out[4], out[5] = at, max(at - around, 0.0), at, s.m[0], s.m[1], s.m[2]
             return SLIDES
-    low, high, share, near = lifted, -1.0, -1.0, False
-    for step in range(1, STEPS + 1):
-        if low >= end:
-            break
-        at = lifted + (end - lifted) * step / STEPS if edge < 0 else min(tips - (tips - lifted) / 16.0**step, end)
+    low, high, before, near, step = lifted, -1.0, -1.0, False, 0.0
+    last = tips if edge >= 0 else tips + (tips - lifted) / 15
+    while low < end:
+        at = min(last - (last - low) * math.exp(-step), end)
         share = _share_at(bed, rest, load, at, s, near, True)
         if share < 0.0:
             if edge < 0 or low < _before(tips, LONG):
@@ -210,7 +191,10 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
         if share > 1.0:
             high = at
             break
-        low = at
+        if step > FINEST and max(before, share) > 1 - RISES * step * step:
+            step /= 2
+        else:
+            low, before, step = at, share, min(2 * step, LONGEST) if step > 0.0 else LONGEST
     if high < 0.0:
         out[0], out[1], out[2], out[3], out[4], out[5] = tips, low, tips, edge, other, slower / rate if rate else 0.0
         return NEVER if edge < 0 else TIPS

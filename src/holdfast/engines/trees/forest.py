@@ -44,6 +44,11 @@ class Exit(NamedTuple):
     twist: Float
     slides: Bool
 
+    def rows(self, which: Bool) -> Exit:
+        """Return the rows ``which`` (n,) names."""
+        at = self.bridge[which], self.twist[which], self.slides[which]
+        return Exit(self.factor[which], self.lower[which], self.upper[which], *at)
+
 
 class Cut(NamedTuple):
     """The contact of body ``root`` with the first of the bodies ``beyond`` (k,), which hang on nothing else."""

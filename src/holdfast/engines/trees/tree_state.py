@@ -103,7 +103,7 @@ class TreeState:
         mine = np.flatnonzero(self._by_trees(W))
         found = self.forest.exits(W[:, mine])
         known = np.isfinite(found.lower) | np.isinf(found.factor)
-        mine, found = mine[known], Exit(*(column[known] for column in found))
+        mine, found = mine[known], found.rows(known)
         others = np.setdiff1d(np.arange(W.shape[1]), mine)
         parts = [self._answers(found, verdict, W[:, mine])] if len(mine) or not len(others) else []
         parts += [self.behind.load_factor(W[:, others], accuracy)] if len(others) else []
