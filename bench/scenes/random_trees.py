@@ -5,11 +5,13 @@ Contacts are given, so that outlines may be rectangles, polygons, discs, rings, 
 
 from __future__ import annotations
 
+from itertools import zip_longest
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 from numpy.random import Generator
+from scipy.spatial import ConvexHull
 
 import holdfast as hf
 from holdfast.base.arrays import Float
@@ -25,6 +27,17 @@ class Contact(NamedTuple):
     holes: list[Float]
     height: float
     mu: float
+
+    def triangles(self) -> Float:
+        """Return triangles (n, 3, 2) that fill it; outlines are convex, and each hole is its outline, but smaller."""
+        parts = list[Float]()
+        for ring, hole in zip_longest(self.outlines, self.holes):
+            inner = np.tile(ring.mean(axis=0), (len(ring), 1)) if hole is None else hole
+            after, beyond = np.roll(ring, -1, axis=0), np.roll(inner, -1, axis=0)
+            parts.append(np.stack([ring, after, inner], axis=1))
+            if hole is not None:
+                parts.append(np.stack([after, beyond, inner], axis=1))
+        return np.concatenate(parts)
 
 
 class Tower(NamedTuple):
@@ -53,10 +66,9 @@ def outline(kind: str, rng: Generator) -> tuple[list[Float], list[Float]]:
     if kind == "rectangle":
         return [_rectangle(rng.uniform(0.02, 0.1, 2), np.zeros(2))], []
     if kind == "polygon":
-        hull = shapely.convex_hull(shapely.MultiPoint(rng.uniform(-0.1, 0.1, (9, 2)))).normalize().reverse()
-        corners = np.array(hull.exterior.coords)[:-1]
-        ring = corners if hull.exterior.is_ccw else corners[::-1]
-        return [ring - np.array(hull.centroid.coords[0])], []
+        points = rng.uniform(-0.1, 0.1, (9, 2))
+        ring = points[ConvexHull(points).vertices]
+        return [ring - np.array(shapely.Polygon(ring).centroid.coords[0])], []
     if kind == "disc":
         return [_round(rng.uniform(0.02, 0.1), 32)], []
     if kind == "ring":

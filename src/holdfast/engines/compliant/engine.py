@@ -108,7 +108,6 @@ def prepared_on(
     check_stiffness(assembly, springs.stiffness)
     wrench = assembly.weight_wrench(acceleration)
     wrench = wrench if standing is None else wrench + standing
-
     return state_on(assembly, wrench, springs, refinements=REFINEMENTS)
 
 

@@ -27,7 +27,6 @@ from holdfast.engines.trees.tree_state import FIRM
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.hold import held_names
 
-AMPLE = 0.1  # share of what contacts can carry with which to spare equilibrium is certain
 COMES_ABOUT = "an equilibrium exists that needs no self-stress"
 
 
@@ -59,10 +58,10 @@ class Limit(Value):
         return self.on(assembly, wrench)
 
     def firm(self, assembly: Assembly, wrench: Float) -> tuple[Bool, Verdict]:
-        """Which bodies rest as trees, with the share AMPLE to spare; see ``Judging.firm``. Exact cones alone."""
+        """Which bodies rest as trees; see ``Judging.firm``. Exact cones alone."""
         rests = np.zeros(len(assembly.movable), dtype=bool)
         if self.cone == "exact":
-            rests = Forest(assembly, wrench).resting(AMPLE)
+            rests = Forest(assembly, wrench).decided
         return rests, replace(FIRM, reason=COMES_ABOUT)
 
     def on(self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None) -> LimitState:

@@ -21,10 +21,10 @@ from holdfast.engines.trees.limit_surface import FOUND, descend, friction, pushe
 NEVER, TIPS, SLIDES, UNKNOWN = 0, 1, 2, 3  # how a contact gives way
 # Logarithms of the ratio of the distances from tipping of two places that follow each other: the longest, and one from
 # which on none is put between
-LONGEST, FINEST = math.log(16.0), 0.1
-# Between two such places the share of friction rises above both by at most this times the logarithm squared. Measured
-# on 7,000 loads on random beds, of which the worst has 0.042
-RISES = 0.06
+LONGEST, FINEST = math.log(16.0), 0.02
+# Between two places the share of friction rises above both by at most this, times the logarithm where that is below 1.
+# Measured on 20,000 loads on random beds, of which the worst, where a narrow foot lifts, has 0.45
+RISES = 0.5
 # Share of the load that tips it which is not looked at, where the bed presses on next to nothing; at most LONG, if no
 # pressure is found there
 SHORT, LONG = 1e-5, 1e-3
@@ -180,7 +180,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
             return SLIDES
     low, high, before, near, step = lifted, -1.0, -1.0, False, 0.0
     last = tips if edge >= 0 else tips + (tips - lifted) / 15
-    while low < end:
+    while low < end * (1 - ROUNDING):
         at = min(last - (last - low) * math.exp(-step), end)
         share = _share_at(bed, rest, load, at, s, near, True)
         if share < 0.0:
@@ -191,7 +191,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
         if share > 1.0:
             high = at
             break
-        if step > FINEST and max(before, share) > 1 - RISES * step * step:
+        if step > FINEST and max(before, share) > 1 - RISES * min(step, 1.0):
             step /= 2
         else:
             low, before, step = at, share, min(2 * step, LONGEST) if step > 0.0 else LONGEST

@@ -186,6 +186,12 @@ class Forest:
         pairs = zip(self.bridges, self._at_rest, strict=True)
         return np.array([share_at_rest(bridge.bed, rest, memory) for bridge, rest in pairs])
 
+    def left_behind(self, sliding: Bridge) -> Int:
+        """Return the bodies behind a ``sliding`` bridge that stay where they are, as no friction takes them along."""
+        behind = (one.cut.beyond for one in self.bridges if not one.bed.edges[:, 4].any() and one is not sliding)
+        nested = [beyond for beyond in behind if np.isin(beyond, sliding.cut.beyond).all()]
+        return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *nested]))
+
     def exits(self, W: Float) -> Exit:
         """Return how the loads end that are the columns of W (6J, n), which load only bodies that are ``decided``."""
         count = W.shape[1]

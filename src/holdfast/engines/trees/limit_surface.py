@@ -246,7 +246,7 @@ def share_used(bed: Bed, t: Float, s: Scratch) -> tuple[float, float]:
         gap, power, moved = descend(bed, t, power, s)
         if not moved:
             break
-    return 1 / power, gap
+    return (1 / power, gap) if power > 0.0 else (0.0, 1.0)
 
 
 @compiled
@@ -259,5 +259,8 @@ def share_at_most(t: Float, s: Scratch, bed: Bed) -> float:
     """
     sliding, x, y = bed.size[1] * s.q[0], s.middle[0], s.middle[1]
     s.n[0], s.n[1], s.n[2] = y, -x, 1.0
-    turns = (t[2] - x * t[1] + y * t[0]) / friction(bed, s.p, s.p, s.n, s, s.g, s.L)
+    most = friction(bed, s.p, s.p, s.n, s, s.g, s.L)
+    if not most > 0.0:
+        return 2.0
+    turns = (t[2] - x * t[1] + y * t[0]) / most
     return abs(turns) + math.hypot(t[0] - turns * s.g[0], t[1] - turns * s.g[1]) / sliding

@@ -138,6 +138,7 @@ class TreeState:
             turn = found.twist[rows, None, 3:]
             twists[:, bridge.cut.beyond, :3] = found.twist[rows, None, :3] + np.cross(turn, com[bridge.cut.beyond])
             twists[:, bridge.cut.beyond, 3:] = turn
+            twists[np.ix_(np.flatnonzero(found.slides[rows]), self.forest.left_behind(bridge))] = 0
             modes: list[Mode] = ["slip" if found.slides[row] else "topple" for row in rows.tolist()]
             for row, one in zip(rows.tolist(), describe_all(self._kinematics, twists, modes, dual=False), strict=True):
                 result[row] = one
