@@ -36,7 +36,7 @@ from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.near_falls import Reach
 from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
 from holdfast.engines.self_stress import self_stressed
-from holdfast.engines.verdict import GroupVerdict, Status, Verdict
+from holdfast.engines.verdict import ContactForces, GroupVerdict, Status, Verdict
 from holdfast.scene.hold import held_names, refuse_holds
 
 MOST_NAMED = 3  # largest number of overlaps that one reason names
@@ -345,25 +345,31 @@ class Groups:
             firm = self._firm_fall(part) if doubt else None
             if firm is not None:
                 verdict, doubt = replace(firm, steps=verdict.steps), ""
-        mechanism, forces, reason = None, verdict.forces, verdict.reason
+        if verdict.status is Status.STABLE:
+            return verdict.with_evidence(
+                lambda: self._forces(part, verdict), lambda: verdict.residual, lambda: self_stressed(part.assembly)
+            )
+        mechanism, reason = None, verdict.reason
         if verdict.mechanism is not None:
             mechanism = self._whole(part, verdict.mechanism)
             reason = reason.replace(verdict.mechanism.text, mechanism.text)  # bodies and pairs in the scene's order
         if doubt:
             doubted = undecided(f"{reason}; but {doubt}", mechanism=mechanism)
             return doubted.after("bodies outside of the group", before=verdict)
-        if forces is not None:
-            sign = np.where(part.flipped, -1.0, 1.0)[forces.interface][:, None]
-            forces = replace(
-                forces,
-                normal=sign * forces.normal,
-                force=sign * forces.force,
-                interface=part.interfaces[forces.interface],
-            )
-        found = replace(verdict, reason=reason, mechanism=mechanism, forces=forces)
-        if found.status is not Status.STABLE:
-            return found
-        return found.with_evidence(lambda: forces, lambda: found.residual, lambda: self_stressed(part.assembly))
+        return replace(verdict, reason=reason, mechanism=mechanism, forces=self._forces(part, verdict))
+
+    def _forces(self, part: Part, verdict: Verdict) -> ContactForces | None:
+        """Return the contact forces of a verdict on a part, at the interfaces of the whole assembly."""
+        forces = verdict.forces
+        if forces is None:
+            return None
+        sign = np.where(part.flipped, -1.0, 1.0)[forces.interface][:, None]
+        return replace(
+            forces,
+            normal=sign * forces.normal,
+            force=sign * forces.force,
+            interface=part.interfaces[forces.interface],
+        )
 
     def _firm_fall(self, part: Part) -> Verdict | None:
         """Return the verdict that a part falls whatever its sharp contacts with others carry; None if unknown."""

@@ -125,6 +125,16 @@ def test_a_slab_under_a_gate_is_a_tree_and_the_gate_is_not() -> None:
     assert str(both.lower_bound) == "estimated", "the table says what holds for all of its rows"
 
 
+def test_what_leans_on_a_neighbour_is_no_tree() -> None:
+    """A wide block and a light one that touches it, both on the floor: neither hangs on the floor alone."""
+    pair = [
+        floor(),
+        box("wide", (0.4, 0.1, 0.1), 5.0, (0, 0, 0.05)),
+        box("light", (0.1, 0.1, 0.1), 0.1, (0.25, 0, 0.05)),
+    ]
+    assert decided(hf.assemble(hf.Scene(pair, 0.5))) == [False, False]
+
+
 def test_what_stands_beyond_the_edge_is_left_to_the_engine() -> None:
     stack = [floor(), box("a", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.05)), box("b", (0.1, 0.1, 0.1), 1.0, (0.051, 0, 0.15))]
     assembly = hf.assemble(hf.Scene(stack, 0.5))

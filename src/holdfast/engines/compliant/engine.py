@@ -23,7 +23,7 @@ from holdfast.engines.compliant.reserve import overruled
 from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest
 from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
 from holdfast.engines.rest import find_rest
-from holdfast.engines.trees.forest import Forest
+from holdfast.engines.trees.forest import forest_of
 from holdfast.engines.trees.tree_state import FIRM
 from holdfast.engines.verdict import Status, Verdict
 
@@ -82,7 +82,7 @@ class Compliant(Value):
         check_stiffness(assembly, self.stiffness)
         rests = np.zeros(len(assembly.movable), dtype=bool)
         if self.takes_trees:
-            rests = Forest(assembly, wrench).decided
+            rests = forest_of(assembly, wrench).decided
         return rests, FIRM
 
     def on(

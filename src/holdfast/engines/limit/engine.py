@@ -22,7 +22,7 @@ from holdfast.engines.limit.box_corners import corners_of, weakest
 from holdfast.engines.limit.limit_state import CLAIM, NAME, LimitState, balanced_under
 from holdfast.engines.limit.loose import comes_loose
 from holdfast.engines.rest import Rest
-from holdfast.engines.trees.forest import Forest
+from holdfast.engines.trees.forest import forest_of
 from holdfast.engines.trees.tree_state import FIRM
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.hold import held_names
@@ -61,7 +61,7 @@ class Limit(Value):
         """Which bodies rest as trees; see ``Judging.firm``. Exact cones alone."""
         rests = np.zeros(len(assembly.movable), dtype=bool)
         if self.cone == "exact":
-            rests = Forest(assembly, wrench).decided
+            rests = forest_of(assembly, wrench).decided
         return rests, replace(FIRM, reason=COMES_ABOUT)
 
     def on(self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None) -> LimitState:

@@ -18,6 +18,7 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.memory import Same
 from holdfast.base.rigid import cross, tangents
 from holdfast.contacts.interface import Patch
 from holdfast.engines.trees.bed import RULE, Bed, Scratch
@@ -157,19 +158,16 @@ class Forest:
 
     @cached_property
     def decided(self) -> Bool:
-        """(J,) whether equilibrium alone decides which loads on a body hold: it is at rest by more than rounding."""
-        return self.resting(SPARE)
+        """(J,) whether equilibrium alone decides which loads on a body hold: it is at rest by more than rounding.
 
-    def resting(self, spare: float) -> Bool:
-        """Tell (J,) of which bodies all contacts on the way to the support are plane bridges with a share to ``spare``.
-
-        That is of their friction, and of their size between the centre of pressure and the edge of the hull.
+        All contacts on its way to the support are plane bridges with the share SPARE of their friction to spare, and of
+        their size between the centre of pressure and the edge of the hull.
         """
         found = np.zeros(len(self.assembly.movable) + 1, dtype=bool)
         found[FIXED] = True
         for bridge, carried, share in zip(self.bridges, self._at_rest, self.shares, strict=True):
-            inside = (bridge.bed.hull @ carried[:3]).min() > spare * bridge.bed.size[0] * carried[0]
-            found[bridge.cut.beyond[0]] = found[bridge.cut.root] and 0 <= share < 1 - spare and inside
+            inside = (bridge.bed.hull @ carried[:3]).min() > SPARE * bridge.bed.size[0] * carried[0]
+            found[bridge.cut.beyond[0]] = found[bridge.cut.root] and 0 <= share < 1 - SPARE and inside
         return found[:FIXED]
 
     @cached_property
@@ -239,6 +237,12 @@ class Forest:
                 f"{pair} gives way: just before, it presses with {carried[0]:.4g} N, centred at ({where}){used}"
             )
         return tuple(texts)
+
+
+def forest_of(assembly: Assembly, wrench: Float) -> Forest:
+    """Return the bridges of an ``assembly`` under ``wrench`` (6J,) [N, N m], which are kept with it."""
+    key = ("forest", Same(assembly), wrench.tobytes())
+    return assembly.memory.recalled(key, len(assembly.movable), lambda: Forest(assembly, wrench))
 
 
 def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], cut: Cut) -> Bridge | None:

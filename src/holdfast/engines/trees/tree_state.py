@@ -15,7 +15,7 @@ from holdfast.engines.capabilities import Loadable, fresh, held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe_all
 from holdfast.engines.rest import corner_nodes, find_rest
-from holdfast.engines.trees.forest import Exit, Forest
+from holdfast.engines.trees.forest import Exit, Forest, forest_of
 from holdfast.engines.verdict import ContactForces, Look, Status, Verdict
 
 RESTS = "every contact on the way to the support presses and has friction to spare"
@@ -36,7 +36,7 @@ def with_trees(engine: Engine, assembly: Assembly, standing: Float | None, accel
     if not getattr(engine, "takes_trees", False) or assembly.hanging:
         return make()
     wrench = assembly.weight_wrench(acceleration)
-    forest = Forest(assembly, wrench if standing is None else wrench + standing)
+    forest = forest_of(assembly, wrench if standing is None else wrench + standing)
     return TreeState(forest, engine.name, engine.claim, make) if forest.decided.any() else make()
 
 
