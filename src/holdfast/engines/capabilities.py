@@ -15,8 +15,9 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.rigid import cross
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import State
 from holdfast.engines.verdict import ContactForces, Verdict
@@ -85,6 +86,39 @@ class Gradient:
     d_com: Float
 
 
+class Slope(NamedTuple):
+    """The derivatives of the ``factor`` of a load, at which the contact of the bodies ``pair`` gives way.
+
+    Bodies are numbered as in ``assembly``. ``twist`` (6,) about the world's origin is that of all bodies ``beyond``
+    (k,), scaled so that the power of the load is 1: another load dw changes the factor by -factor twist·dw.
+    ``by_friction`` is by the coefficient of the pair. By motions of the bodies of the pair as far as they move the
+    contact, it changes by ``by_plane``·(v1 + v2) / 2 for their twists (6,) about the world's origin, and by the sum of
+    ``by_edges`` (n,) times how far places of edges (n, 3) [m] move along their ``outward`` normals (n, 3) against that
+    plane. Each is a place of the second body (``owners`` 1), of the first (-1), or of both (0), whichever is less.
+    """
+
+    factor: float
+    assembly: Assembly
+    pair: tuple[str, str]
+    beyond: Int
+    twist: Float
+    by_friction: float
+    by_plane: Float
+    by_edges: Float
+    places: Float
+    outward: Float
+    owners: Int
+
+    def by_motion(self, number: int, origin: Float) -> tuple[Float, Float]:
+        """Return the slopes (6,) by motions of one body of the pair about ``origin``, and what kinks add beyond."""
+        sign = 1.0 if number else -1.0
+        spin = cross(self.places - origin, self.outward)
+        moved = np.concatenate([self.outward, spin], axis=1)
+        plane = np.concatenate([self.by_plane[:3], self.by_plane[3:] + cross(-origin, self.by_plane[:3])])
+        smooth = plane / 2 + sign * (self.by_edges * self.owners) @ moved / 2
+        return smooth, -(self.by_edges * (self.owners == 0)) @ np.abs(moved) / 2
+
+
 class Corner(NamedTuple):
     """One corner of a box of uncertain masses and centres of mass.
 
@@ -149,6 +183,15 @@ class Gradients(Protocol):
 
         ``where`` names the query in error messages. Raises HoldfastError if the largest factor is not finite.
         """
+        ...
+
+
+@runtime_checkable
+class Sloping(Protocol):
+    """A state that knows of some loads which contact gives way, and how that depends on everything else."""
+
+    def slope(self, load: Float) -> Slope | None:
+        """Return the derivatives of the largest factor of ``load`` (6J,), or None where they are not known."""
         ...
 
 

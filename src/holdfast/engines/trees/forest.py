@@ -35,7 +35,8 @@ class Exit(NamedTuple):
     """How n loads end: ``factor``, ``lower`` and ``upper`` (n,), inf where nothing gives way, nan where not known.
 
     ``bridge`` (n,) is the number of the contact that gives way, -1 for none, and ``twist`` (n, 6) the motion of all
-    that is behind it, about the world's origin.
+    that is behind it, about the world's origin. It ``slides`` (n,) or tips, and is ``tied`` (n,) if another contact, or
+    another edge, gives way at once.
     """
 
     factor: Float
@@ -44,10 +45,11 @@ class Exit(NamedTuple):
     bridge: Int
     twist: Float
     slides: Bool
+    tied: Bool
 
     def rows(self, which: Bool) -> Exit:
         """Return the rows ``which`` (n,) names."""
-        at = self.bridge[which], self.twist[which], self.slides[which]
+        at = self.bridge[which], self.twist[which], self.slides[which], self.tied[which]
         return Exit(self.factor[which], self.lower[which], self.upper[which], *at)
 
 
@@ -195,7 +197,7 @@ class Forest:
         count = W.shape[1]
         wrenches = np.ascontiguousarray(W.T).reshape(count, len(W) // 6, 6)
         at, low, high = np.ones((3, count))
-        bridge, twist, slides = np.full(count, -1), np.zeros((count, 6)), np.zeros(count, dtype=bool)
+        bridge, twist, (slides, tied) = np.full(count, -1), np.zeros((count, 6)), np.zeros((2, count), dtype=bool)
         memory = Scratch.make()
         for number, one in enumerate(self.bridges):
             rows = np.flatnonzero((wrenches[:, one.cut.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
@@ -210,6 +212,8 @@ class Forest:
             x = np.where((kinds == UNKNOWN)[:, None], np.nan, out[:, :3])
             x = x / (x + (1 - x) * size[:, None])  # in the scale of the load itself
             sooner = (kinds != NEVER) & ~(x[:, 0] >= at[rows] * (1 - TIED))  # also where it is not known
+            close = (kinds != NEVER) & (np.abs(x[:, 0] - at[rows]) <= TIED * at[rows])
+            tied[rows] = np.where(sooner, (kinds == TIPS) & (out[:, 4] >= 0), tied[rows]) | close
             bridge[rows[sooner]], slides[rows[sooner]] = number, kinds[sooner] == SLIDES
             ends = sooner & ((kinds == SLIDES) | (kinds == TIPS))
             twist[rows[ends]] = one.twists(kinds[ends] == SLIDES, out[ends, 3:])
@@ -217,7 +221,7 @@ class Forest:
                 theta[rows] = np.minimum(theta[rows], new)  # not known if one is not
         with np.errstate(divide="ignore"):
             factor, lower, upper = (theta / (1 - theta) for theta in (at, low, high))
-        return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides)
+        return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides, tied)
 
     def told(self, found: Exit, W: Float) -> tuple[str, ...]:
         """Say in a text for each of the loads W (6J, n) which contact gives way, and what it carries just before."""

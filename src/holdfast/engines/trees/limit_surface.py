@@ -263,4 +263,4 @@ def share_at_most(t: Float, s: Scratch, bed: Bed) -> float:
     if not most > 0.0:
         return 2.0
     turns = (t[2] - x * t[1] + y * t[0]) / most
-    return abs(turns) + math.hypot(t[0] - turns * s.g[0], t[1] - turns * s.g[1]) / sliding
+    return float(abs(turns) + math.hypot(t[0] - turns * s.g[0], t[1] - turns * s.g[1]) / sliding)

@@ -11,11 +11,12 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
 from holdfast.engines.answers import Answers, Bound, Claim, Step, joined
-from holdfast.engines.capabilities import Loadable, fresh, held_by
+from holdfast.engines.capabilities import Loadable, Slope, fresh, held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe_all
 from holdfast.engines.rest import corner_nodes, find_rest
 from holdfast.engines.trees.forest import Exit, Forest, forest_of
+from holdfast.engines.trees.slope import slope_of
 from holdfast.engines.verdict import ContactForces, Look, Status, Verdict
 
 RESTS = "every contact on the way to the support presses and has friction to spare"
@@ -23,7 +24,7 @@ NAME = "contacts on the way to the support"
 FIRM = Verdict(
     status=Status.STABLE, reason=RESTS, equilibrium_exists=True, self_stress=False, steps=(Look(NAME, RESTS),)
 )
-MOST_TOLD = 1_000  # rows of one answer of which it is said what gives way; maps have more
+MOST_TOLD = 30  # rows of one answer of which it is said what gives way; who asks for more reads none
 WHY = "equilibrium alone says what each carries; an even bed says what it can"
 
 
@@ -152,6 +153,10 @@ class TreeState:
         held[mine] = self.forest.exits(W[:, mine]).lower > 1
         held[~mine] = held_by(self.behind, W[:, ~mine])
         return held
+
+    def slope(self, load: Float) -> Slope | None:
+        """Return the derivatives of the largest factor of ``load`` (6J,), None where no tree decides it."""
+        return slope_of(self.forest, load) if self._by_trees(load[:, None])[0] else None
 
     def forces_under(self, load: Float) -> ContactForces | None:
         """Return the contact forces under ``load`` (6J,), or None if the engine does not know them."""
