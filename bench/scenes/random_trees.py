@@ -40,6 +40,17 @@ class Contact(NamedTuple):
         return np.concatenate(parts)
 
 
+class Push(NamedTuple):
+    """A push on a ``body`` at a ``point`` [m], in a ``direction`` of length one."""
+
+    body: int
+    point: Float
+    direction: Float
+
+
+NOTHING = Push(0, np.zeros(3), np.zeros(3))
+
+
 class Tower(NamedTuple):
     """An ``assembly`` of bodies one upon the other, with what a reference needs to know of it.
 
@@ -50,6 +61,23 @@ class Tower(NamedTuple):
     contacts: list[Contact]
     weights: Float
     com: Float
+
+    def load(self, push: Push) -> Float:
+        """Return the wrenches (6J,) of a push of 1 N about the centres of mass."""
+        load = np.zeros((len(self.com), 6))
+        load[push.body] = [*push.direction, *np.cross(push.point - self.com[push.body], push.direction)]
+        return load.ravel()
+
+    def carried(self, k: int, middle: Float, push: Push, size: float) -> Float:
+        """Return what contact k carries about ``middle`` (2,) under all weights above it and ``size`` times a push.
+
+        That is N, N x, N y, and the force and the torque in its plane (6,).
+        """
+        at = np.append(middle, self.contacts[k].height)
+        force, torque = self.weights[k:].sum(axis=0), np.cross(self.com[k:] - at, self.weights[k:]).sum(axis=0)
+        if push.body >= k:
+            force, torque = force + size * push.direction, torque + size * np.cross(push.point - at, push.direction)
+        return np.array([-force[2], torque[1], -torque[0], -force[0], -force[1], -torque[2]])
 
 
 def _round(radius: float, corners: int) -> Float:
@@ -106,6 +134,21 @@ def random_tower(rng: Generator) -> Tower:
     com = np.array([body.pose[:3, 3] + body.com_body for body in bodies[1:]])
     weights = np.array([body.mass * gravity for body in bodies[1:]])
     return Tower(assembly, known, weights, com)
+
+
+def random_push(tower: Tower, rng: Generator) -> Push:
+    """Return a push into a body at a point on one of its sides or its top."""
+    body = int(rng.integers(len(tower.weights)))
+    box = tower.assembly.movable[body]
+    assert isinstance(box.shape, hf.Box)
+    half = np.asarray(box.shape.size) / 2
+    normal = np.zeros(3)
+    axis = int(rng.integers(3))
+    normal[axis] = 1.0 if axis == 2 else rng.choice([-1.0, 1.0])
+    point = rng.uniform(-0.9, 0.9, 3) * half
+    point[axis] = normal[axis] * half[axis]
+    slant = -normal + 0.5 * rng.uniform(-1, 1, 3)
+    return Push(body, point + box.pose[:3, 3], slant / np.linalg.norm(slant))
 
 
 def _at(x: float, y: float, z: float) -> Float:

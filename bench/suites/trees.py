@@ -1,40 +1,37 @@
 """Trees beside a quadrature of their own: 1,000 pushes on 200 random towers, and what they cost.
 
 The reference knows outlines, weights and coefficients alone. It balances each contact by hand, finds the pressure of an
-even bed on triangles that are cut off where nothing presses, and the least motion's friction by a general minimizer on
-points in what is left of them; up to where every contact holds is then sought by bisection. Beside it stands engine
-``compliant`` on 28 nodes a side where no tree helps it. Rates are pushes a second of processor time.
+even bed on triangles that are cut off where nothing presses, and the least friction of all motions by a general
+minimizer on points in what is left of them, and seeks the least push with which a contact tips or slides. Beside it
+stands engine ``compliant`` on 28 nodes a side where no tree helps it, coarse where a contact slides that presses on a
+narrow strip, as next to tipping. Rates are pushes a second of processor time.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from functools import cache, partial
+from itertools import pairwise
 
 import numpy as np
 import shapely
-from numpy.random import Generator
 from scipy.optimize import brentq, minimize
 
 import holdfast as hf
-from bench.scenes.random_trees import Contact, Tower, random_tower
-from bench.suite import Case, Row, Suite
+from bench.scenes.random_trees import NOTHING, Contact, Push, Tower, random_push, random_tower
+from bench.suite import Row, Suite
 from holdfast.base.arrays import Float
 from holdfast.engines.answers import Bound
 from holdfast.engines.compliant.engine import state_on
 from holdfast.engines.trees.tree_state import with_trees
 
-TOWERS, PUSHES = 200, 5
-GROUPS = 10  # cases
+TOWERS, PUSHES, CASES = 200, 5, 10
 ALONG = 28  # nodes a side of ``compliant``
 POINTS = 20_000  # about as many in the pressed part of a contact
 SIZES = (0.3, 0.6, 0.8, 0.9, 0.98, 1.02, 1.1, 1.5, 3.0)  # of the force, at which contacts are looked at
 ENDLESS = (0.1, 0.3, 1, 3, 10, 100, 10_000)  # of the weight, where there is no such force
-OFF = 1e-4  # of the force: what half or twice as many points along a triangle change is less
+OFF = 2e-5  # of the force: three times as many points change the reference by at most 1.8e-5
 NEAR = 1e-6  # of half the length of a contact: next to the border, friction is that at this distance from it
-
-Push = tuple[int, Float, Float]  # a body, a point, a direction
 
 
 @cache
@@ -87,7 +84,7 @@ def _settled(triangles: Float) -> Float:
     """Return the p for which the pressure max(0, p·(1, x, y)) has the resultant 1 at the origin, by Newton's method."""
     p = np.array([1.0, 0, 0])
     value, fall, way = _newton(triangles, p)
-    while fall > 1e-11 * abs(value):
+    while fall > 1e-9 * abs(value):
         step, trial = 1.0, _newton(triangles, p + way)
         while trial[0] > value - 1e-4 * step * fall + 1e-12 * abs(value):
             step /= 2
@@ -138,73 +135,34 @@ class Bed:
         return size / float(found.fun)
 
 
-def carried(tower: Tower, k: int, middle: Float, push: Push, size: float) -> Float:
-    """Return what contact k carries (6,) about its middle under all weights above it and ``size`` times a push."""
-    body, point, direction = push
-    at = np.append(middle, tower.contacts[k].height)
-    force, torque = np.zeros(3), np.zeros(3)
-    for j in range(k, len(tower.weights)):
-        force += tower.weights[j]
-        torque += np.cross(tower.com[j] - at, tower.weights[j])
-    if body >= k:
-        force, torque = force + size * direction, torque + size * np.cross(point - at, direction)
-    return np.array([-force[2], torque[1], -torque[0], -force[0], -force[1], -torque[2]])
-
-
 def fine_factor(tower: Tower, beds: list[Bed], push: Push, near: float) -> float:
     """Return the factor of a push up to which no contact slides or tips; inf if it is far above ``near``."""
-    weight = float(np.linalg.norm(tower.weights.sum(axis=0)))
-    sizes = near * np.array(SIZES) if np.isfinite(near) else weight * np.array(ENDLESS)
-    first = np.inf
-    for k in range(push[0] + 1):
+    unit, shares = (near, SIZES) if np.isfinite(near) else (np.linalg.norm(tower.weights.sum(axis=0)), ENDLESS)
+    sizes, first = [float(unit * share) for share in shares], np.inf
+    for k in range(push.body + 1):
 
         def beyond(size: float, k: int = k) -> float:
-            return min(beds[k].share(carried(tower, k, beds[k].middle, push, size)), 2.0) - 1
+            return min(beds[k].share(tower.carried(k, beds[k].middle, push, size)), 2.0) - 1
 
-        before = 0.0
-        for size in [*sizes[sizes < first].tolist(), *([first] if np.isfinite(first) else [])]:
+        for before, size in pairwise([0.0, *sizes]):
             if beyond(size) > 0:
                 first = float(brentq(beyond, before, size, xtol=1e-12, rtol=1e-7))
+                sizes = [*(each for each in sizes if each < first), first]
                 break
-            before = size
     return first
-
-
-def random_push(tower: Tower, rng: Generator) -> Push:
-    """Return a body, a point on one of its sides or its top, and a direction into it."""
-    body = int(rng.integers(len(tower.weights)))
-    box = tower.assembly.movable[body]
-    assert isinstance(box.shape, hf.Box)
-    half = np.asarray(box.shape.size) / 2
-    normal = np.zeros(3)
-    axis = int(rng.integers(3))
-    normal[axis] = 1.0 if axis == 2 else rng.choice([-1.0, 1.0])
-    point = rng.uniform(-0.9, 0.9, 3) * half
-    point[axis] = normal[axis] * half[axis]
-    slant = -normal + 0.5 * rng.uniform(-1, 1, 3)
-    return body, point + box.pose[:3, 3], slant / np.linalg.norm(slant)
-
-
-def cases() -> Mapping[str, Case]:
-    """A case for each seed."""
-    return {f"seed {seed}": partial(_rows, seed) for seed in range(GROUPS)}
 
 
 def _rows(seed: int) -> list[Row]:
     rng = np.random.default_rng(seed)
     ratios, nodes, above, unknown, kept, spent = list[float](), list[float](), 0, 0, 0, 0.0
-    nothing = (0, np.zeros(3), np.zeros(3))
-    while kept < TOWERS // GROUPS:
+    while kept < TOWERS // CASES:
         tower = random_tower(rng)
         beds = [Bed(contact) for contact in tower.contacts]
-        if any(bed.share(carried(tower, k, bed.middle, nothing, 0.0)) > 0.95 for k, bed in enumerate(beds)):
+        if any(bed.share(tower.carried(k, bed.middle, NOTHING, 0.0)) > 0.95 for k, bed in enumerate(beds)):
             continue
         kept += 1
         pushes = [random_push(tower, rng) for _ in range(PUSHES)]
-        W = np.zeros((6 * len(tower.weights), PUSHES))
-        for column, (body, point, direction) in enumerate(pushes):
-            W[6 * body : 6 * body + 3, column] = direction
-            W[6 * body + 3 : 6 * body + 6, column] = np.cross(point - tower.com[body], direction)
+        W = np.column_stack([tower.load(push) for push in pushes])
         state = with_trees(hf.Compliant(), tower.assembly, None, None)
         state.load_factor(W)
         begun = time.process_time()
@@ -212,7 +170,7 @@ def _rows(seed: int) -> list[Row]:
         spent += time.process_time() - begun
         grid = state_on(tower.assembly, tower.assembly.weight_wrench(), hf.Compliant(nodes=ALONG).springs)
         beside = grid.load_factor(W).force
-        unknown += PUSHES if found.lower_bound is not Bound.PROVED else 0
+        unknown += sum(state.load_factor(one[:, None]).lower_bound is not Bound.PROVED for one in W.T)
         for force, lower, other, push in zip(found.force, found.lower, beside, pushes, strict=True):
             fine = fine_factor(tower, beds, push, float(force))
             above += bool(lower > fine * (1 + OFF))
@@ -228,6 +186,7 @@ def _rows(seed: int) -> list[Row]:
             "lower too high": above,
             f"{ALONG} nodes: worst %": 100 * max(nodes),
             f"{ALONG} nodes: median %": 100 * float(np.median(nodes)),
+            f"{ALONG} nodes: beyond 0.3 %": sum(off > 0.003 for off in nodes),
             "pushes a second": len(ratios) / spent,
         }
     ]
@@ -238,4 +197,4 @@ def _off(force: float, other: float) -> float:
     return 0.0 if np.isinf(force) and np.isinf(other) else abs(force / other - 1) if other > 0 else np.inf
 
 
-SUITE = Suite("trees", __doc__, cases)
+SUITE = Suite("trees", __doc__, lambda: {f"seed {seed}": partial(_rows, seed) for seed in range(CASES)})
