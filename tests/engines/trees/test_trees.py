@@ -125,6 +125,24 @@ def test_a_slab_under_a_gate_is_a_tree_and_the_gate_is_not() -> None:
     assert str(both.lower_bound) == "estimated", "the table says what holds for all of its rows"
 
 
+def test_a_cube_that_tips_rises_and_goes_ahead() -> None:
+    """It turns about its lower edge at (0.05, 0, 0), from which its centre is as far up as it is back."""
+    assembly = hf.assemble(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.05))], 0.8))
+    (mechanism,) = hf.robustness(assembly, "cube", (-0.05, 0, 0.1), (1, 0, 0)).mechanism
+    vx, vy, vz, wx, wy, wz = mechanism.twists[0]
+    assert wy > 0
+    assert_allclose([vx, vz, vy, wx, wz], [0.05 * wy, 0.05 * wy, 0, 0, 0], atol=1e-9)
+
+
+def test_held_is_what_is_proved_to_hold() -> None:
+    assembly = hf.assemble(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.05))], 0.5))
+    state = with_trees(Compliant(), assembly, None, None)
+    assert isinstance(state, TreeState)
+    W = np.zeros((6, 4))
+    W[0] = 0.5 * G * np.array([0.9, 0.999, 1.0, 1.05])
+    assert state.held(W).tolist() == [True, True, False, False]
+
+
 def test_what_leans_on_a_neighbour_is_no_tree() -> None:
     """A wide block and a light one that touches it, both on the floor: neither hangs on the floor alone."""
     pair = [

@@ -184,9 +184,12 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
         at = min(last - (last - low) * math.exp(-step), end)
         share = _share_at(bed, rest, load, at, s, near, True)
         if share < 0.0:
-            if edge < 0 or low < _before(tips, LONG):
+            if edge >= 0 and low >= _before(tips, LONG):
+                break
+            if step <= FINEST:
                 return UNKNOWN
-            break
+            step, near = step / 2, False
+            continue
         near = True
         if share > 1.0:
             high = at
@@ -230,6 +233,7 @@ def _before(tips: float, short: float) -> float:
 def first_exits(bed: Bed, rest: Float, loads: Float, until: Float, out: Float, kinds: Int, s: Scratch) -> None:
     """Write what ``first_exit`` finds of each of the ``loads`` (n, 6) to ``out`` (n, 6) and ``kinds`` (n,)."""
     for k in range(len(loads)):
+        s.m[0], s.m[1], s.m[2] = 0.0, 0.0, 0.0  # so that no answer depends on the load before
         kinds[k] = first_exit(bed, rest, loads[k], until[k], s, out[k])
 
 
