@@ -119,7 +119,7 @@ def on_the_border(bed: Bed, here: float, px: float, py: float, x0: float, y0: fl
     for k in range(len(bed.edges)):
         if here + px * (bed.edges[k, 0] - x0) + py * (bed.edges[k, 1] - y0) <= 0.0:
             slope = px * px + py * py
-            return -here * px / slope, -here * py / slope
+            return (-here * px / slope, -here * py / slope) if slope > 0.0 else (0.0, 0.0)
     return 0.0, 0.0
 
 
@@ -209,12 +209,14 @@ def _pressing_at(bed: Bed, x0: float, y0: float, s: Scratch) -> bool:
 @compiled
 @lean
 def find_pressure(bed: Bed, q: Float, s: Scratch, near: bool) -> bool:
-    """Write to ``s.p`` the pressure whose integrals with (1, x, y) are ``q`` (3,), q[0] > 0; False if none is found.
+    """Write to ``s.p`` the pressure whose integrals with (1, x, y) are ``q`` (3,); False if none is found.
 
     If ``near``, the search begins at ``s.p``; else where the bed presses everywhere. If that fails, the resultant is
     led there from the middle of the bed, half of what is left of the way at a time.
     """
     p = s.p
+    if not q[0] > 0.0:
+        return False
     x0, y0 = q[1] / q[0], q[2] / q[0]
     found = False
     if near:

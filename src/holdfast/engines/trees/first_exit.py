@@ -111,10 +111,10 @@ def _slides_evenly(bed: Bed, rest: Float, load: Float, end: float, s: Scratch) -
     _mixed(rest, load, at, s)
     if pushed(s.t, m, bed.size[0], K) == 0.0:
         return end, 0.0
-    power = friction(bed, s.p, s.p, m, s, f, K)
+    power = friction(bed, s.p0, s.p, m, s, f, K)
     for _ in range(60):
         if power < 1.0:
-            spare = friction(bed, s.p, s.p0, m, s, f0, K0)
+            spare = friction(bed, s.p0, s.p0, m, s, f0, K0)
             for i in range(3):
                 spare -= rest[3 + i] * m[i]
             if not spare > 0.0:
