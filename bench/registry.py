@@ -50,6 +50,7 @@ SUITES = (
     "table2",
     "table3",
     "transport",
+    "trees",
 )
 
 

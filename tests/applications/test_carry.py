@@ -138,7 +138,7 @@ def test_every_time_is_that_of_transport_limits() -> None:
 
 def test_doubt_is_neither_yes_nor_no() -> None:
     """What the engine cannot promise is undecided, and undecided rows give no safe speed."""
-    c = hf.carry(carried(), ramp(0.9999 * MU * G), engine="compliant")
+    c = hf.carry(carried(), ramp((1 - 1e-7) * MU * G), engine="compliant")
     assert c.lower[1] < 1 <= c.factor[1]
     assert c.outcome is hf.Status.UNDECIDED
     assert "not known to hold from 1 s" in c.reason

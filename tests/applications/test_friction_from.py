@@ -133,9 +133,7 @@ def test_two_that_act_together_are_known_together_only() -> None:
 
 def test_pushes_that_contradict_each_other_are_undecided() -> None:
     found = hf.friction_from(cube(), [low(1.0), low(10.0)], scatter=0.1)
-    assert found.undecided.startswith(
-        "no coefficients explain the pushes within a scatter of 0.1: push 0 on cube moved"
-    )
+    assert found.undecided.startswith("no coefficients explain the pushes within a scatter of 0.1: push ")
     assert not found.mu
     assert found.undetermined == (PAIR,)
     held = hf.friction_from(cube(), [low(1.0), low(1.05), low(10.0, False)], scatter=0.1)

@@ -18,7 +18,7 @@ def test_a_cube_is_pushed_and_the_answer_is_that_of_the_library(call: Call) -> N
     code, text, _ = call("push", "cube", "cube", *SIDE)
     assert code == 0
     assert "5.886 N before something moves" in text
-    assert "estimated to hold up to 5.8" in text
+    assert "proved to hold up to 5.8" in text
     assert "above" in text
     code, text, _ = call("push", "cube", "cube", *SIDE, "--engine", "limit", "--json")
     found = hf.robustness(hf.assemble(hf.shipped_scene("cube")), "cube", (-0.05, 0, 0.05), (1, 0, 0), engine="limit")

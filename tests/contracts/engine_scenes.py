@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from holdfast import Body, Box, Mesh, Scene, assemble
+from holdfast import Body, Box, Compliant, Mesh, Scene, assemble
 from holdfast.answers import Assembly
 from holdfast.scene.shipped import shipped_scene
 
@@ -92,3 +93,8 @@ def push_wrench(assembly: Assembly, body: str, point: ArrayLike, force: ArrayLik
     total[k, :3] = force
     total[k, 3:] = np.cross(np.asarray(point) - assembly.movable[k].com_world, force)
     return total.ravel()
+
+
+def by_paths(assembly: Assembly, **options: Any) -> Compliant:
+    """Engine compliant where no tree answers in its place: with a stiffness for one pair, which is that of all."""
+    return Compliant(stiffness={assembly.interfaces[0].bodies: 1.0}, **options)

@@ -304,10 +304,10 @@ def test_an_order_of_removals_goes_on_answering_after_a_journey(tmp_path: Path) 
 
 def test_bounds_say_how_they_are_known() -> None:
     known = {name: (answer(name).lower_bound, answer(name).upper_bound) for name in ASK if name.startswith("pushes")}
-    none, estimated, proved = hf.answers.Bound.NONE, hf.answers.Bound.ESTIMATED, hf.answers.Bound.PROVED
+    none, proved = hf.answers.Bound.NONE, hf.answers.Bound.PROVED
     assert known["pushes, graph"] == (none, none)
-    assert known["pushes, compliant"] == (estimated, none)
-    assert known["pushes, bounded"] == (estimated, proved)
+    assert known["pushes, compliant"] == (proved, none)
+    assert known["pushes, bounded"] == (proved, proved)
     assert known["pushes, limit"] == (proved, proved)
     for cone, expected in (("inscribed", (proved, none)), ("circumscribed", (none, proved))):
         r = hf.robustness(cube(), "cube", SIDE, X, engine=hf.Limit(cone))

@@ -51,19 +51,28 @@ def explained(*bodies: hf.Body, friction: float = 0.5) -> str:
 
 
 def test_a_verdict_says_what_was_looked_at_and_what_decided() -> None:
-    cubes = [box(name, (0.1, 0.1, 0.1), 1, (0, 0, z)) for name, z in (("cube", 0.05), ("upper", 0.15))]
-    lines = explained(*cubes).splitlines()
+    posts = [box(name, (0.1, 0.1, 0.1), 1, (x, 0, 0.05)) for name, x in (("one", -0.1), ("two", 0.1))]
+    lines = explained(*posts, box("upper", (0.3, 0.1, 0.1), 1, (0, 0, 0.15))).splitlines()
     assert lines[0] == "stable, by engine compliant (contacts at rest)"
-    assert lines[1] == "cube, upper:"
+    assert lines[1] == "one, two, upper:"
     assert lines[2].startswith("- elastic contacts on 7 nodes a side: every body comes to rest")
     assert lines[3].startswith("- less friction, and more nodes where it is near its limit: rest does not lean")
     assert lines[4].startswith("so it is stable: ")
 
 
-def test_a_lone_cube_is_settled_by_a_formula() -> None:
-    lines = explained(box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))).splitlines()
-    assert lines[2].startswith("- the stress under a lone body on flat faces, by a formula: every point presses")
-    assert lines[3].startswith("so it is stable: every body comes to rest")
+def test_a_stack_is_settled_by_equilibrium_alone() -> None:
+    cubes = [box(name, (0.1, 0.1, 0.1), 1, (0, 0, z)) for name, z in (("cube", 0.05), ("upper", 0.15))]
+    lines = explained(*cubes).splitlines()
+    assert lines[2].startswith("- contacts on the way to the support: every contact on the way to the support presses")
+    assert lines[3].startswith("so it is stable: every contact on the way")
+
+
+def test_a_push_on_a_tree_names_the_contact_that_gives_way() -> None:
+    """A cube of 1 kg pushed level at its foot slides at μ m g = 4.905 N; it then presses with all of its weight."""
+    cube = box("cube", (0.1, 0.1, 0.1), 1, (0, 0, 0.05))
+    told = hf.robustness(hf.Scene([floor(), cube], 0.5), "cube", (-0.05, 0, 0), (1, 0, 0)).explain()
+    assert "force 4.905 N, lower 4.905 N (proved)" in told
+    assert "floor-cube gives way: just before, it presses with 9.81 N, centred at (0, 0, 0), and uses 100 %" in told
 
 
 def test_every_group_has_steps_of_its_own() -> None:

@@ -74,20 +74,14 @@ def _of_faces(assembly: Assembly, contacts: Sequence[Interface], points: Float) 
         return None
     if sum(len(patch.corners) for patch in patches) != len(points):
         return None
-    a, b = (assembly.scene.body(name) for name in contacts[0].bodies)
-    size = min(a.size, b.size)
     edges = [_edges(patch) for patch in patches]
     middles, outward = (np.concatenate([edge[k] for edge in edges]) for k in (0, 1))  # (n, 2, 3), before and after
     normal = np.concatenate([np.tile(patch.normal, (len(patch.corners), 1)) for patch in patches])
-    off = max(SHALLOW * FLUSH * size, *(2 * max(map(abs, patch.separation or (0.0,))) for patch in patches))
-    beside = middles + FLUSH * size * outward
-    in_a, in_b = (
-        (winding_number((beside + sign * off * normal[:, None]).reshape(-1, 3), body.surface_world) > INSIDE)
-        for body, sign in ((a, -1.0), (b, 1.0))
-    )
-    if (in_a & in_b).any():
+    flat_edges = (middles.reshape(-1, 3), outward.reshape(-1, 3), np.repeat(normal, 2, axis=0))
+    owners = edges_of_second(assembly, contacts, *flat_edges)
+    if owners is None:
         return None
-    of_second = np.array([in_a, ~in_b]).reshape(2, -1, 2)  # flush edges: first as one of a, then as one of b
+    of_second = owners.reshape(2, -1, 2)
     rows = np.concatenate([outward, normal[:, None]], axis=1)
     if (np.abs(np.linalg.det(rows)) < 1e-9).any():
         return None
@@ -98,6 +92,24 @@ def _of_faces(assembly: Assembly, contacts: Sequence[Interface], points: Float) 
     across = 0.5 * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
     turn = np.concatenate([np.zeros_like(across), across], axis=2)
     return NodeMotion(origin, shift, np.broadcast_to(turn, shift.shape), np.zeros(6, dtype=bool))
+
+
+def edges_of_second(
+    assembly: Assembly, contacts: Sequence[Interface], middles: Float, outward: Float, normals: Float
+) -> Bool | None:
+    """Tell which edges (2, n) of flat ``contacts`` of two bodies are of the second one; None if some are of neither.
+
+    Edges are told by their ``middles`` [m], the ``outward`` normals in the plane, and ``normals``, from the first body
+    into the second, all (n, 3). Flush ones count first as edges of the first body, and then as edges of the second.
+    """
+    a, b = (assembly.scene.body(name) for name in contacts[0].bodies)
+    near, patches = FLUSH * min(a.size, b.size), [patch for contact in contacts for patch in contact.patches]
+    off = max(SHALLOW * near, *(2 * max(map(abs, patch.separation or (0.0,))) for patch in patches))
+    in_a, in_b = (
+        winding_number(middles + near * outward + sign * off * normals, body.surface_world) > INSIDE
+        for body, sign in ((a, -1.0), (b, 1.0))
+    )
+    return None if (in_a & in_b).any() else np.array([in_a, ~in_b])
 
 
 def _edges(patch: Patch) -> tuple[Float, Float]:

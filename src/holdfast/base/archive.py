@@ -34,6 +34,7 @@ SMALL = 64  # arrays of at most this many numbers are written into the JSON text
 MOST_PACKED = 1100  # bytes to which one byte of an archive may unpack; no compression does better
 # Fields that earlier versions saved, of answers that were interpolated between others; files that have them are read
 GONE = {"Answers": {"solved", "error"}, "MapPoint": {"solved", "error"}}
+NEW: dict[str, dict[str, Any]] = {"Step": {"found": ()}}  # fields that older files lack, and what is meant by that
 OPEN = 2  # arrays at most this many levels deep are entries of the .npz file, so that other programs can read them
 
 C = TypeVar("C", bound=type)
@@ -259,10 +260,11 @@ class _Reader:
 
     def built(self, cls: type, data: Mapping[str, Any]) -> Any:  # noqa: ANN401
         names = {entry.name for entry in fields(cls)}
-        if names != set(data) - GONE.get(cls.__name__, set()):
+        new = NEW.get(cls.__name__, {})
+        if names != (set(data) - GONE.get(cls.__name__, set())) | set(new):
             raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
         parts = {name: self.value(part) for name, part in data.items()}  # of all, for later ones may refer to them
-        state = {name: parts[name] for name in parts if name in names}
+        state = new | {name: parts[name] for name in parts if name in names}
         wrong = misfit(cls, state)
         if wrong:
             raise ValueError(wrong)

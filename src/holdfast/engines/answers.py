@@ -103,16 +103,23 @@ class Undecided(Value):
 class Step(Value):
     """``force`` and ``lower`` (n,) of all rows after one step towards their answers.
 
-    ``name`` says what the step looks at, and ``why`` what it does to an answer and for which reason.
+    ``name`` says what the step looks at, and ``why`` what it does to an answer and for which reason. ``found`` has a
+    text for each row, or none at all.
     """
 
     name: str
     why: str
     force: Float
     lower: Float
+    found: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         seal(self)
+
+    def rows(self, which: Any) -> Step:  # noqa: ANN401 - whatever takes rows of an array
+        """Return the step of some rows."""
+        found = tuple(objects(self.found)[which]) if self.found else ()
+        return replace(self, force=self.force[which], lower=self.lower[which], found=found)
 
 
 @archived
@@ -272,7 +279,7 @@ class Answers(Value):
 
     def rows(self, which: Int | Bool | slice) -> Answers:
         """Return the table with these rows only, given as numbers, as a mask (n,) or as a slice."""
-        steps = tuple(Step(step.name, step.why, step.force[which], step.lower[which]) for step in self.steps)
+        steps = tuple(step.rows(which) for step in self.steps)
         return replace(self, **{name: getattr(self, name)[which] for name in COLUMNS}, steps=steps)
 
     def after(self, name: str, why: str) -> Answers:
@@ -294,11 +301,12 @@ class Answers(Value):
             force, lower = step.force[row], step.lower[row]
             lines.append(f"- {step.name}: {', '.join(changes) if changes else 'no change'}")
             lines += [f"  {step.why}"] if changes else []
+            lines += [f"  {step.found[row]}"] if step.found and step.found[row] else []
         return "\n".join([*lines, f"verdict: {self.verdict.status}: {self.verdict.reason}"])
 
     def times(self, size: Float) -> Answers:
         """Return this table for loads ``size`` (n,) times as small: each factor becomes ``size`` times as large."""
-        steps = tuple(Step(step.name, step.why, step.force * size, step.lower * size) for step in self.steps)
+        steps = tuple(replace(step, force=step.force * size, lower=step.lower * size) for step in self.steps)
         return replace(self, force=self.force * size, lower=self.lower * size, upper=self.upper * size, steps=steps)
 
     def with_mechanisms(self, mechanisms: Sequence[Mechanism | None]) -> Answers:
@@ -358,7 +366,10 @@ def _joined_steps(parts: Sequence[tuple[Step, ...]]) -> tuple[Step, ...]:
         return ()
     return tuple(
         Step(
-            same[0].name, same[0].why, np.concatenate([s.force for s in same]), np.concatenate([s.lower for s in same])
+            *(same[0].name, same[0].why),
+            np.concatenate([s.force for s in same]),
+            np.concatenate([s.lower for s in same]),
+            sum((s.found for s in same), ()) if all(s.found for s in same) else (),
         )
         for same in zip(*parts, strict=True)
     )

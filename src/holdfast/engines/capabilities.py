@@ -17,6 +17,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.rigid import cross
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import State
 from holdfast.engines.verdict import ContactForces, Verdict
@@ -83,6 +84,39 @@ class Gradient:
     d_mu: dict[tuple[str, str], float]
     d_mass: Float
     d_com: Float
+
+
+class Slope(NamedTuple):
+    """The derivatives of the ``factor`` of a load, at which the contact of the bodies ``pair`` gives way.
+
+    Bodies are numbered as in ``assembly``. ``twist`` (6,) about the world's origin is that of all bodies ``beyond``
+    (k,), scaled so that the power of the load is 1: another load dw changes the factor by -factor twist·dw.
+    ``by_friction`` is by the coefficient of the pair. By motions of the bodies of the pair as far as they move the
+    contact, it changes by ``by_plane``·(v1 + v2) / 2 for their twists (6,) about the world's origin, and by the sum of
+    ``by_edges`` (n,) times how far places of edges (n, 3) [m] move along their ``outward`` normals (n, 3) against that
+    plane. Each is a place of the second body (``owners`` 1), of the first (-1), or of both (0), whichever is less.
+    """
+
+    factor: float
+    assembly: Assembly
+    pair: tuple[str, str]
+    beyond: Int
+    twist: Float
+    by_friction: float
+    by_plane: Float
+    by_edges: Float
+    places: Float
+    outward: Float
+    owners: Int
+
+    def by_motion(self, number: int, origin: Float) -> tuple[Float, Float]:
+        """Return the slopes (6,) by motions of one body of the pair about ``origin``, and what kinks add beyond."""
+        sign = 1.0 if number else -1.0
+        spin = cross(self.places - origin, self.outward)
+        moved = np.concatenate([self.outward, spin], axis=1)
+        plane = np.concatenate([self.by_plane[:3], self.by_plane[3:] + cross(-origin, self.by_plane[:3])])
+        smooth = plane / 2 + sign * (self.by_edges * self.owners) @ moved / 2
+        return smooth, -(self.by_edges * (self.owners == 0)) @ np.abs(moved) / 2
 
 
 class Corner(NamedTuple):
@@ -153,6 +187,15 @@ class Gradients(Protocol):
 
 
 @runtime_checkable
+class Sloping(Protocol):
+    """A state that knows of some loads which contact gives way, and how that depends on everything else."""
+
+    def slope(self, load: Float) -> Slope | None:
+        """Return the derivatives of the largest factor of ``load`` (6J,), or None where they are not known."""
+        ...
+
+
+@runtime_checkable
 class WorstCases(Protocol):
     """An engine that finds its worst answer over a box of masses and centres of mass from finitely many points."""
 
@@ -202,13 +245,13 @@ class Holding(Protocol):
 
 @runtime_checkable
 class Judging(Protocol):
-    """An engine that can tell of lone bodies, which touch fixed ones alone, that they rest, without being prepared."""
+    """An engine that can tell without being prepared that bodies rest."""
 
-    def firm(self, assembly: Assembly, wrench: Float, bodies: Int) -> tuple[Bool, Verdict]:
-        """Tell which of these lone ``bodies`` (n,), by number, rest under ``wrench`` (6J,), and the verdict on each.
+    def firm(self, assembly: Assembly, wrench: Float) -> tuple[Bool, Verdict]:
+        """Tell which movable bodies (J,) certainly rest under ``wrench`` (6J,), and the verdict on groups of them.
 
-        What ``prepare`` finds of them is the same, for the same reason; where False, it has to be asked. The verdict
-        has no forces.
+        What ``prepare`` finds of these groups is the same, for the same reason; where False, it has to be asked. The
+        verdict has no forces.
         """
         ...
 

@@ -32,13 +32,12 @@ from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.capabilities import Judging, Loadable, held_by
 from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.joint_verdict import joint
-from holdfast.engines.lone_bodies import lone
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.near_falls import Reach
 from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
 from holdfast.engines.self_stress import self_stressed
-from holdfast.engines.verdict import GroupVerdict, Status, Verdict
-from holdfast.scene.hold import refuse_holds
+from holdfast.engines.verdict import ContactForces, GroupVerdict, Status, Verdict
+from holdfast.scene.hold import held_names, refuse_holds
 
 MOST_NAMED = 3  # largest number of overlaps that one reason names
 
@@ -150,17 +149,20 @@ class Groups:
 
     @cached_property
     def _firm(self) -> dict[int, GroupVerdict]:
-        """The groups of one body that a formula finds at rest (lone_bodies.py), by number.
-
-        Only who reads the contact forces waits for the engine.
-        """
+        """The groups that rest as equilibrium alone tells (trees), by number. The engine gives their forces alone."""
         if not isinstance(self.engine, Judging):
             return {}
-        bodies = lone(self.assembly)
-        rests, verdict = self.engine.firm(self.assembly, self._wrench, bodies)
-        numbers = self.assembly.group_of[bodies[rests]].tolist()
-        names = self.assembly.groups
-        return {k: GroupVerdict(bodies=names[k], verdict=self._evident(verdict, k)) for k in numbers}
+        rests, verdict = self.engine.firm(self.assembly, self._wrench)
+        doubtful = {name for overlap in self.assembly.overlaps for name in overlap.bodies}
+        doubtful |= held_names(self.assembly.scene.holds)
+        firm = np.ones(len(self.assembly.groups), dtype=bool)
+        firm[self.assembly.group_of[~rests]] = False
+        known = {}
+        for number in np.flatnonzero(firm).tolist():
+            names = self.assembly.groups[number]
+            if doubtful.isdisjoint(names):
+                known[number] = GroupVerdict(bodies=names, verdict=self._evident(verdict, number))
+        return known
 
     def _evident(self, verdict: Verdict, number: int) -> Verdict:
         """Return a verdict on a group with the evidence of the engine, worked out when it is read."""
@@ -171,7 +173,7 @@ class Groups:
         )
 
     def _judged(self, number: int) -> GroupVerdict:
-        """Return the verdict on one group, which is prepared only if a formula does not settle that it rests."""
+        """Return the verdict on one group, prepared only if equilibrium alone does not settle that it rests."""
         return self._firm[number] if number in self._firm else self.group(number).said
 
     def group_with(self, body: int) -> Group:
@@ -343,25 +345,31 @@ class Groups:
             firm = self._firm_fall(part) if doubt else None
             if firm is not None:
                 verdict, doubt = replace(firm, steps=verdict.steps), ""
-        mechanism, forces, reason = None, verdict.forces, verdict.reason
+        if verdict.status is Status.STABLE:
+            return verdict.with_evidence(
+                lambda: self._forces(part, verdict), lambda: verdict.residual, lambda: self_stressed(part.assembly)
+            )
+        mechanism, reason = None, verdict.reason
         if verdict.mechanism is not None:
             mechanism = self._whole(part, verdict.mechanism)
             reason = reason.replace(verdict.mechanism.text, mechanism.text)  # bodies and pairs in the scene's order
         if doubt:
             doubted = undecided(f"{reason}; but {doubt}", mechanism=mechanism)
             return doubted.after("bodies outside of the group", before=verdict)
-        if forces is not None:
-            sign = np.where(part.flipped, -1.0, 1.0)[forces.interface][:, None]
-            forces = replace(
-                forces,
-                normal=sign * forces.normal,
-                force=sign * forces.force,
-                interface=part.interfaces[forces.interface],
-            )
-        found = replace(verdict, reason=reason, mechanism=mechanism, forces=forces)
-        if found.status is not Status.STABLE:
-            return found
-        return found.with_evidence(lambda: forces, lambda: found.residual, lambda: self_stressed(part.assembly))
+        return replace(verdict, reason=reason, mechanism=mechanism, forces=self._forces(part, verdict))
+
+    def _forces(self, part: Part, verdict: Verdict) -> ContactForces | None:
+        """Return the contact forces of a verdict on a part, at the interfaces of the whole assembly."""
+        forces = verdict.forces
+        if forces is None:
+            return None
+        sign = np.where(part.flipped, -1.0, 1.0)[forces.interface][:, None]
+        return replace(
+            forces,
+            normal=sign * forces.normal,
+            force=sign * forces.force,
+            interface=part.interfaces[forces.interface],
+        )
 
     def _firm_fall(self, part: Part) -> Verdict | None:
         """Return the verdict that a part falls whatever its sharp contacts with others carry; None if unknown."""

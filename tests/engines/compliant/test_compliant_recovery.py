@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from compliant_scenes import watch_paths
-from engine_scenes import block
+from engine_scenes import block, by_paths
 
 import holdfast as hf
 from holdfast.base.arrays import Float, objects
@@ -28,8 +29,9 @@ from holdfast.scene.shipped.blocks import at
 PUSH = ("cube1", (-0.05, 0.01, 0.05), (1.0, 0.2, -0.1))
 
 
-def asked(engine: hf.plugins.Engine | None = None) -> tuple[float, float]:
-    found = hf.robustness(hf.assemble(shipped_scene("stack")), *PUSH, engine=engine or hf.Compliant())
+def asked(**options: Any) -> tuple[float, float]:
+    assembly = hf.assemble(shipped_scene("stack"))
+    found = hf.robustness(assembly, *PUSH, engine=by_paths(assembly, **options))
     assert found.status[0] is hf.Status.FINITE
     return float(found.force[0]), float(found.lower[0])
 
@@ -59,7 +61,7 @@ def test_bisection_finds_the_peak_and_the_lower_bound_is_what_the_path_reached(
 
 
 def test_a_path_that_is_lost_on_few_nodes_is_followed_on_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    finer = asked(hf.Compliant(nodes=14))
+    finer = asked(nodes=14)
     lose(monkeypatch, lambda grid: 0.5 if grid.springs.nodes == 7 else None)
     assert asked() == finer
 
@@ -101,7 +103,8 @@ def test_without_a_load_that_holds_near_the_proved_bound_nothing_is_said(monkeyp
     """The path holds a tenth of what limit analysis excludes, and no verdict is found in between."""
     lose(monkeypatch, lambda grid: 0.1)
     monkeypatch.setattr("holdfast.engines.compliant.bisection.MOST_TRIALS", 0)
-    found = hf.robustness(hf.assemble(shipped_scene("stack")), *PUSH)
+    assembly = hf.assemble(shipped_scene("stack"))
+    found = hf.robustness(assembly, *PUSH, engine=by_paths(assembly))
     assert (found.status[0], found.force[0], found.lower[0]) == (hf.Status.UNDECIDED, 0.0, 0.0)
 
 
@@ -118,7 +121,8 @@ def test_a_path_without_end_may_be_lost_far_out(
         return found._replace(outcome=np.full(len(reached), PathOutcome.LOST), peak=reached)
 
     monkeypatch.setattr(Grid, "paths", paths)
-    found = hf.robustness(hf.assemble(shipped_scene("cube")), "cube", (0.01, 0.0, 0.1), (0.0, 0.0, -1.0))
+    assembly = hf.assemble(shipped_scene("cube"))
+    found = hf.robustness(assembly, "cube", (0.01, 0.0, 0.1), (0.0, 0.0, -1.0), engine=by_paths(assembly))
     assert found.status[0] is status
     assert found.lower[0] == (np.inf if status is hf.Status.INFINITE else 0.0)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from compliant_scenes import grid_of
+from engine_scenes import by_paths
 
 import holdfast as hf
 from bench.scenes.dense_pallet import pallet
@@ -20,7 +21,7 @@ def test_what_is_held_is_below_the_full_answer_and_most_below_it_is_held(name: s
     assembly = hf.assemble(shipped_scene(name))
     cells = exposed_cells(assembly, body, 0.03)[0]
     W = push_columns(assembly, assembly.index[body], cells.points, -cells.normals)
-    asked = prepared(hf.Compliant(), assembly)
+    asked = prepared(by_paths(assembly), assembly)
     found = asked.load_factor(W)
     finite = np.flatnonzero(np.isfinite(found.force) & (found.force > 0))
     W, force, lower = W[:, finite], found.force[finite], found.lower[finite]
@@ -36,7 +37,7 @@ def test_loads_are_held_where_forces_have_gathered_on_few_nodes() -> None:
     """As under most boxes of a pallet once they are pushed: more nodes at those contacts tell what they hold."""
     assembly = hf.assemble(pallet(4, 3, 2))
     W = columns(assembly, random_pushes(assembly, np.random.default_rng(4), 60, slant=30))
-    asked = prepared(hf.Compliant(), assembly)
+    asked = prepared(by_paths(assembly), assembly)
     found = asked.load_factor(W)
     finite = np.isfinite(found.force) & (found.force > 0)
     W, force, lower = W[:, finite], found.force[finite], found.lower[finite]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from engine_scenes import X, block, cube, floor, shipped
+from engine_scenes import X, block, by_paths, cube, floor, shipped
 
 import holdfast as hf
 from bench.baselines import penalty
@@ -153,10 +153,11 @@ def test_an_independent_code_on_the_same_surfaces(ratio: float) -> None:
 
 
 def test_flat_and_equally_stiff_faces_give_the_ideal() -> None:
-    ideal = hf.robustness(cube(), "cube", POINTS, WAYS)
+    """Its force, and a lower bound that is the ideal's on nodes: samples of faces are answered by paths."""
     found = hf.robustness(cube(), "cube", POINTS, WAYS, imperfect=Imperfect(0.0, samples=2))
+    np.testing.assert_array_equal(found.force, hf.robustness(cube(), "cube", POINTS, WAYS).force)
+    ideal = hf.robustness(cube(), "cube", POINTS, WAYS, engine=by_paths(cube()))
     np.testing.assert_allclose(found.lower, ideal.lower, rtol=1e-9)
-    np.testing.assert_array_equal(found.force, ideal.force)
     slight = peaks(cube(), Imperfect(1e-3 * COMPRESSION, BED), 0)
     np.testing.assert_allclose(slight, ideal.force, rtol=1e-3)
 
@@ -258,7 +259,8 @@ def test_all_samples_are_given_where_they_are_asked_for() -> None:
 def test_stiffness_of_pairs_moves_wedged_bodies_and_not_a_lone_one() -> None:
     imperfect = Imperfect(0.0, stiffness_range=(0.1, 10.0), samples=6)
     lone = hf.robustness(cube(), "cube", POINTS, WAYS, imperfect=imperfect)
-    np.testing.assert_allclose(lone.lower, hf.robustness(cube(), "cube", POINTS, WAYS).lower, rtol=1e-6)
+    ideal = hf.robustness(cube(), "cube", POINTS, WAYS, engine=by_paths(cube()))
+    np.testing.assert_allclose(lone.lower, ideal.lower, rtol=1e-6)
     arch = shipped("arch")
     m = hf.robustness_map(arch, ["v3"], spacing=0.05)
     weakest = m.weakest()
@@ -300,7 +302,7 @@ def test_loads_and_transport_take_it_too() -> None:
     assert any("3 samples of faces" in note for note in carried.notes)
     assert not any("asked only" in note for note in carried.notes), "every direction is asked on every sample"
     straight = [hf.transport_limits(shipped("stack"), ways, imperfect=one).lower for one in (None, imperfect)]
-    np.testing.assert_allclose(*straight, rtol=1e-3, err_msg="it tips or slides without a turn: on any surface alike")
+    np.testing.assert_allclose(*straight, rtol=3e-3, err_msg="it tips or slides without a turn: on any surface alike")
 
 
 @pytest.mark.parametrize(

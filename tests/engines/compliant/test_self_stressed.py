@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from engine_scenes import shipped
+from engine_scenes import by_paths, shipped
 
 import holdfast as hf
 from bench.scenes.jams import prism
@@ -91,13 +91,13 @@ def test_what_depends_on_stiffness_is_said() -> None:
 
 @pytest.mark.parametrize("name", ["cube", "stack", "table", "slope_two", "tabletop", "v_groove"])
 def test_what_rests_by_its_weight_is_not_wedged(name: str) -> None:
-    state = prepared(Compliant(), shipped(name))
+    state = prepared(by_paths(shipped(name)), shipped(name))
     assert not any(state.group(k).state._self_stressed.possible for k in range(len(shipped(name).groups)))
 
 
 @pytest.mark.parametrize("name", ["arch", "table", "v_groove"])
 def test_ordinary_bodies_are_not_near_their_limit(name: str) -> None:
-    assert not prepared(Compliant(), shipped(name)).group(0).state._self_stressed.near
+    assert not prepared(by_paths(shipped(name)), shipped(name)).group(0).state._self_stressed.near
 
 
 def cradle(angle: float) -> hf.answers.Assembly:

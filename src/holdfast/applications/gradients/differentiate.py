@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.applications.gradients.multipliers import Multipliers
+from holdfast.applications.gradients.multipliers import KINK, Multipliers, add_loads
 from holdfast.applications.gradients.parameters import Derived, Parameters
 from holdfast.applications.gradients.result import Derivatives, Kink, Slopes
 from holdfast.applications.transport import TransportLimits
@@ -17,9 +17,10 @@ from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import reported
+from holdfast.base.rigid import cross
 from holdfast.base.values import Table, altered
 from holdfast.certificates.question import Question
-from holdfast.engines.capabilities import GRADIENTS, Gradient
+from holdfast.engines.capabilities import GRADIENTS, Gradient, Sloping
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.engine import Limit
@@ -49,11 +50,12 @@ def gradients(
     limits the derivatives to poses and masses of these bodies, and to their friction; by default all bodies, fixed ones
     too, are derived by.
 
-    The derivatives of engine ``limit`` follow from one solve for each row (multipliers.py). So do those of a row of
-    engine ``compliant`` that comes as far as ``limit``: an answer that is never above another one and touches it has
-    the same slopes. All others are differences of answers of moved scenes, two for each parameter, and so are both
-    sides of kinks. A kink is where another set of contacts would carry, edges of two bodies are flush, or a contact
-    appears or ends.
+    The derivatives of engine ``limit`` follow from one solve for each row (multipliers.py). Those of a row of engine
+    ``compliant`` in which a plane contact gives way that carries what equilibrium alone decides are closed form
+    (engines/trees/slope.py), and so are both sides of their kinks. A row of ``compliant`` that comes as far as
+    ``limit`` has the same slopes: an answer that is never above another one touches it. All others are differences of
+    answers of moved scenes, two for each parameter, and so are both sides of their kinks. A kink is where another set
+    of contacts would carry, edges of two bodies are flush, or a contact appears or ends.
 
     Raises SceneError for scenes with holds, tension or cohesion, and HoldfastError for an answer that is about no load,
     of an engine with options, about another ``assembly`` (moved, say), that ends where a body is crushed, or that was
@@ -108,10 +110,16 @@ class _Rows:
     def all(self) -> Derivatives:
         """Return the derivatives of all rows."""
         shape = len(self.force), len(self.parameters.every)
-        before, after, kinked = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
+        (before, after), (kinked, sharp) = np.zeros((2, *shape)), np.zeros((2, *shape), dtype=bool)
         own = np.zeros(len(self.force), dtype=bool)
         shared = Multipliers(self.parameters)
         for row in reported(WHERE, np.flatnonzero(self.known).tolist()):
+            sides = self._of_tree(row)
+            if sides is not None:
+                own[row] = True
+                before[row], after[row] = sides
+                sharp[row] = np.abs(after[row] - before[row]) > KINK * self.force[row] / self.parameters.units
+                continue
             found = self._solved(row)
             if found is not None:
                 own[row] = True
@@ -127,7 +135,7 @@ class _Rows:
         with np.errstate(invalid="ignore"):
             apart = np.abs(after - before) * unit > SMOOTH
         same = differ & ~kinked & ~apart & np.isfinite(before) & np.isfinite(after)
-        return self._result(before, after, own, differ & ~same, same)
+        return self._result(before, after, own, sharp | (differ & ~same), same)
 
     @np.errstate(invalid="ignore")  # what jumps has an infinite slope on one side
     def _result(self, before: Float, after: Float, own: Bool, kinks: Bool, same: Bool) -> Derivatives:
@@ -181,6 +189,32 @@ class _Rows:
     def _groups(self) -> Groups:
         question = self.parameters.question
         return prepared(engine_of(CERTAIN_ENGINE), question.assembly, question.standing, question.acceleration)
+
+    @cached_property
+    def _asked(self) -> Groups:
+        question = self.parameters.question
+        return prepared(self.method, question.assembly, question.standing, question.acceleration)
+
+    def _of_tree(self, row: int) -> tuple[Float, Float] | None:
+        """Return the one-sided derivatives (P,) before and after of a row that a tree answers; None for others."""
+        parameters = self.parameters
+        load = parameters.loads[:, row]
+        state, rows = self._asked.together(np.flatnonzero(load.reshape(-1, 6).any(axis=1)).tolist(), WHERE)
+        found = state.slope(load[rows]) if isinstance(state, Sloping) else None
+        if found is None or abs(found.factor - self.force[row]) > TOUCHING * self.force[row]:
+            return None
+        part = found.assembly
+        twists = np.zeros((len(part.movable), 6))
+        twists[found.beyond] = found.twist
+        twists[:, :3] += cross(twists[:, 3:], part.com)
+        total, kinks = np.zeros((2, len(parameters.every)))
+        add_loads(total, parameters, row, part, found.factor, twists)
+        parameters.add(total, "friction", found.pair, found.by_friction)
+        for number, name in enumerate(found.pair):
+            smooth, kink = found.by_motion(number, parameters.assembly.scene.body(name).pose[:3, 3])
+            parameters.add(total, "pose", (name,), smooth)
+            parameters.add(kinks, "pose", (name,), kink)
+        return total - kinks, total + kinks
 
     def _solved(self, row: int) -> tuple[Gradient, Float] | None:
         """Return the multipliers of a row and its load (6J,), or None if limit analysis has another answer."""

@@ -19,12 +19,12 @@ import numpy as np
 
 from holdfast.applications.gradients.other_optima import OtherOptima
 from holdfast.applications.gradients.parameters import Parameters
+from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.node_motion import NodeMotion, node_motion
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import HoldfastWarning
 from holdfast.base.rigid import cross
 from holdfast.engines.capabilities import Gradient
-from holdfast.scene.body import Body
 
 NO_EFFECT = 1e-9  # share of a contact in the derivative, relative to the factor, below which it counts as none
 KINK = 1e-5  # share of the factor by which alternatives have to differ to count as a kink
@@ -105,19 +105,8 @@ class _Row:
         for pair, own in self._pairs.items():
             motion = self.shared.motion_of(self.found, pair, own)
             for name in pair if motion.changed.any() else ():
-                self._add_pose(
-                    found,
-                    name,
-                    np.abs(_about_origin(motion.changed.astype(np.float64), self._arm(name, motion.origin))),
-                )
-        return found > 0
-
-    def _arm(self, name: str, point: Float) -> Float:
-        """Return the arm (3,) [m] of a point from the origin of a body."""
-        return np.asarray(point - self.shared.parameters.assembly.scene.body(name).pose[:3, 3])
-
-    def _add_pose(self, total: Float, name: str, slope: Float) -> None:
-        self.shared.parameters.add(total, "pose", (name,), slope)
+                self.shared.parameters.add_pose(found, name, motion.changed.astype(np.float64), motion.origin)
+        return np.asarray(found != 0)
 
     def of(self, forces: Float, twists: Float, share: float, *, loads: bool = False) -> Float:
         """Return the derivatives (P,) with these multipliers, (I, 3) and (J, 6), with ``loads`` those of loads, too.
@@ -136,10 +125,10 @@ class _Row:
             arms = nodes.points[own] - motion.origin
             whole = -np.concatenate([push[own].sum(0), (torque[own] + cross(arms, push[own])).sum(0)])
             for name, slope in zip(pair, (whole - second, second), strict=True):
-                self._add_pose(total, name, _about_origin(slope, self._arm(name, motion.origin)))
+                self.shared.parameters.add_pose(total, name, slope, motion.origin)
         self._add_friction(total, forces, u)
         if loads:
-            self._add_loads(total, twists)
+            add_loads(total, self.shared.parameters, self.row, self.found.assembly, self.factor, twists)
         return total
 
     def _add_friction(self, total: Float, forces: Float, u: Float) -> None:
@@ -152,25 +141,6 @@ class _Row:
         for interface, slope in zip(self.found.assembly.interfaces, each.tolist(), strict=True):
             self.shared.parameters.add(total, "friction", interface.bodies, slope)
 
-    def _add_loads(self, total: Float, twists: Float) -> None:
-        """Add the derivatives of weights and loads, in the motion ``twists`` (J, 6)."""
-        parameters, factor = self.shared.parameters, self.factor
-        for body, mass, twist in zip(self.found.assembly.movable, self.found.assembly.mass, twists, strict=True):
-            force = mass * parameters.pull + factor * parameters.inertia(body.name, self.row)
-            slope = np.pad(-cross(force, twist[3:]), (0, 3))
-            self._add_pose(total, body.name, _about_origin(slope, self._arm(body.name, body.com_world)))
-            parameters.add(total, "mass", (body.name,), -float(twist[:3] @ force) / mass)
-        push = parameters.push(self.row)
-        if push is not None:
-            pushed, point, way = push
-            velocity, spin = self._at(pushed, point, twists)
-            by_point, by_way = -factor * cross(way, spin), -factor * velocity
-            by_pose = _about_origin(np.pad(by_point, (0, 3)), self._arm(pushed.name, point))
-            by_pose[3:] += cross(way, by_way)  # the direction turns with the body
-            self._add_pose(total, pushed.name, by_pose)
-            across = by_way - (by_way @ way) * way
-            parameters.add(total, "push", (pushed.name,), np.concatenate([by_point, across]))
-
     def _relative(self, twists: Float) -> tuple[Float, Float]:
         """Return the velocities and the spins (I, 3) of the second bodies relative to the first, world axes."""
         nodes, com = self.found.nodes, self.found.assembly.com
@@ -178,12 +148,24 @@ class _Row:
         at = [every[k, :3] + cross(every[k, 3:], nodes.points - centres[k]) for k in (nodes.a, nodes.b)]
         return at[1] - at[0], every[nodes.b, 3:] - every[nodes.a, 3:]
 
-    def _at(self, body: Body, point: Float, twists: Float) -> tuple[Float, Float]:
-        """Return velocity and spin (3,) of a body at a ``point`` (3,) [m]."""
-        twist = twists[self.found.assembly.index[body.name]]
-        return twist[:3] + cross(twist[3:], point - body.com_world), twist[3:]
 
+def add_loads(total: Float, parameters: Parameters, row: int, assembly: Assembly, factor: float, twists: Float) -> None:
+    """Add the derivatives of weights and loads of a row to ``total`` (P,).
 
-def _about_origin(slope: Float, arm: Float) -> Float:
-    """Return a derivative (6,) by motions about a point at ``arm`` (3,) from the origin as one about the origin."""
-    return np.concatenate([slope[:3], slope[3:] + cross(arm, slope[:3])])
+    ``twists`` (J, 6) is the motion of each movable body of ``assembly`` about its centre of mass, in which the load has
+    the power 1.
+    """
+    for body, mass, twist in zip(assembly.movable, assembly.mass, twists, strict=True):
+        force = mass * parameters.pull + factor * parameters.inertia(body.name, row)
+        parameters.add_pose(total, body.name, np.pad(-cross(force, twist[3:]), (0, 3)), body.com_world)
+        parameters.add(total, "mass", (body.name,), -float(twist[:3] @ force) / mass)
+    push = parameters.push(row)
+    if push is not None:
+        pushed, point, way = push
+        twist = twists[assembly.index[pushed.name]]
+        by_way = -factor * (twist[:3] + cross(twist[3:], point - pushed.com_world))
+        by_point = -factor * cross(way, twist[3:])
+        turned = np.concatenate([by_point, cross(way, by_way)])  # the direction turns with the body
+        parameters.add_pose(total, pushed.name, turned, point)
+        across = by_way - (by_way @ way) * way
+        parameters.add(total, "push", (pushed.name,), np.concatenate([by_point, across]))

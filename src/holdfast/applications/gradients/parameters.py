@@ -89,6 +89,11 @@ class Parameters:
         if first is not None:
             total[first : first + np.size(slope)] += slope
 
+    def add_pose(self, total: Float, name: str, slope: Float, point: Float) -> None:
+        """Add a derivative (6,) by motions of a body about a ``point`` (3,) [m], as one about its origin."""
+        arm = point - self.assembly.scene.body(name).pose[:3, 3]
+        self.add(total, "pose", (name,), np.concatenate([slope[:3], slope[3:] + cross(arm, slope[:3])]))
+
     @cached_property
     def pull(self) -> Float:
         """What each kilogram at rest is pulled with (3,) [m/s²]."""

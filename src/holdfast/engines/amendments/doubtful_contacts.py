@@ -21,6 +21,7 @@ from holdfast.engines.capabilities import fresh
 from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.trees.tree_state import with_trees
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.friction import NOTHING
 
@@ -40,7 +41,7 @@ def prepared(
     of contacts that may be absent together (absent_contacts.py).
     """
     if all(interface.certain for interface in assembly.interfaces):
-        return engine.prepare(assembly, standing, acceleration)
+        return with_trees(engine, assembly, standing, acceleration)
     absences = Absences(engine, assembly, standing, acceleration)
     state = absences.state(frozenset())
     return state if state.verdict().status is Status.UNSTABLE else Doubtful(state, absences)

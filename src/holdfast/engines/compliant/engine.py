@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_whole
+from holdfast.base.arrays import Bool, Float, checked_number, checked_whole
 from holdfast.base.ranges import STIFFNESS
 from holdfast.base.values import Value
 from holdfast.elastic.outcome import RestOutcome
@@ -16,11 +19,12 @@ from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantSta
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
-from holdfast.engines.compliant.reserve import AMPLE, overruled
-from holdfast.engines.compliant.rest_verdict import RESTS, at_rest, not_at_rest
-from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness, stiffness_of
-from holdfast.engines.lone_bodies import firm_verdict, rest_firmly
+from holdfast.engines.compliant.reserve import overruled
+from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest
+from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
 from holdfast.engines.rest import find_rest
+from holdfast.engines.trees.forest import forest_of
+from holdfast.engines.trees.tree_state import FIRM
 from holdfast.engines.verdict import Status, Verdict
 
 FEWEST, MOST = 2, 100  # smallest and largest number of nodes along each side of a patch
@@ -53,6 +57,11 @@ class Compliant(Value):
     name = NAME
     claim = CLAIM
 
+    @property
+    def takes_trees(self) -> bool:
+        """Whether trees may answer in its place: not where some contacts are stiffer than others."""
+        return not isinstance(self.stiffness, Mapping)
+
     def __post_init__(self) -> None:
         checked_whole(self.nodes, "Compliant: nodes", FEWEST, MOST)
         checked_number(self.stiffness_ratio, "Compliant: stiffness_ratio", above=0, within=STIFFNESS)
@@ -68,12 +77,13 @@ class Compliant(Value):
         """
         return prepared_on(assembly, self.springs, standing, acceleration)
 
-    def firm(self, assembly: Assembly, wrench: Float, bodies: Int) -> tuple[Bool, Verdict]:
-        """Tell which lone ``bodies`` rest without the share AMPLE of their friction; see ``Judging.firm``."""
+    def firm(self, assembly: Assembly, wrench: Float) -> tuple[Bool, Verdict]:
+        """Tell which bodies rest as trees; see ``Judging.firm``."""
         check_stiffness(assembly, self.stiffness)
-        stiffness = stiffness_of(assembly, self.stiffness)
-        rests = rest_firmly(assembly, bodies, wrench, spare=AMPLE, ratio=self.stiffness_ratio, stiffness=stiffness)
-        return rests, firm_verdict(RESTS)
+        rests = np.zeros(len(assembly.movable), dtype=bool)
+        if self.takes_trees:
+            rests = forest_of(assembly, wrench).decided
+        return rests, FIRM
 
     def on(
         self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None, *, refinements: int = 0

@@ -11,19 +11,19 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.assembly.strengths import with_pull
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.values import Value
 from holdfast.engines.capabilities import Weakest
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.refinement import REFINEMENTS
-from holdfast.engines.compliant.reserve import AMPLE
 from holdfast.engines.cones import ConeChoice, FrictionCone
 from holdfast.engines.contract import State
 from holdfast.engines.limit.box_corners import corners_of, weakest
 from holdfast.engines.limit.limit_state import CLAIM, NAME, LimitState, balanced_under
 from holdfast.engines.limit.loose import comes_loose
-from holdfast.engines.lone_bodies import firm_verdict, rest_firmly
 from holdfast.engines.rest import Rest
+from holdfast.engines.trees.forest import forest_of
+from holdfast.engines.trees.tree_state import FIRM
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.hold import held_names
 
@@ -57,11 +57,12 @@ class Limit(Value):
             wrench = wrench + standing
         return self.on(assembly, wrench)
 
-    def firm(self, assembly: Assembly, wrench: Float, bodies: Int) -> tuple[Bool, Verdict]:
-        """Which lone ``bodies`` have an equilibrium without any slip; see ``Judging.firm``. Exact cones alone."""
-        if self.cone != "exact":
-            return np.zeros(len(bodies), dtype=bool), firm_verdict(COMES_ABOUT)
-        return rest_firmly(assembly, bodies, wrench, spare=AMPLE), firm_verdict(COMES_ABOUT)
+    def firm(self, assembly: Assembly, wrench: Float) -> tuple[Bool, Verdict]:
+        """Which bodies rest as trees; see ``Judging.firm``. Exact cones alone."""
+        rests = np.zeros(len(assembly.movable), dtype=bool)
+        if self.cone == "exact":
+            rests = forest_of(assembly, wrench).decided
+        return rests, replace(FIRM, reason=COMES_ABOUT)
 
     def on(self, assembly: Assembly, wrench: Float, nodes: ContactNodes | None = None) -> LimitState:
         """The state under ``wrench`` (6J,), on ``nodes`` if given (cautious: corners carry most)."""

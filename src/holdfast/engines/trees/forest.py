@@ -1,0 +1,286 @@
+"""Which contacts carry what equilibrium alone decides, and the loads at which they give way.
+
+All fixed bodies are one. A contact without which a body and all that is behind it would lose every way to them (a
+bridge of the graph of contacts) carries the weights and the loads behind it, whatever is stiff or soft. If it is plane,
+an even bed gives its pressure and the friction it has (bed.py). Pressure does not depend on what slips there, so a load
+that grows in proportion holds until the first contact on its way gives way, whatever happened before (Klarbring,
+Ciavarella, Barber, Int. J. Solids Struct. 44, 2007, for systems whose normal reactions do not depend on slip).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.strengths import strengths_of
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.memory import Same
+from holdfast.base.rigid import cross, tangents
+from holdfast.contacts.interface import Patch
+from holdfast.engines.trees.bed import RULE, Bed, Scratch
+from holdfast.engines.trees.first_exit import NEVER, SLIDES, TIPS, UNKNOWN, first_exits, share_at_rest
+from holdfast.geometry.hull import convex_hull
+from holdfast.scene.friction import NOTHING
+
+PLANE = 1e-6  # distance of corners from one plane, relative to the size of the contact, that is rounding
+TIED = 1e-7  # relative difference of θ up to which contacts give way at once: all that is beyond the first moves
+SPARE = 1e-6  # share of all friction below which what is left is rounding
+
+
+class Exit(NamedTuple):
+    """How n loads end: ``factor``, ``lower`` and ``upper`` (n,), inf where nothing gives way, nan where not known.
+
+    ``bridge`` (n,) is the number of the contact that gives way, -1 for none, and ``twist`` (n, 6) the motion of all
+    that is behind it, about the world's origin. It ``slides`` (n,) or tips, and is ``tied`` (n,) if another contact, or
+    another edge, gives way at once.
+    """
+
+    factor: Float
+    lower: Float
+    upper: Float
+    bridge: Int
+    twist: Float
+    slides: Bool
+    tied: Bool
+
+    def rows(self, which: Bool) -> Exit:
+        """Return the rows ``which`` (n,) names."""
+        at = self.bridge[which], self.twist[which], self.slides[which], self.tied[which]
+        return Exit(self.factor[which], self.lower[which], self.upper[which], *at)
+
+
+class Cut(NamedTuple):
+    """The contact of body ``root`` with the first of the bodies ``beyond`` (k,), which hang on nothing else."""
+
+    root: int
+    beyond: Int
+
+    @property
+    def pair(self) -> tuple[int, int]:
+        """The two bodies, the smaller number first."""
+        return min(self.root, int(self.beyond[0])), max(self.root, int(self.beyond[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class Bridge:
+    """A plane contact that is a ``cut``, with its ``bed`` in a ``frame``.
+
+    The rows of ``frame`` (3, 3) are two tangents and the normal, which points into what is beyond; ``origin`` (3,) is
+    the middle of the faces [m].
+    """
+
+    cut: Cut
+    interfaces: tuple[int, ...]
+    origin: Float
+    frame: Float
+    bed: Bed
+
+    def carried(self, com: Float, wrenches: Float) -> Float:
+        """Return what the bed carries (n, 6) of ``wrenches`` (n, J, 6): N, N x, N y, the force and torque in its plane.
+
+        It is what balances those on the bodies beyond, about its origin.
+        """
+        own = wrenches[:, self.cut.beyond]
+        force = own[..., :3].sum(axis=1) @ self.frame.T
+        torque = (own[..., 3:] + cross(com[self.cut.beyond] - self.origin, own[..., :3])).sum(axis=1) @ self.frame.T
+        return np.ascontiguousarray(
+            np.stack([-force[:, 2], torque[:, 1], -torque[:, 0], -force[:, 0], -force[:, 1], -torque[:, 2]], axis=1)
+        )
+
+    def twists(self, slides: Bool, motions: Float) -> Float:
+        """Return the twists (n, 6) about the world's origin of what is beyond: it slides or tips as ``motions`` say."""
+        twists = np.zeros((len(motions), 6))
+        normal = self.frame[2]
+        along = -motions[slides]
+        twists[slides, :3], twists[slides, 3:] = along[:, :2] @ self.frame[:2], along[:, 2:] * normal
+        for column, weight in ((0, np.ones((~slides).sum())), (1, motions[~slides, 2])):
+            edges = self.bed.hull[motions[~slides, column].astype(np.int64)]
+            inward = edges[:, 1:] @ self.frame[:2] * np.where(motions[~slides, column] < 0, 0.0, weight)[:, None]
+            turn, arm = cross(inward, normal), -edges[:, :1] * (edges[:, 1:] @ self.frame[:2])
+            twists[~slides, :3] -= cross(turn, arm)  # the arm leads to the point of the edge nearest to the origin
+            twists[~slides, 3:] += turn
+        twists[:, :3] -= cross(twists[:, 3:], self.origin)
+        return twists
+
+
+@dataclass(frozen=True, eq=False)
+class Forest:
+    """The bridges of an ``assembly`` that is at rest under ``wrench`` (6J,) [N, N m]."""
+
+    assembly: Assembly
+    wrench: Float
+
+    @cached_property
+    def _pairs(self) -> dict[tuple[int, int], tuple[int, ...]]:
+        """The interfaces between each two bodies, by number; all fixed bodies are FIXED."""
+        found: dict[tuple[int, int], list[int]] = {}
+        for k, (a, b) in enumerate(self.assembly.ends):
+            found.setdefault((min(a, b), max(a, b)), []).append(k)
+        return {pair: tuple(interfaces) for pair, interfaces in found.items()}
+
+    @cached_property
+    def bridges(self) -> tuple[Bridge, ...]:
+        """The plane contacts that are bridges, those nearer to the support first."""
+        found = (bridge_of(self.assembly, self._pairs[cut.pair], cut) for cut in self._cuts)
+        return tuple(bridge for bridge in found if bridge is not None)
+
+    @cached_property
+    def _cuts(self) -> list[Cut]:
+        """The pairs of bodies that are bridges, those nearer to the support first.
+
+        Depth first from the fixed bodies: a pair is a bridge if nothing behind it leads back past it (Tarjan, 1974).
+        """
+        near: dict[int, list[int]] = {body: [] for body in range(FIXED, len(self.assembly.movable))}
+        for a, b in self._pairs:
+            near[a].append(b)
+            near[b].append(a)
+        order, low = {FIXED: 0}, {FIXED: 0}
+        visited, cuts = [FIXED], list[tuple[int, Cut]]()
+        path = [(FIXED, FIXED, iter(near[FIXED]))]
+        while path:
+            body, before, left = path[-1]
+            other = next(left, None)
+            if other is None:
+                path.pop()
+                if path:
+                    low[before] = min(low[before], low[body])
+                    if low[body] > order[before]:
+                        cuts.append((order[body], Cut(before, np.array(visited[order[body] :], dtype=np.int64))))
+            elif other not in order:
+                order[other] = low[other] = len(visited)
+                visited.append(other)
+                path.append((other, body, iter(near[other])))
+            elif other != before:
+                low[body] = min(low[body], order[other])
+        return [cut for _, cut in sorted(cuts, key=lambda each: each[0])]
+
+    @cached_property
+    def decided(self) -> Bool:
+        """(J,) whether equilibrium alone decides which loads on a body hold: it is at rest by more than rounding.
+
+        All contacts on its way to the support are plane bridges with the share SPARE of their friction to spare, and of
+        their size between the centre of pressure and the edge of the hull.
+        """
+        found = np.zeros(len(self.assembly.movable) + 1, dtype=bool)
+        found[FIXED] = True
+        for bridge, carried, share in zip(self.bridges, self._at_rest, self.shares, strict=True):
+            inside = (bridge.bed.hull @ carried[:3]).min() > SPARE * bridge.bed.size[0] * carried[0]
+            found[bridge.cut.beyond[0]] = found[bridge.cut.root] and 0 <= share < 1 - SPARE and inside
+        return found[:FIXED]
+
+    @cached_property
+    def _at_rest(self) -> Float:
+        """What each bridge (B, 6) carries at rest."""
+        wrench = self.wrench.reshape(1, -1, 6)
+        rows = [bridge.carried(self.assembly.com, wrench)[0] for bridge in self.bridges]
+        return np.array(rows).reshape(-1, 6)
+
+    @cached_property
+    def shares(self) -> Float:
+        """The share (B,) of its friction that each bridge uses at rest: 2 if it tips, -1 if not found."""
+        memory = Scratch.make()
+        pairs = zip(self.bridges, self._at_rest, strict=True)
+        return np.array([share_at_rest(bridge.bed, rest, memory) for bridge, rest in pairs])
+
+    def left_behind(self, sliding: Bridge) -> Int:
+        """Return the bodies behind a ``sliding`` bridge that stay where they are, as no friction takes them along."""
+        behind = (one.cut.beyond for one in self.bridges if not one.bed.edges[:, 4].any() and one is not sliding)
+        nested = [beyond for beyond in behind if np.isin(beyond, sliding.cut.beyond).all()]
+        return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *nested]))
+
+    def exits(self, W: Float) -> Exit:
+        """Return how the loads end that are the columns of W (6J, n), which load only bodies that are ``decided``."""
+        count = W.shape[1]
+        wrenches = np.ascontiguousarray(W.T).reshape(count, len(W) // 6, 6)
+        at, low, high = np.ones((3, count))
+        bridge, twist, (slides, tied) = np.full(count, -1), np.zeros((count, 6)), np.zeros((2, count), dtype=bool)
+        memory = Scratch.make()
+        for number, one in enumerate(self.bridges):
+            rows = np.flatnonzero((wrenches[:, one.cut.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
+            if not len(rows):
+                continue
+            load = one.carried(self.assembly.com, wrenches[rows])
+            size = np.abs(load).max(axis=1) / np.abs(self._at_rest[number]).max()
+            rows, load, size = (each[size > 0] for each in (rows, load, size))
+            out, kinds = np.zeros((len(rows), 6)), np.zeros(len(rows), dtype=np.int64)
+            until = at[rows] * size / (at[rows] * size + (1 - at[rows]))  # in the scale of the contact
+            first_exits(one.bed, self._at_rest[number], load / size[:, None], until, out, kinds, memory)
+            x = np.where((kinds == UNKNOWN)[:, None], np.nan, out[:, :3])
+            x = x / (x + (1 - x) * size[:, None])  # in the scale of the load itself
+            sooner = (kinds != NEVER) & ~(x[:, 0] >= at[rows] * (1 - TIED))  # also where it is not known
+            close = (kinds != NEVER) & (np.abs(x[:, 0] - at[rows]) <= TIED * at[rows])
+            tied[rows] = np.where(sooner, (kinds == TIPS) & (out[:, 4] >= 0), tied[rows]) | close
+            bridge[rows[sooner]], slides[rows[sooner]] = number, kinds[sooner] == SLIDES
+            ends = sooner & ((kinds == SLIDES) | (kinds == TIPS))
+            twist[rows[ends]] = one.twists(kinds[ends] == SLIDES, out[ends, 3:])
+            for theta, new in zip((at, low, high), x.T, strict=True):
+                theta[rows] = np.minimum(theta[rows], new)  # not known if one is not
+        with np.errstate(divide="ignore"):
+            factor, lower, upper = (theta / (1 - theta) for theta in (at, low, high))
+        return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides, tied)
+
+    def told(self, found: Exit, W: Float) -> tuple[str, ...]:
+        """Say in a text for each of the loads W (6J, n) which contact gives way, and what it carries just before."""
+        texts, memory = [], Scratch.make()
+        for number, at, load in zip(found.bridge.tolist(), found.lower.tolist(), W.T, strict=True):
+            if number < 0:
+                texts.append("")
+                continue
+            one = self.bridges[number]
+            carried = one.carried(self.assembly.com, (self.wrench + at * load).reshape(1, -1, 6))[0]
+            pair = "-".join(self.assembly.interfaces[one.interfaces[0]].bodies)
+            place = one.origin + carried[1:3] / carried[0] @ one.frame[:2]
+            where = ", ".join(f"{x:.3g}" for x in np.where(np.abs(place) < 5e-5, 0.0, place))
+            share = share_at_rest(one.bed, carried, memory)
+            used = f", and uses {100 * min(share, 1.0):.3g} % of its friction" if 0 <= share < 2 else ""
+            texts.append(
+                f"{pair} gives way: just before, it presses with {carried[0]:.4g} N, centred at ({where}){used}"
+            )
+        return tuple(texts)
+
+
+def forest_of(assembly: Assembly, wrench: Float) -> Forest:
+    """Return the bridges of an ``assembly`` under ``wrench`` (6J,) [N, N m], which are kept with it."""
+    key = ("forest", Same(assembly), wrench.tobytes())
+    return assembly.memory.recalled(key, len(assembly.movable), lambda: Forest(assembly, wrench))
+
+
+def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], cut: Cut) -> Bridge | None:
+    """Return the contact of ``interfaces``, which is a ``cut``; None if not plane."""
+    joins, faces = strengths_of(assembly), list[tuple[Patch, bool, float]]()
+    for k in interfaces:
+        interface = assembly.interfaces[k]
+        if not interface.certain or joins[k] != NOTHING:
+            return None
+        into = assembly.ends[k][0] == cut.root
+        faces += [(patch, into, assembly.mu[k]) for patch in interface.patches]
+    if any(patch.kind != "face" or patch.spots is not None for patch, *_ in faces):
+        return None
+    normals = np.array([patch.normal if into else -patch.normal for patch, into, _ in faces])
+    areas = np.array([patch.area for patch, *_ in faces])
+    normal = normals[np.argmax(areas)]
+    origin = areas @ np.array([patch.centroid for patch, *_ in faces]) / areas.sum()
+    frame = np.array([*tangents(normal), normal])
+    edges, corners = [], []
+    for patch, into, mu in faces:
+        for ring in (patch.polygon, *patch.holes):
+            flat = ((ring if into else ring[::-1]) - origin) @ frame.T
+            corners.append(flat)
+            edges.append(np.column_stack([flat[:, :2], np.roll(flat[:, :2], -1, axis=0), np.full(len(flat), mu)]))
+    every = np.vstack(corners)
+    size = float(np.linalg.norm(every[:, :2], axis=1).max())
+    if np.abs(every[:, 2]).max() > PLANE * size or (normals @ normal).min() < 1 - PLANE:
+        return None
+    hull = convex_hull(every[:, :2], PLANE * size)
+    side = np.roll(hull, -1, axis=0) - hull
+    inward = np.column_stack([-side[:, 1], side[:, 0]]) / np.linalg.norm(side, axis=1)[:, None]
+    half_planes = np.column_stack([-(inward * hull).sum(axis=1), inward])
+    edge = np.vstack(edges)
+    edge = edge[(edge[:, :2] != edge[:, 2:4]).any(axis=1)]
+    mu_of_all = edge[0, 4] if (edge[:, 4] == edge[0, 4]).all() else 0.0
+    bed = Bed(np.ascontiguousarray(edge), half_planes, np.array([size, mu_of_all]), np.array(RULE))
+    return Bridge(cut, interfaces, origin, frame, bed)
