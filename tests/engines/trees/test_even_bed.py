@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import minimize
 
 from holdfast.engines.trees.bed import RULE, Bed, Scratch, find_pressure
+from holdfast.engines.trees.first_exit import most_between
 from holdfast.engines.trees.limit_surface import share_used
 
 MU = 0.4
@@ -112,6 +113,36 @@ def test_faces_have_friction_of_their_own() -> None:
     feet = bed(rectangle(1e-4, 1e-4, 0.1, 0), rectangle(1e-4, 1e-4, -0.1, 0), mu=(0.5, 1e-9))
     force = 0.2
     assert share(feet, (2.0, 0, 0, 0, force, 0.1 * force)) == pytest.approx(force / 0.5, rel=1e-3)
+
+
+def test_what_is_used_between_two_loads_is_bounded() -> None:
+    """On a disc of radius r, torsion meets 2/3 μ N r, of which the bound knows μ N r sqrt(3/8); force adds up."""
+    r, n = 0.05, 10.0
+    disc, squares = bed(circle(r)), n**2 / (np.pi * r**2)
+    twisted, pulled = np.array([n, 0, 0, 0, 0, 0.1]), np.array([n, 0, 0, 3.0, 0, 0.1])
+    bound = 0.1 / (MU * n * r * np.sqrt(3 / 8))
+    assert most_between(disc, twisted, twisted, 0.0, 0.0, squares) == pytest.approx(bound)
+    assert share(disc, (n, 0, 0, 0, 0, 0.1)) == pytest.approx(0.1 / (MU * n * r * 2 / 3), rel=1e-4)
+    assert most_between(disc, twisted, pulled, 0.0, 1.0, squares) == pytest.approx(bound + 3 / (MU * n))
+    there, back = np.array([n, 0, n * 0.01, 2, 0, -0.02]), np.array([n, 0, -n * 0.01, -2, 0, -0.02])
+    for end in (there, back):  # nothing turns it at the ends, but 0.02 N m half way
+        assert end[5] + end[2] * end[3] / n == pytest.approx(0)
+    middle = most_between(disc, there, back, 0.0, 1.0, squares)
+    assert middle == pytest.approx(0.02 / (MU * n * r * np.sqrt(3 / 8)) + 2 / (MU * n))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_is_used_between_is_below_the_bound(seed: int) -> None:
+    """Of rectangles of any shape whose resultant goes from one place to another, pressed in part or not."""
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform(0.02, 0.4, 2)
+    faces = bed(rectangle(a, b))
+    ends = np.array([[1, *(rng.uniform(-0.45, 0.45, 2) * (a, b)), *rng.normal(size=2) * 0.1, 0.02 * a] for _ in "ab"])
+    squares = max(float(pressure(faces, *end[:3])[0] @ end[:3]) for end in ends)
+    bound = most_between(faces, ends[0], ends[1], 0.0, 1.0, squares)
+    for at in np.linspace(0, 1, 9):
+        carried = (1 - at) * ends[0] + at * ends[1]
+        assert share(faces, tuple(carried)) < bound
 
 
 def cells(rings: tuple[np.ndarray, ...], across: int = 400) -> tuple[np.ndarray, np.ndarray, float]:

@@ -6,7 +6,7 @@ size of the wrench. It tips where the centre of pressure reaches the border of t
 edges. Before that it slides where the friction asked for is all that there is. While the bed presses everywhere, its
 pressure and with it its friction are linear in θ, and the wrenches that it carries are a convex set: what holds at one
 θ holds at all before. Once a part has lifted, the share of friction is looked at in places on the way to tipping, so
-close to each other that between two of them it stays below 1 (see RISES).
+close to each other that between two of them it stays below 1, by a bound (most_between) or by experience (RISES).
 """
 
 from __future__ import annotations
@@ -52,6 +52,30 @@ def _share_at(bed: Bed, rest: Float, load: Float, at: float, s: Scratch, near: b
             return most
     share, error = share_used(bed, s.t, s)
     return share if error <= CERTAIN else -1.0
+
+
+@compiled
+@lean
+def most_between(bed: Bed, rest: Float, load: Float, low: float, at: float, squares: float) -> float:
+    """Return a share of friction, μ being one for all, that is used at most between θ = ``low`` and θ = ``at``.
+
+    ``squares`` are ∫ p² dA there, a convex function of what is carried, at most. A pressure with the force N and the
+    integral S of its square resists a turn about any point with μ N R / 2 at least, R = N √(3 / (2 π S)): a cone of
+    that radius does. It resists as well the force μ N in the centre of pressure, and any mixture of both.
+    """
+    least, force, torque = math.inf, 0.0, 0.0
+    d0, d1, d2 = load[0] - rest[0], load[1] - rest[1], load[2] - rest[2]
+    d3, d4, d5 = load[3] - rest[3], load[4] - rest[4], load[5] - rest[5]
+    for theta in (low, at):
+        n, x, y = rest[0] + theta * d0, rest[1] + theta * d1, rest[2] + theta * d2
+        tx, ty, tz = rest[3] + theta * d3, rest[4] + theta * d4, rest[5] + theta * d5
+        least, force = min(least, n), max(force, math.hypot(tx, ty))
+        torque = max(torque, abs(n * tz - x * ty + y * tx))
+    if not least > 0.0:
+        return math.inf
+    torque += abs(d0 * d5 - d1 * d4 + d2 * d3) * (at - low) ** 2 / 4  # between both it is a parabola
+    radius = math.sqrt(1.5 / (math.pi * squares)) * least
+    return float((2 * torque / (radius * least) + force) / (bed.size[1] * least))
 
 
 @compiled
@@ -178,7 +202,7 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
         if around > 0.0:
             out[0], out[1], out[2], out[3], out[4], out[5] = at, max(at - around, 0.0), at, s.m[0], s.m[1], s.m[2]
             return SLIDES
-    low, high, before, near, step = lifted, -1.0, -1.0, False, 0.0
+    low, high, before, near, step, squares = lifted, -1.0, -1.0, False, 0.0, 0.0
     last = tips if edge >= 0 else tips + (tips - lifted) / 15
     while low < end * (1 - ROUNDING):
         at = min(last - (last - low) * math.exp(-step), end)
@@ -194,10 +218,13 @@ def first_exit(bed: Bed, rest: Float, load: Float, until: float, s: Scratch, out
         if share > 1.0:
             high = at
             break
-        if step > FINEST and max(before, share) > 1 - RISES * min(step, 1.0):
+        most, sure = s.p[0] * s.q[0] + s.p[1] * s.q[1] + s.p[2] * s.q[2], False
+        if bed.size[1] > 0.0 and step > 0.0:
+            sure = most_between(bed, rest, load, low, at, max(squares, most)) < 1.0
+        if not sure and step > FINEST and max(before, share) > 1 - RISES * min(step, 1.0):
             step /= 2
         else:
-            low, before, step = at, share, min(2 * step, LONGEST) if step > 0.0 else LONGEST
+            low, before, squares, step = at, share, most, min(2 * step, LONGEST) if step > 0.0 else LONGEST
     if high < 0.0:
         out[0], out[1], out[2], out[3], out[4], out[5] = tips, low, tips, edge, other, slower / rate if rate else 0.0
         return NEVER if edge < 0 else TIPS
