@@ -21,7 +21,7 @@ from holdfast.base.rigid import cross
 from holdfast.base.values import Table, altered
 from holdfast.certificates.question import Question
 from holdfast.engines.capabilities import GRADIENTS, Gradient, Sloping
-from holdfast.engines.contract import Engine
+from holdfast.engines.contract import Engine, State
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.limit_state import factors_on
@@ -186,21 +186,26 @@ class _Rows:
         )
 
     @cached_property
-    def _groups(self) -> Groups:
-        question = self.parameters.question
-        return prepared(engine_of(CERTAIN_ENGINE), question.assembly, question.standing, question.acceleration)
+    def _groups(self) -> dict[str, Groups]:
+        """The groups by the engine of the answer and by limit analysis, which may be one."""
+        asked, engines = self.parameters.question, (engine_of(CERTAIN_ENGINE), self.method)
+        return {one.name: prepared(one, asked.assembly, asked.standing, asked.acceleration) for one in engines}
 
-    @cached_property
-    def _asked(self) -> Groups:
-        question = self.parameters.question
-        return prepared(self.method, question.assembly, question.standing, question.acceleration)
+    def _state(self, engine: str, row: int) -> tuple[State, Float]:
+        """Return the state of an engine for a row, and its load there; HoldfastError if no equilibrium is known."""
+        load = self.parameters.loads[:, row]
+        loaded: Int = np.flatnonzero(load.reshape(-1, 6).any(axis=1))
+        state, rows = self._groups[engine].together(loaded.tolist(), WHERE)
+        return state, load[rows]
 
     def _of_tree(self, row: int) -> tuple[Float, Float] | None:
         """Return the one-sided derivatives (P,) before and after of a row that a tree answers; None for others."""
         parameters = self.parameters
-        load = parameters.loads[:, row]
-        state, rows = self._asked.together(np.flatnonzero(load.reshape(-1, 6).any(axis=1)).tolist(), WHERE)
-        found = state.slope(load[rows]) if isinstance(state, Sloping) else None
+        try:
+            state, load = self._state(self.method.name, row)
+        except HoldfastError:  # among what is loaded there are others of which no equilibrium is known
+            return None
+        found = state.slope(load) if isinstance(state, Sloping) else None
         if found is None or abs(found.factor - self.force[row]) > TOUCHING * self.force[row]:
             return None
         part = found.assembly
@@ -218,15 +223,13 @@ class _Rows:
 
     def _solved(self, row: int) -> tuple[Gradient, Float] | None:
         """Return the multipliers of a row and its load (6J,), or None if limit analysis has another answer."""
-        loads = self.parameters.loads
-        loaded: Int = np.flatnonzero(loads[:, row].reshape(-1, 6).any(axis=1))
         try:
-            state, rows = self._groups.together(loaded.tolist(), WHERE)
-            found = GRADIENTS.of(state, engine=CERTAIN_ENGINE, where=WHERE).gradient(loads[rows, row], WHERE)
+            state, load = self._state(CERTAIN_ENGINE, row)
+            found = GRADIENTS.of(state, engine=CERTAIN_ENGINE, where=WHERE).gradient(load, WHERE)
         except HoldfastError:  # limit analysis knows no equilibrium, or no finite answer
             return None
         touches = abs(float(found.answers.force[0]) - self.force[row]) <= TOUCHING * self.force[row]
-        return (found, loads[rows, row]) if touches else None
+        return (found, load) if touches else None
 
     def _check_engine(self, rows: Bool) -> None:
         """Raise HoldfastError unless the engine gives the answers of some rows."""

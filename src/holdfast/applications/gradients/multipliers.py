@@ -105,8 +105,10 @@ class _Row:
         for pair, own in self._pairs.items():
             motion = self.shared.motion_of(self.found, pair, own)
             for name in pair if motion.changed.any() else ():
-                self.shared.parameters.add_pose(found, name, motion.changed.astype(np.float64), motion.origin)
-        return np.asarray(found != 0)
+                own_part = np.zeros_like(found)
+                self.shared.parameters.add_pose(own_part, name, motion.changed.astype(np.float64), motion.origin)
+                found += np.abs(own_part)  # of two pairs, none cancels the other
+        return found > 0
 
     def of(self, forces: Float, twists: Float, share: float, *, loads: bool = False) -> Float:
         """Return the derivatives (P,) with these multipliers, (I, 3) and (J, 6), with ``loads`` those of loads, too.

@@ -18,7 +18,7 @@ from holdfast.assembly.node_motion import edges_of_second
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross
 from holdfast.engines.capabilities import Slope
-from holdfast.engines.trees.bed import Scratch, find_pressure, second_moments, solved
+from holdfast.engines.trees.bed import Scratch, find_pressure, pressed_part, second_moments, solved
 from holdfast.engines.trees.forest import Bridge, Forest
 from holdfast.engines.trees.limit_surface import friction, share_used
 
@@ -97,15 +97,12 @@ def _slides(bridge: Bridge, limit: Float) -> Law | None:
     second_moments(bed, s.p, 0.0, 0.0, s.M)
     if not solved(s.M, np.array(fields), s.new):
         return None
-    heads, tails, mu = bed.edges[:, :2], bed.edges[:, 2:4], float(bed.size[1])
-    share = (GAUSS[0][:, None, None] + 1) / 2
-    ends = []
-    for a, b in ((heads, tails), (tails, heads)):  # the part that presses
-        at_a, at_b = (s.p[0] + x @ s.p[1:] for x in (a, b))
-        part = np.clip(np.divide(at_a, at_a - at_b, out=np.zeros(len(a)), where=at_a * at_b < 0), 0, 1)
-        ends.append(a + np.where((at_a < 0) & (at_b > 0), part, 0.0)[:, None] * (b - a))
-    x = ends[0] + share * (ends[1] - ends[0])  # (12, E, 2)
-    length = np.linalg.norm(ends[1] - ends[0], axis=1)
+    corners, mu = bed.edges[:, :4], float(bed.size[1])
+    at_ends = s.p[0] + corners.reshape(-1, 2, 2) @ s.p[1:]
+    parts = np.array([pressed_part(*edge, *at) for edge, at in zip(corners, at_ends, strict=True)])
+    share, heads, tails = (GAUSS[0][:, None, None] + 1) / 2, parts[:, :2], parts[:, 2:4]
+    x = heads + share * (tails - heads)  # (12, E, 2)
+    length = np.linalg.norm(tails - heads, axis=1)
     pressure = np.maximum(s.p[0] + x @ s.p[1:], 0.0)
     speed = np.hypot(s.m[0] - s.m[2] * x[..., 1], s.m[1] + s.m[2] * x[..., 0])
     density = pressure * (s.new[0] + x @ s.new[1:] - mu * speed)

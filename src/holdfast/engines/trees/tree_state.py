@@ -133,8 +133,8 @@ class TreeState:
     def _mechanisms(self, found: Exit) -> list[Mechanism | None]:
         """Return how what is behind the contact that gives way begins to move; None where none does."""
         com, result = self.forest.assembly.com, list[Mechanism | None]([None] * len(found.factor))
-        for number, bridge in enumerate(self.forest.bridges):
-            rows = np.flatnonzero(found.bridge == number)
+        for number in np.unique(found.bridge[found.bridge >= 0]).tolist():
+            bridge, rows = self.forest.bridges[number], np.flatnonzero(found.bridge == number)
             twists = np.zeros((len(rows), len(com), 6))
             turn = found.twist[rows, None, 3:]
             twists[:, bridge.cut.beyond, :3] = found.twist[rows, None, :3] + np.cross(turn, com[bridge.cut.beyond])
