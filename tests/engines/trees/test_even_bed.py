@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import minimize
 
 from holdfast.engines.trees.bed import RULE, Bed, Scratch, find_pressure
-from holdfast.engines.trees.first_exit import most_between
+from holdfast.engines.trees.first_exit import first_exits, most_between
 from holdfast.engines.trees.limit_surface import share_used
 
 MU = 0.4
@@ -143,6 +143,25 @@ def test_what_is_used_between_is_below_the_bound(seed: int) -> None:
     for at in np.linspace(0, 1, 9):
         carried = (1 - at) * ends[0] + at * ends[1]
         assert share(faces, tuple(carried)) < bound
+
+
+def test_friction_that_runs_out_and_comes_back_is_not_passed_over() -> None:
+    """A rectangle whose friction runs out on the way to tipping, though there is enough at rest and near the edge."""
+    a, b, mu, tips, middle = 0.56, 0.54, 0.47, 0.5651, 0.4492
+    faces = bed(rectangle(a, b), mu=mu)
+    hull = np.array([[a / 2, 1, 0], [a / 2, -1, 0], [b / 2, 0, 1], [b / 2, 0, -1]])
+    faces = Bed(faces.edges, hull, faces.size, faces.rule)
+    rest = np.array([1.0, 0.031, -0.071, -0.172, -0.259, 0.001])
+    load = np.array([1.53, 0.62, -0.51, 0.39, 0.42, 0.13])
+    used = []
+    for at in (0.0, middle, tips - (tips - 0.1) / 16, tips - (tips - 0.1) / 256):
+        n, nx, ny, *tangential = (1 - at) * rest + at * load
+        used.append(share(faces, (n, nx / n, ny / n, *tangential)))
+    assert used[1] > 1.1
+    assert max(used[0], *used[2:]) < 0.95
+    out = np.zeros((1, 6))
+    first_exits(faces, rest, load[None], np.ones(1), out, np.zeros(1, dtype=np.int64), Scratch.make())
+    assert 0 < out[0, 1] <= out[0, 0] < middle
 
 
 def cells(rings: tuple[np.ndarray, ...], across: int = 400) -> tuple[np.ndarray, np.ndarray, float]:
