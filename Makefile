@@ -6,21 +6,26 @@ PYTHON ?= $(shell for python in python3.11 python3 python3.14 python3.13 python3
 	&& echo "$$python" && break; done)
 VENV ?= .venv
 BIN := $(VENV)/bin
+CXX_GIVEN := $(filter-out default undefined,$(origin CXX))
 OUT ?= out
-# Where compiled loops are kept (src/holdfast/base/compiled.py)
-COMPILED := $(or $(HOLDFAST_CACHE_DIR),$(or $(XDG_CACHE_HOME),$(HOME)/.cache)/holdfast)
+NATIVE := $(wildcard src/holdfast/native/*.?pp src/holdfast/native/CMakeLists.txt)
 
-.PHONY: demo test test-quick mutants test-slow test-referees test-kernels test-numba test-wheels wheels fuzz benchmark figures docs release-check lint clean
+.PHONY: demo test test-quick mutants test-slow test-referees test-kernels test-sanitized test-wheels wheels fuzz benchmark figures docs release-check lint clean
 
 # On all cores, in the order of the files: neighbours share what they assembled. No threads beside the processes
 PARALLEL := OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n auto --dist worksteal
 
-# An environment with what the demo needs; what tests and other targets need comes on top of it
-$(VENV)/.demo: pyproject.toml constraints.txt
+# An environment with what the demo needs; what tests and other targets need comes on top of it. It compiles the core, with
+# a compiler from the package index where this machine has none
+$(VENV)/.demo: pyproject.toml constraints.txt tools/build_backend.py $(NATIVE)
 	@test -n "$(PYTHON)" || \
 	 { echo "needs Python $(OLDEST) or later: install one, or name it, as in make $(MAKECMDGOALS) PYTHON=/path/to/python3"; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[viewer]'
+	@test -n "$(or $(CXX_GIVEN),$(shell command -v c++ || command -v g++ || command -v clang++))" || \
+	 echo "no C++ compiler here: ziglang from the package index compiles the core, which takes two to four minutes"
+	@begun=$$(date +%s); \
+	 $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[viewer]' || exit; \
+	 echo "environment made and core compiled in $$(( $$(date +%s) - begun )) s"
 	@touch $@
 
 $(VENV)/.ready: $(VENV)/.demo
@@ -57,7 +62,7 @@ mutants: $(VENV)/.bench
 	$(BIN)/python tools/mutants.py run --jobs $(JOBS) $(BREAKS)
 
 # While working: closed forms, shapes, assemblies, what the conic solver and the checker of certificates say, and
-# golden answers of every engine and question; under 90 s on two cores once machine code is kept (CONTRIBUTING.md)
+# golden answers of every engine and question; under 90 s on two cores (CONTRIBUTING.md)
 QUICK := assembly certificates closed_form conic geometry golden
 test-quick: $(VENV)/.ready
 	$(PARALLEL) -m "not slow and not referee" $(addprefix tests/,$(QUICK))
@@ -79,26 +84,28 @@ test-kernels: $(VENV)/.bench
 	    -m "not slow and not referee" $(addprefix tests/,$(NUMERIC)) || exit 1; \
 	done; done
 
-# Tests of how machine code is made and kept, and the numeric ones, with another Numba than the pinned one, in an
-# environment of its own without pins: `oldest` and `newest` are the ends of the range in pyproject.toml; any other
-# version by its number. Python 3.11 has wheels of all of them
-NUMBA ?= oldest
-OLDEST_NUMBA := $(shell sed -n 's/^ *"numba>=\([0-9.]*\)",/\1/p' pyproject.toml)
-WITH_NUMBA := $(VENV)-numba-$(NUMBA)
-test-numba:
-	$(PYTHON) -m venv $(WITH_NUMBA)
-	$(WITH_NUMBA)/bin/python -m pip install --quiet --disable-pip-version-check --upgrade -e '.[test]' \
-	  'numba$(if $(filter newest,$(NUMBA)),,==$(if $(filter oldest,$(NUMBA)),$(OLDEST_NUMBA).*,$(NUMBA)))'
-	OPENBLAS_NUM_THREADS=1 $(WITH_NUMBA)/bin/pytest -n auto --dist worksteal -m "not slow and not referee" \
-	  $(addprefix tests/,base closed_form conic elastic engines geometry queries)
+# The compiled core, built to stop at wrong addresses and undefined behaviour, under the tests that use it most and the
+# fuzzer's scenes and files. Needs a compiler of this machine: the preloaded library is its own
+SANITIZED := $(OUT)/sanitized
+CORE := elastic engines/trees geometry contacts settling closed_form drawing golden native
+test-sanitized: $(VENV)/.bench
+	@rm -rf $(SANITIZED); mkdir -p $(SANITIZED); cp -r src $(SANITIZED)/src; rm -f $(SANITIZED)/src/holdfast/native/*.so
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt cmake ninja nanobind
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/cmake -S $(SANITIZED)/src/holdfast/native -B $(SANITIZED)/build -G Ninja \
+	  -DHOLDFAST_SANITIZE=ON -DPython_EXECUTABLE=$(abspath $(BIN))/python
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/cmake --build $(SANITIZED)/build
+	export PYTHONPATH=$(abspath $(SANITIZED)/src):tests ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc OPENBLAS_NUM_THREADS=1 \
+	  LD_PRELOAD="$$(c++ -print-file-name=libasan.so) $$(c++ -print-file-name=libubsan.so) $$(c++ -print-file-name=libstdc++.so)"; \
+	$(BIN)/pytest -n auto --dist worksteal -m "not slow and not referee" $(addprefix tests/,$(CORE)) && \
+	$(BIN)/python -m fuzz $(N) --seed $(SEED) --folder $(SANITIZED)/fuzz
 
 # Wheel and sdist in a clean environment of every Python at hand; PYTHONS names more, separated by colons
 test-wheels: $(VENV)/.ready
 	$(BIN)/python tools/wheels.py $(OUT)/dist
 
-# A wheel that carries machine code for the versions in constraints.txt, and needs to compile nothing where these are used
+# The wheels for Linux, for C libraries of 2018 and later, for every Python at hand, each tried in clean environments
 wheels: $(VENV)/.ready
-	$(BIN)/python tools/compiled_wheel.py $(OUT)/wheels
+	$(BIN)/python tools/wheels.py $(OUT)/wheels --portable
 
 # Random scenes, files and names: N more of them after those of earlier runs with this seed (state: $(OUT)/fuzz)
 N ?= 1000
@@ -125,5 +132,4 @@ release-check: test docs test-wheels
 	$(BIN)/python tools/release_check.py $(OUT)
 
 clean:
-	rm -rf $(VENV) $(VENV)-numba-* $(OUT) docs/benchmarks docs/files docs/gallery build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	rm -rf $(COMPILED)/compiled-*
+	rm -rf $(VENV) $(OUT) docs/benchmarks docs/files docs/gallery build dist src/holdfast/native/core.* .pytest_cache .mypy_cache .ruff_cache .hypothesis

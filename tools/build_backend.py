@@ -1,8 +1,9 @@
 """What pip calls to build holdfast: scikit-build-core, with a compiler from the package index where there is none.
 
-pyproject.toml names it. Where neither CXX nor a ``c++`` is at hand, on Linux and macOS, ziglang is asked for beside CMake
-and Ninja, and its binary compiles. Editable installs build into build/native and put the core beside its sources, so that
-whatever reads this checkout, with or without the install, finds it.
+pyproject.toml names it. Where neither CXX nor a ``c++`` is at hand, on Linux and macOS, ziglang is asked for beside
+CMake and Ninja, and its binary compiles. An editable install builds into build/ and puts the core beside its sources,
+so that whatever reads this checkout finds it; and it is no more than a path: scikit-build-core's own would lead Python
+there even where PYTHONPATH names another checkout.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -25,7 +27,10 @@ from scikit_build_core import build as core
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "holdfast" / "native"
 COMPILER = "ziglang>=0.13"
-BUILT_HERE = {"wheel.cmake": "false", "wheel.py-api": "py3"}  # of an editable install, whose core is in its place already
+BUILT_HERE = {
+    "wheel.cmake": "false",
+    "wheel.py-api": "py3",
+}  # of an editable install, whose core is in its place already
 
 Settings = dict[str, Any] | None
 
@@ -62,7 +67,17 @@ def build_editable(folder: str, config_settings: Settings = None, metadata_direc
         more = [*shlex.split(os.environ.get("CMAKE_ARGS", "")), *(["-GNinja"] if shutil.which("ninja") else [])]
         subprocess.run([*configured, *more], check=True)
         subprocess.run(["cmake", "--build", str(made), "--config", "Release", "--parallel"], check=True)
-    return str(core.build_editable(folder, {**(config_settings or {}), **BUILT_HERE}, metadata_directory))
+    with tempfile.TemporaryDirectory() as content:
+        known = prepare_metadata_for_build_editable(content, config_settings)
+        Path(content, "holdfast.pth").write_text(f"{ROOT / 'src'}\n")
+        files = sorted(path.relative_to(content).as_posix() for path in Path(content).rglob("*") if path.is_file())
+        record = f"{known}/RECORD"
+        Path(content, record).write_text("".join(f"{name},,\n" for name in [*files, record]))
+        wheel = f"{known.removesuffix('.dist-info')}-py3-none-any.whl"
+        with zipfile.ZipFile(Path(folder, wheel), "w") as into:
+            for name in [*files, record]:
+                into.write(Path(content, name), name)
+    return wheel
 
 
 def prepare_metadata_for_build_editable(folder: str, config_settings: Settings = None) -> str:
