@@ -36,6 +36,7 @@ SUITES = (
     "messy",
     "monitor",
     "paths",
+    "physics_engines",
     "pipeline",
     "placement",
     "poses",

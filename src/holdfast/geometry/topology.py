@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.values import Value, seal
+from holdfast.native import core
 
 FLAT = 1e-3  # [rad] a smaller angle between two faces is rounding, not an edge
 SMOOTH = 0.6  # [rad] an edge with a smaller angle is smooth: its faces represent a curved surface
@@ -38,19 +37,7 @@ class Edges(Value):
     @classmethod
     def of(cls, faces: Int, count: int) -> Edges:
         """Return the edges of triangles ``faces`` (F, 3) over ``count`` vertices."""
-        following = np.roll(faces, -1, axis=1)
-        low, high = np.minimum(faces, following).ravel(), np.maximum(faces, following).ravel()
-        keys, number, shared = np.unique(low * count + high, return_inverse=True, return_counts=True)
-        sides = np.argsort(number, kind="stable")
-        first = np.concatenate([[0], np.cumsum(shared)[:-1]]).astype(np.int64)
-        return cls(np.column_stack([keys // count, keys % count]), number.reshape(-1, 3), shared, sides, first)
-
-    def side_of(self, number: int) -> Int:
-        """Return side number ``number`` (from 0) of every edge, (E,), or -1 if it has fewer sides."""
-        there = self.shared > number
-        sides = np.full(len(self.ends), -1, dtype=np.int64)
-        sides[there] = self.sides[self.first[there] + number]
-        return sides
+        return cls(*core.edges_of(np.ascontiguousarray(faces), count))
 
 
 @archived
@@ -79,27 +66,11 @@ class Topology(Value):
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float) -> Topology:
         """Return the topology of triangles ``faces`` (F, 3) over ``vertices`` (V, 3) with unit ``normals`` (F, 3)."""
-        edges = Edges.of(faces, len(vertices))
-        sides = np.column_stack([edges.side_of(0), edges.side_of(1)]) // 3
-        several = edges.shared > 1
-        bend = np.full(len(edges.ends), np.inf)
-        one, other = sides[several].T
-        cosine = np.clip((normals[one] * normals[other]).sum(1), -1, 1)
-        sine = np.linalg.norm(np.cross(normals[one], normals[other]), axis=1)
-        away = vertices[faces[other]].sum(1) - 3 * vertices[faces[one, 0]]
-        out = np.where((away * normals[one]).sum(1) <= 0, 1.0, -1.0)
-        bend[several] = out * np.arctan2(sine, cosine)
-        starts = np.concatenate([[0], np.cumsum(np.bincount(edges.ends.ravel(), minlength=len(vertices)))])
-        ways = np.concatenate([edges.ends, edges.ends[:, ::-1]])
-        neighbours = ways[np.argsort(ways[:, 0], kind="stable"), 1]
-        return cls(edges.ends, sides, bend, edges.of_face, starts, neighbours, bool((edges.shared == 2).all()))
+        return cls(*core.topology_of(vertices, faces, normals))
 
     def regions(self, angle: float) -> Int:
         """Return the region (F,) of each face; faces are connected across edges of up to ``angle`` [rad]."""
-        one, other = self.sides[self.joins(angle)].T
-        count = len(self.of_face)
-        graph = coo_matrix((np.ones(len(one)), (one, other)), shape=(count, count))
-        return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+        return core.regions_of(self.sides, self.bend, angle, len(self.of_face))
 
     def joins(self, angle: float) -> Bool:
         """Tell at which edges (E,) two faces meet at ``angle`` [rad] or less; never at a rim."""

@@ -15,5 +15,6 @@ void bind_engines(nanobind::module_&);
 void bind_geometry(nanobind::module_&);
 void bind_contacts(nanobind::module_&);
 void bind_drawing(nanobind::module_&);
+void bind_surfaces(nanobind::module_&);
 
 }  // namespace holdfast

@@ -9,4 +9,5 @@ NB_MODULE(core, m) {
     holdfast::bind_geometry(m);
     holdfast::bind_contacts(m);
     holdfast::bind_drawing(m);
+    holdfast::bind_surfaces(m);
 }

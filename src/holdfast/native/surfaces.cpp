@@ -1,0 +1,71 @@
+// What Python calls of triangle surfaces; sizes and indices are checked here.
+
+#include "bindings.hpp"
+#include "roughness.hpp"
+#include "topology.hpp"
+
+namespace holdfast {
+
+static void expect_faces(InIntMat faces, Int vertices) {
+    expect(faces.size(1) == 3, "faces of three corners");
+    for (Int f = 0; f < faces.size(); ++f) expect_indices(faces[f], vertices, "a known vertex");
+}
+
+void bind_surfaces(nanobind::module_& m) {
+    m.def(
+        "edges_of",
+        [](InIntMat faces, Int count) {
+            expect_faces(faces, count);
+            Edges e = edges_of(faces);
+            return std::tuple{std::move(e.ends), std::move(e.of_face), std::move(e.shared), std::move(e.sides),
+                              std::move(e.first)};
+        },
+        "faces"_a, "count"_a, nogil());
+    m.def(
+        "topology_of",
+        [](InMat vertices, InIntMat faces, InMat normals) {
+            expect(vertices.size(1) == 3 && normals.size(1) == 3, "points and normals of three numbers");
+            expect(normals.size() == faces.size(), "a normal for each face");
+            expect_faces(faces, vertices.size());
+            Edges e = edges_of(faces);
+            auto beside = faces_beside(e);
+            auto bend = bends(vertices, faces, normals, std::as_const(beside).view());
+            auto [starts, neighbours] = neighbours_of(std::as_const(e.ends).view(), vertices.size());
+            const bool closed = std::ranges::all_of(e.shared.numbers, [](Int count) { return count == 2; });
+            return std::tuple{std::move(e.ends), std::move(beside),     std::move(bend), std::move(e.of_face),
+                              std::move(starts), std::move(neighbours), closed};
+        },
+        "vertices"_a, "faces"_a, "normals"_a, nogil());
+    m.def(
+        "regions_of",
+        [](InIntMat beside, In bend, double angle, Int count) {
+            expect(beside.size(1) == 2 && beside.size() == bend.size(), "two faces and an angle for each edge");
+            for (Int i = 0; i < beside.size(); ++i) {
+                expect_indices(beside[i], count, "a known face", -1);
+                expect(!(std::abs(bend[i]) <= angle) || (beside(i, 0) >= 0 && beside(i, 1) >= 0),
+                       "a face on both sides");
+            }
+            return regions_of(beside, bend, angle, count);
+        },
+        "beside"_a, "bend"_a, "angle"_a, "count"_a, nogil());
+    m.def(
+        "scatters",
+        [](InMat vertices, InIntMat faces, In areas, InMat normals, InInts starts, InInts neighbours, InInts chosen) {
+            expect(vertices.size(1) == 3 && normals.size(1) == 3, "points and normals of three numbers");
+            expect(normals.size() == faces.size() && areas.size() == faces.size(),
+                   "a normal and an area for each face");
+            expect_faces(faces, vertices.size());
+            expect(starts.size() == vertices.size() + 1 && starts[0] == 0, "a start for each vertex, from 0");
+            for (Int v = 0; v < vertices.size(); ++v) expect(starts[v] <= starts[v + 1], "starts that rise");
+            expect(starts[vertices.size()] == neighbours.size(), "starts up to the last neighbour");
+            expect_indices(neighbours, vertices.size(), "a known neighbour");
+            expect_indices(chosen, vertices.size(), "a known vertex");
+            Array<double> found;
+            found.numbers = scatters(vertices, faces, areas, normals, starts, neighbours, chosen);
+            found.sizes = {static_cast<Int>(found.numbers.size())};
+            return found;
+        },
+        "vertices"_a, "faces"_a, "areas"_a, "normals"_a, "starts"_a, "neighbours"_a, "chosen"_a, nogil());
+}
+
+}  // namespace holdfast
