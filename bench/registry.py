@@ -36,7 +36,6 @@ SUITES = (
     "messy",
     "monitor",
     "paths",
-    "physics_engines",
     "pipeline",
     "placement",
     "poses",

@@ -17,7 +17,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import write_atomically
 from holdfast.base.progress import report
 
-PACKAGES = ("numpy", "scipy", "numba", "clarabel", "mujoco", "pybullet", "compas_lmgc90", "casadi")
+PACKAGES = ("numpy", "scipy", "clarabel", "mujoco", "pybullet", "compas_lmgc90", "casadi")
 
 
 def machine() -> dict[str, Any]:

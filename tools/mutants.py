@@ -45,12 +45,11 @@ from typing import Any
 
 ROOT = Path(__file__).parents[1]
 QUICK = "not slow and not referee"  # the tests of `make test`
-LIMIT = 900.0  # seconds for the tests of one break, with a minute of compiling, on a machine that does other things too
+LIMIT = 900.0  # seconds for the tests of one break, on a machine that does other things too
 SHOWN = 12  # tests named for each break
 NOTICED = "MUTANTS_NOTICED"  # environment variable with the file in which a run of pytest lists the tests that failed
 TEXTS = ("name", "file", "old", "new", "stands_for")  # what each break says
-# Where a checkout keeps its machine code; nothing for a package that compiles nothing
-CODE = "from holdfast.base.machine_code import version_folder; print(version_folder())"
+NATIVE = "src/holdfast/native"  # what is broken there is compiled anew
 
 
 class ListError(Exception):
@@ -137,10 +136,11 @@ def breaks(root: Path) -> list[Break]:
 
 
 class Copy:
-    """A copy of a checkout, with machine code of its own, in which one break at a time is tried."""
+    """A copy of a checkout, with its compiled core, in which one break at a time is tried."""
 
     def __init__(self, root: Path, folder: Path) -> None:
-        self.root, self.code, self._noticed = folder / "checkout", folder / "code", folder / "noticed"
+        self.root, self._built, self._noticed = folder / "checkout", folder / "built", folder / "noticed"
+        self._source = root
         self._child: subprocess.Popen[bytes] | None = None
         listing = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
         listed = subprocess.run(listing, cwd=root, capture_output=True, text=True, check=True)
@@ -153,39 +153,45 @@ class Copy:
         beside = next((p / "shared" for p in root.parents if (p / "shared" / "cases").is_dir()), None)
         if beside is not None:  # the cases that tests look for beside the checkout
             (folder / "shared").symlink_to(beside)
-        self.code.mkdir(mode=0o700)
+        self._cores = [path.relative_to(root) for path in (root / NATIVE).glob("core.*")]
+        self._take_cores(root)
 
-    def environment(self, *, own_code: bool) -> dict[str, str]:
+    def _take_cores(self, root: Path) -> None:
+        for core in self._cores:
+            (self.root / core).unlink(missing_ok=True)  # a process may still run it: never written over
+            shutil.copy2(root / core, self.root / core)
+
+    def _compile(self) -> bool:
+        """Compile the core of this copy into its place; tell whether that worked."""
+        for core in self._cores:
+            (self.root / core).unlink(missing_ok=True)
+        make = ["cmake", "-S", str(self.root / NATIVE), "-B", str(self._built), f"-DPython_EXECUTABLE={sys.executable}"]
+        commands = ([] if self._built.exists() else [make], [["cmake", "--build", str(self._built)]])
+        ran = (subprocess.run(each, capture_output=True, check=False) for several in commands for each in several)
+        return all(done.returncode == 0 for done in ran)
+
+    def environment(self) -> dict[str, str]:
         """Return that of a run: modules from the copy alone, and this file as a plugin of pytest."""
         paths = [self.root / "src", self.root / "tools", Path(__file__).parent]
         found = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, paths)), NOTICED: str(self._noticed)}
-        found["OPENBLAS_NUM_THREADS"] = "1"
-        return {**found, "HOLDFAST_CACHE_DIR": str(self.code)} if own_code else found
-
-    def take_code(self) -> None:
-        """Copy the machine code of the unbroken sources; that of broken ones never goes into the user's folder."""
-        environment = self.environment(own_code=False)
-        asked = subprocess.run([sys.executable, "-c", CODE], env=environment, capture_output=True, text=True)
-        known = Path(asked.stdout.strip())
-        if asked.returncode == 0 and known.is_dir():
-            shutil.copytree(known, self.code / known.name)
+        return {**found, "OPENBLAS_NUM_THREADS": "1"}
 
     def check_imports(self, files: Iterable[str]) -> None:
         """Raise ListError if Python would take a package of ``files`` from anywhere but this copy."""
         for package in {Path(file).parts[1] for file in files if file.startswith("src/")}:
             ask = f"import importlib.util; print(importlib.util.find_spec({package!r}).origin)"
-            environment = self.environment(own_code=True)
+            environment = self.environment()
             asked = subprocess.run([sys.executable, "-c", ask], env=environment, capture_output=True, text=True)
             if not Path(asked.stdout.strip()).is_relative_to(self.root):
                 raise ListError(f"{package} is imported from {asked.stdout.strip()}, not from the copy")
 
-    def run(self, tests: Iterable[str], limit: float, *, own_code: bool = True) -> Run:
+    def run(self, tests: Iterable[str], limit: float) -> Run:
         """Run tests as they are in `make test`."""
         self._noticed.write_text("")
         options = ["-p", "no:cacheprovider", "-p", Path(__file__).stem, "-q", "--tb=no", "-m", QUICK]
         self._child = child = subprocess.Popen(
             [sys.executable, "-m", "pytest", *options, *tests],
-            cwd=self.root, env=self.environment(own_code=own_code),
+            cwd=self.root, env=self.environment(),
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
         try:
@@ -207,15 +213,17 @@ class Copy:
 
     def try_out(self, one: Break, limit: float) -> Run:
         """Run the tests of a break with the break in place, and repair the copy."""
-        path, known = self.root / one.file, set(self.code.iterdir())
+        path, native = self.root / one.file, one.file.startswith(NATIVE)
         text = path.read_bytes()
         try:
             self._write(path, one.broken(text.decode()).encode())
+            if native and not self._compile():
+                raise ListError(f"{one.name}: the broken core does not compile")
             return self.run(one.tests, limit)
         finally:
             self._write(path, text)
-            for folder in set(self.code.iterdir()) - known:
-                shutil.rmtree(folder)
+            if native:
+                self._take_cores(self._source)
 
     @staticmethod
     def _write(path: Path, text: bytes) -> None:
@@ -242,11 +250,10 @@ def run(chosen: Sequence[Break], root: Path, *, jobs: int, trust: bool, limit: f
         made[0].check_imports(one.file for one in chosen)
         if not trust:
             tests = list(dict.fromkeys(test for one in chosen for test in one.tests))
-            unbroken = made[0].run(tests, limit * len({one.tests for one in chosen}), own_code=False)
+            unbroken = made[0].run(tests, limit * len({one.tests for one in chosen}))
             if unbroken.noticed:
                 raise ListError(f"the unbroken copy does not pass its tests: {unbroken}")
         for copy in made:
-            copy.take_code()
             copies.put(copy)
 
         def tried(one: Break) -> Run:

@@ -30,7 +30,7 @@ BY_HAND = """
 By hand, in this order:
  1. Give the repository a public address; put it into [project.urls] of pyproject.toml, `repository-code` of
     CITATION.cff, and the links and pictures of README.md, which an index shows without the files beside it.
- 2. make test-referees test-slow test-kernels, test-numba with both ends, test-wheels with PYTHONS, and make fuzz with
+ 2. make test-referees test-slow test-kernels, test-sanitized, test-wheels with PYTHONS, and make fuzz with
     new seeds (CONTRIBUTING.md); look at the pictures of the site, narrow and wide.
  3. git tag -s v{version}, and push the tag.
  4. Upload the two files of {folder}/dist as holdfast-robotics, first to an index for trials, and install it from there.

@@ -24,14 +24,6 @@ def pipeline(saved: Saved) -> dict[str, str]:
     }
 
 
-def startup(saved: Saved) -> dict[str, str]:
-    """What a first and a later call cost on a machine: processor time of whole commands."""
-    commands = ("assess table", "map table --png")
-    return {
-        when: listed([rounded(saved.value(each, f"{when} s"), 2) for each in commands]) for when in ("cold", "warm")
-    }
-
-
 def scaling(saved: Saved) -> dict[str, str]:
     """How the time of a push grows with the number of bricks in a wall."""
     ratio = {row["bodies"]: row["compliant / limit"] for row in saved.rows}
@@ -195,7 +187,6 @@ def placement(saved: Saved) -> dict[str, str]:
 NUMBERS: Mapping[str, Callable[[Saved], dict[str, str]]] = {
     "pipeline": pipeline,
     "scaling": scaling,
-    "startup": startup,
     "bounds": bounds,
     "table1": table1,
     "reliability": reliability,

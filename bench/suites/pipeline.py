@@ -1,11 +1,7 @@
-"""From mesh files to a 1,000-point map: time beside the paper's, and the cost of the first call ever."""
+"""From mesh files to a 1,000-point map: time beside the paper's."""
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Mapping
@@ -16,9 +12,7 @@ import numpy as np
 import trimesh
 
 import holdfast as hf
-from bench.checkout import ROOT
 from bench.suite import Case, Row, Suite
-from holdfast.base.machine_code import FOLDER_VARIABLE
 from holdfast.scene.shipped import shipped_scene
 
 PAPER = {"cube": 0.13, "stack": 0.20, "table": 0.23}
@@ -54,28 +48,11 @@ def run(path: Path, spacing: float) -> tuple[float, int]:
     return time.perf_counter() - start, len(result.force)
 
 
-def first_calls(path: Path, spacing: float) -> tuple[float, float]:
-    """Seconds of a new process's first call: with an empty folder of machine code, and with what that call left."""
-    with tempfile.TemporaryDirectory() as cache:
-        environment = dict(os.environ, **{FOLDER_VARIABLE: cache})
-        code = (
-            "import json, sys; from pathlib import Path; from bench.suites.pipeline import run; "
-            f"print(json.dumps(run(Path({str(path)!r}), {spacing!r})[0]))"
-        )
-        calls = [
-            subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, check=True)
-            for _ in range(2)
-        ]
-    compiling, cached = (float(json.loads(call.stdout)) for call in calls)
-    return compiling, cached
-
-
 def measured(name: str) -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         path, spacing = write_as_meshes(name, Path(folder))
         samples = [run(path, spacing) for _ in range(RUNS)]
         seconds = [sample[0] for sample in samples]
-        compiling, cached = first_calls(path, spacing)
     median, printed = float(np.median(seconds)), PAPER[name]
     return [
         {
@@ -85,8 +62,6 @@ def measured(name: str) -> list[Row]:
             "p95 s": float(np.percentile(seconds, 95)),
             "paper s": printed,
             "times faster": printed / median,
-            "first call, compiling s": compiling,
-            "first call, cached s": cached,
         }
     ]
 

@@ -32,7 +32,6 @@ from bench.suite import Case, Row, Suite, table
 from bench.suites.reliability import SETTLED, random_pushes, settled_file
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
-from holdfast.base.machine_code import FOLDER_VARIABLE
 from holdfast.base.rigid import tangents
 from holdfast.contacts.detect import find_contacts
 from holdfast.engines.groups import prepared
@@ -170,7 +169,7 @@ def timed(which: str, source: Path, name: str, wanted: float) -> Row:
     """Return the processor time of the version in ``source``: of a map at this spacing [m] or, if 0, to assemble."""
     folder = Path(tempfile.gettempdir(), f"holdfast-scans-{which}")
     folder.mkdir(exist_ok=True)
-    own = {"PYTHONPATH": str(source), FOLDER_VARIABLE: str(folder), "NUMBA_CACHE_DIR": str(folder)}
+    own = {"PYTHONPATH": str(source), "HOLDFAST_CACHE_DIR": str(folder), "NUMBA_CACHE_DIR": str(folder)}
     file, _, uncertain = name.partition(", ")
     options = {"pose_sigma": UNCERTAIN} if uncertain == UNCERTAIN_POSES else TOLERANCES[file]
     command = [sys.executable, "-c", TIMED, str(settled_file(file)), json.dumps(options), str(wanted)]

@@ -1,14 +1,14 @@
-"""Processor time of a new process: with nothing compiled, and with everything compiled; beside an older version.
+"""Processor time of a new process: the first after the installation, and later ones; beside an older version.
 
-All commands run alone, each with folders of its own for machine code. Cold is once, warm the median of several. With
-``--beside DIR`` the older checkout takes turns with this one, and ratios are given. Last come the ten functions that
-take longest to compile, each without what it calls.
+A first process finds nothing that this package or Matplotlib keeps: no bytecode of its own modules, no list of fonts,
+no machine code. The unit is a process that imports NumPy and SciPy alone. With ``--beside DIR`` the older checkout
+takes turns with this one.
 """
 
 from __future__ import annotations
 
-import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,12 +17,10 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
-from bench.checkout import ROOT, SOURCE, older
-from bench.suite import Case, Row, Suite, table
-from holdfast.base.machine_code import FOLDER_VARIABLE
+from bench.checkout import SOURCE, older
+from bench.suite import Case, Row, Suite
 
-# The smallest that Numba can do: the unit in which a cold start is best told to other machines
-SMALL = "import numba; numba.njit(lambda x: x + 1)(1.0)"
+UNIT = "import numpy, scipy, scipy.sparse, scipy.spatial"
 # A tower of 16 cubes needs the frontal solver
 TOWER = """
 import numpy as np, holdfast as hf
@@ -32,7 +30,7 @@ scene = hf.Scene([hf.Body("floor", hf.HalfSpace(), fixed=True), *cubes], hf.Fric
 hf.robustness(hf.assemble(scene), "0", (-0.05, 0, 0.05), (1, 0, 0))
 """
 COMMANDS = {
-    "one small function of Numba": ["-c", SMALL],
+    "imports of NumPy and SciPy": ["-c", UNIT],
     "import holdfast": ["-c", "import holdfast"],
     "--help": ["-m", "holdfast", "--help"],
     "assess table": ["-m", "holdfast", "assess", "table"],
@@ -40,14 +38,13 @@ COMMANDS = {
     "map table --png": ["-m", "holdfast", "map", "table", "--png", "map.png"],
     "a push on a tower": ["-c", TOWER],
     "disassemble stack": ["-m", "holdfast", "disassemble", "stack"],
-    "warmup": ["-m", "holdfast", "warmup"],
 }
-WARM = 3
+FIRST, LATER = 3, 7  # processes of each kind
 
 
 def processor_time(arguments: list[str], source: Path, folder: Path) -> float:
     """Seconds of processor time that Python takes with these arguments; all files that it writes go to ``folder``."""
-    own = {"PYTHONPATH": str(source), FOLDER_VARIABLE: str(folder / "code"), "NUMBA_CACHE_DIR": str(folder / "numba")}
+    own = {"PYTHONPATH": str(source), "HOLDFAST_CACHE_DIR": str(folder / "code"), "MPLCONFIGDIR": str(folder / "fonts")}
     kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}  # as users have it
     environment = kept | own | {"XDG_CACHE_HOME": str(folder / "cache"), "OPENBLAS_NUM_THREADS": "1"}
     before = os.times()
@@ -56,47 +53,33 @@ def processor_time(arguments: list[str], source: Path, folder: Path) -> float:
     return after.children_user + after.children_system - before.children_user - before.children_system
 
 
-def measured(arguments: list[str]) -> list[Row]:
+def measured(arguments: list[str]) -> Row:
+    """The times of one command, of this version and of the older one."""
     before = older.get()
     sources = {"": SOURCE} | ({} if before is None else {"older ": before.resolve() / "src"})
-    row: Row = {}
-    with tempfile.TemporaryDirectory() as base:
-        folders = {name: Path(base, name.strip() or "this") for name in sources}
+    found: dict[str, list[float]] = {}
+    for _ in range(FIRST):
         for name, source in sources.items():
-            folders[name].mkdir()
-            row[f"{name}cold s"] = processor_time(arguments, source, folders[name])
-        warm: dict[str, list[float]] = {name: [] for name in sources}
-        for _ in range(WARM):
-            for name, source in sources.items():
-                warm[name].append(processor_time(arguments, source, folders[name]))
-        row.update({f"{name}warm s": median(times) for name, times in warm.items()})
-    if before is not None:
-        for kind in ("cold", "warm"):
-            row[f"{kind} ratio"] = float(row[f"{kind} s"]) / float(row[f"older {kind} s"])
-    return [row]
+            with tempfile.TemporaryDirectory() as folder:
+                own = Path(folder) / "src"  # a copy without bytecode
+                shutil.copytree(source, own, ignore=shutil.ignore_patterns("__pycache__"))
+                found.setdefault(f"{name}first s", []).append(processor_time(arguments, own, Path(folder)))
+                if len(found[f"{name}first s"]) == FIRST:
+                    times = [processor_time(arguments, own, Path(folder)) for _ in range(LATER)]
+                    found[f"{name}later s"] = times
+    return {name: median(times) for name, times in found.items()}
 
 
 def labelled(label: str) -> list[Row]:
-    return [{"case": label} | row for row in measured(COMMANDS[label])]
-
-
-def dearest(command: str) -> list[Row]:
-    """Which functions of a cold run took longest to compile."""
-    with tempfile.TemporaryDirectory() as base:
-        processor_time([str(ROOT / "bench" / "dearest.py"), "dearest.json", *command.split()], SOURCE, Path(base))
-        return list(json.loads(Path(base, "dearest.json").read_text()))
+    """A row of the table, in seconds and in imports of NumPy and SciPy."""
+    unit, row = measured(COMMANDS["imports of NumPy and SciPy"])["later s"], measured(COMMANDS[label])
+    row |= {f"{name.removesuffix(' s')}, in imports": time / unit for name, time in list(row.items())}
+    return [{"case": label} | row | {"first over later": row["first s"] / row["later s"]}]
 
 
 def cases() -> Mapping[str, Case]:
-    functions = {"dearest functions": partial(dearest, "map table --png map.png")}
-    return {label: partial(labelled, label) for label in COMMANDS} | functions
+    """Return the commands by label."""
+    return {label: partial(labelled, label) for label in COMMANDS}
 
 
-def written(rows: list[Row]) -> str:
-    """Commands, and the functions that took longest, in a table of their own."""
-    functions = [row for row in rows if "all s" in row]
-    commands = [row for row in rows if "all s" not in row]
-    return f"{table(commands)}\n\nThe dearest functions of a cold map:\n\n{table(functions)}"
-
-
-SUITE = Suite("startup", __doc__, cases, written=written)
+SUITE = Suite("startup", __doc__, cases)

@@ -1,22 +1,14 @@
 """One rectangular contact under load: linear pressure without tension, the friction that it sustains, first motion.
 
 Pressure is integrated by exact moments of the part in touch. The limit surface of that part is the least dissipation
-over power among all plane motions. All compiled functions are in this file: Numba keeps their machine code beside it,
-and looks for changes in this file alone.
+over power among all plane motions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
-
-import numba
 import numpy as np
 
 from holdfast.base.arrays import Float
-
-P = ParamSpec("P")
-R = TypeVar("R")
 
 # Pressure
 EDGE = 1e-4  # [-] of half a side: a resultant nearer to the edge is moved to this distance from it
@@ -44,16 +36,10 @@ HALVINGS = 50  # bisections between two stations
 SECTIONS = 25  # golden sections towards a maximum between two stations
 
 
-def compiled(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function when it is first called; the machine code is kept until this file changes."""
-    return cast(Callable[P, R], numba.njit(cache=True, nogil=True)(function))
-
-
 # The pressure does not depend on the sides: up to ``corner_pressure`` all is on the square [0, 2] x [0, 2] whose origin
 # is the corner nearest the resultant. From there the strips and triangles of a nearly toppled block keep their digits.
 
 
-@compiled
 def touching(z: Float) -> tuple[Float, int]:
     """The part of the square [0, 2]² where z0 + z1 u + z2 v > 0: corners (5, 2) counter-clockwise, and how many."""
     square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
@@ -71,7 +57,6 @@ def touching(z: Float) -> tuple[Float, int]:
     return part, count
 
 
-@compiled
 def moments(part: Float, count: int) -> Float:
     """(3, 3) integral of φ φᵀ with φ = (1, u, v) over a polygon, exactly: mid-side rule on the triangles of a fan."""
     A = np.zeros((3, 3))
@@ -87,7 +72,6 @@ def moments(part: Float, count: int) -> Float:
     return A
 
 
-@compiled
 def corner_pressure(u: float, v: float) -> Float:
     """z (3,) of a pressure max(0, z0 + z1 u + z2 v) on [0, 2]² with resultant 1 at (u, v), 0 < u, v <= 1.
 
@@ -120,7 +104,6 @@ def corner_pressure(u: float, v: float) -> Float:
     return np.full(3, np.nan)
 
 
-@compiled
 def linear_pressure(half: Float, x: float, y: float) -> tuple[Float, Float, int, Float]:
     """Pressure with resultant 1 at (x, y) on the rectangle |x| <= half[0], |y| <= half[1]: what equilibrium leaves.
 
@@ -143,7 +126,6 @@ def linear_pressure(half: Float, x: float, y: float) -> tuple[Float, Float, int,
     return z, placed, count, np.array([sx * hx * (1 - u), sy * hy * (1 - v)])
 
 
-@compiled
 def friction_about(z: Float, part: Float, count: int, cx: float, cy: float) -> Float:
     """∫ p (u_x, u_y, |r|) over a polygon, r = (x, y) - c and u = r / |r|, exactly; p = z0 + z1 x + z2 y.
 
@@ -183,7 +165,6 @@ def friction_about(z: Float, part: Float, count: int, cx: float, cy: float) -> F
     return total
 
 
-@compiled
 def friction(z: Float, part: Float, count: int, reach: float, v: Float) -> Float:
     """``f`` (3,) = (f_x, f_y, m): what friction of coefficient 1 sustains against the motion v = (v_x, v_y, spin).
 
@@ -215,7 +196,6 @@ def friction(z: Float, part: Float, count: int, reach: float, v: Float) -> Float
     return total
 
 
-@compiled
 def sustained(z: Float, part: Float, count: int, load: Float) -> float:
     """The largest factor of ``load`` (f_x, f_y, m) that friction of coefficient 1 holds; NaN if not found.
 
@@ -242,7 +222,6 @@ def sustained(z: Float, part: Float, count: int, load: Float) -> float:
     return np.nan
 
 
-@compiled
 def least_dissipation(z: Float, part: Float, count: int, scale: Float, v: Float, first: Float, second: Float) -> float:
     """The minimum of dissipation over the plane through ``v`` along two unit vectors; NaN if not found.
 
@@ -284,7 +263,6 @@ def least_dissipation(z: Float, part: Float, count: int, scale: Float, v: Float,
     return float(F @ v) if np.linalg.norm(slope) <= ENOUGH * np.linalg.norm(F) else np.nan
 
 
-@compiled
 def use(load: Float, mu: float, half: Float) -> float:
     """The share of its friction that a contact uses under a load (6,) as in ``contact_load``; it holds up to 1.
 
@@ -301,7 +279,6 @@ def use(load: Float, mu: float, half: Float) -> float:
     return 1 / (mu * factor) if factor > 0 else np.nan if np.isnan(factor) else np.inf
 
 
-@compiled
 def first_motion(rest: Float, push: Float, mu: float, half: Float, most: float) -> float:
     """The first s at which a contact gives way under rest + s push, at most ``most``; 0 if it does not hold at s = 0.
 
@@ -346,7 +323,6 @@ def first_motion(rest: Float, push: Float, mu: float, half: Float, most: float) 
     return tip / (1 - tip) if tip < 1 else np.inf
 
 
-@compiled
 def highest(rest: Float, push: Float, mu: float, half: Float, low: float, high: float) -> tuple[float, float]:
     """(τ, use) at the maximum of ``use`` between two stations."""
     golden = 0.5 * (np.sqrt(5.0) - 1)

@@ -89,7 +89,7 @@ def test_a_planted_import_is_found(source: str) -> None:
 @pytest.mark.parametrize("source", [
     "from holdfast.engines.verdict import Status\nx = Status.STABLE",
     "from holdfast.base.kinds import fits",
-    "from holdfast.base.machine_code import FEATURES, FOLDER_VARIABLE",
+    "from holdfast.base.text import listed, quoted",
     "import holdfast as hf\nx = hf.Status.STABLE",
     "import numpy as np\nx = np.NAN",
 ])  # fmt: skip

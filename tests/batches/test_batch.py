@@ -21,7 +21,7 @@ from reproduced import rows
 
 import holdfast as hf
 from holdfast.base import progress
-from holdfast.batches import run, tables
+from holdfast.batches import tables
 from holdfast.batches.folder import Folder
 from holdfast.batches.schema import TABLES
 
@@ -74,21 +74,10 @@ def test_all_scenes_have_rows_in_the_order_of_the_inputs(folder: Path) -> None:
 
 def test_it_says_how_far_it_is(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
     monkeypatch.setattr(progress, "EVERY", 0.01)
-    monkeypatch.setattr(run, "all_compiled", lambda: True)
     batch(folder, workers=1)
     told = capsys.readouterr().err.splitlines()
     assert told, "a worker takes longer to start"
     assert all(re.fullmatch(r"scenes: [0-8] of 8, (after \d+ s|\S+ a second, \d+ s left)", line) for line in told)
-
-
-def test_it_says_that_it_compiles_before_the_first_answer(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "all_compiled", lambda: False)
-    told: list[tuple[str, int]] = []
-    with progress.listening(lambda stage, done, _: told.append((stage, done))):
-        batch(folder, workers=1)
-    first = "compiling once for this version, then scenes"
-    assert {stage for stage, done in told if done == 0} == {first}
-    assert {stage for stage, done in told if done} == {"scenes"}
 
 
 def test_what_is_unchanged_is_not_asked_again(folder: Path, asked: Callable[[], list[str]]) -> None:

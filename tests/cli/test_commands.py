@@ -24,23 +24,17 @@ def test_the_help_begins_as_the_command_does(name: str) -> None:
     assert said.split()[:3] == text.split()[:3]
 
 
-def test_the_help_imports_neither_compiler_nor_engines() -> None:
+def test_the_help_imports_no_engine() -> None:
     code = (
         "import sys; sys.argv = ['holdfast', '--help']\n"
         "from holdfast.cli.main import run\n"
         "try: run()\n"
-        "except SystemExit: print([m for m in ('numba', 'numpy', 'scipy', 'trimesh', 'pydantic') if m in sys.modules])"
+        "except SystemExit: print([m for m in ("
+        "'holdfast.native.core', 'numpy', 'scipy', 'trimesh', 'pydantic') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
     assert all(name in done.stdout for name in COMMANDS)
-
-
-def test_warmup_tells_the_folder(monkeypatch: pytest.MonkeyPatch, call: Call, tmp_path: Path) -> None:
-    monkeypatch.setattr("holdfast.cli.warmup_command.compile_all", lambda group, processes: 93)
-    monkeypatch.setenv("HOLDFAST_CACHE_DIR", str(tmp_path))
-    code, out, _ = call("warmup", "--json")
-    assert (code, json.loads(out)) == (0, {"functions": 93, "folder": str(tmp_path)})
 
 
 def test_a_map_of_many_bodies_says_what_engine_limit_would_cost(call: Call, tmp_path: Path) -> None:
@@ -55,16 +49,12 @@ def test_a_map_of_many_bodies_says_what_engine_limit_would_cost(call: Call, tmp_
     assert call("map", "table", "--spacing", 0.5)[2] == ""
 
 
-def test_doctor_tells_versions_extras_and_the_folder(
-    monkeypatch: pytest.MonkeyPatch, call: Call, tmp_path: Path
-) -> None:
+def test_doctor_tells_versions_and_extras(monkeypatch: pytest.MonkeyPatch, call: Call) -> None:
     """An extra whose package is missing is named with the command that installs it."""
-    monkeypatch.setenv("HOLDFAST_CACHE_DIR", str(tmp_path / "code"))
     monkeypatch.setattr("holdfast.cli.doctor._version", lambda name: None if name == "pyarrow" else "1.2.3")
     code, out, _ = call("doctor", "--json")
     found = json.loads(out)
     assert code == 0
-    assert found["cache"] == {"folder": str(tmp_path / "code"), "writable": True, "megabytes": 0.0}
     assert {"core", "viewer", "tables"} <= set(found["packages"])
     assert "test" not in found["packages"]
     assert found["packages"]["core"]["numpy"] == "1.2.3"

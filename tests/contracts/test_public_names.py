@@ -206,7 +206,7 @@ def test_results_cannot_be_changed(assembly: hf.answers.Assembly) -> None:
 
 def test_import_is_light() -> None:
     heavy = (
-        *("numpy", "scipy", "numba", "clarabel", "trimesh", "pydantic", "matplotlib", "viser", "pyvista", "mujoco"),
+        *("numpy", "scipy", "clarabel", "trimesh", "pydantic", "matplotlib", "viser", "pyvista", "mujoco"),
         *("pybullet", "typer", "rich", "holdfast.drawing", "holdfast.cli"),
     )
     front = "holdfast, holdfast.answers, holdfast.sets, holdfast.plugins, holdfast.errors"

@@ -25,10 +25,14 @@ def test_every_python_of_the_metadata_is_tested() -> None:
     assert MAKE.findall(commands("test")) == ["test"]
 
 
-def test_both_ends_of_the_range_of_numba_are_tested() -> None:
-    assert WORKFLOW["jobs"]["numba"]["strategy"]["matrix"]["numba"] == ["oldest", "newest"]
-    assert MAKE.findall(commands("numba")) == ["test-numba"]
-    assert "\ntest-numba:\n" in (ROOT / "Makefile").read_text(encoding="utf-8")
+def test_wheels_are_for_every_python_and_tried_with_both_ends_of_numpy() -> None:
+    workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "wheels.yml").read_text(encoding="utf-8"))
+    job = workflow["jobs"]["wheels"]
+    assert {name.partition("-")[0] for name in job["strategy"]["matrix"]["os"]} == {"ubuntu", "macos", "windows"}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert project["tool"]["cibuildwheel"]["build"] == "cp311-* cp312-*"  # the latter for all later ones, too
+    assert project["tool"]["scikit-build"]["wheel"]["py-api"] == "cp312"
+    assert "numpy==2.0.*" in project["tool"]["cibuildwheel"]["test-command"]
 
 
 def test_the_own_check_calls_what_readme_knows() -> None:

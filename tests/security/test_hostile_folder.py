@@ -15,7 +15,7 @@ import holdfast as hf
 CODE = (
     "import os\nos.open(os.path.join({folder!r}, 'ran-' + __name__), os.O_CREAT | os.O_WRONLY)\nraise SystemExit(99)\n"
 )
-OTHERS = ("numpy", "scipy", "yaml", "trimesh", "numba", "llvmlite", "shapely", "manifold3d", "clarabel", "pydantic")
+OTHERS = ("numpy", "scipy", "yaml", "trimesh", "shapely", "manifold3d", "clarabel", "pydantic")
 OTHERS += ("typer", "rich", "pyarrow", "pxr", "mujoco", "matplotlib", "distributed", "sitecustomize", "usercustomize")
 
 

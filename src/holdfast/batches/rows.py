@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from holdfast.applications.transport import TransportLimits, transport_limits
-from holdfast.applications.warmup import compile_once
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.base.borders.outcomes import ANSWERED, ERROR, MEMORY
@@ -57,9 +56,7 @@ def answered(job: Job, tell: Tell) -> Tables:
 
 
 def warm(job: Job) -> None:
-    """Compile, import and load everything that a question needs, so that it does not count as time of a scene."""
-    with suppress(HoldfastError):
-        compile_once()
+    """Import and load everything that a question needs, so that it does not count as time of a scene."""
     options = {name: own for name, own in job.question.options.items() if name not in ("load", "assemble")}
     asked = type(job.question)(job.question.verbs, options)
     push = Push("", "cube", (0.0, 0.0, 0.1), (1.0, 0.0, -1.0))

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any
 
-from holdfast.applications.warmup import all_compiled
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.borders.outcomes import DONE, OUTCOMES
 from holdfast.base.borders.supervisor import Limits, Reply
@@ -34,7 +33,7 @@ from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.schema import TABLES, Row
 
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
-STAGE, FIRST = "scenes", "compiling once for this version, then scenes"
+STAGE = "scenes"
 
 
 @hinting(resources=Resources)
@@ -209,8 +208,7 @@ class Driver:
             size, part = self.folder.shard_size, self.folder.part
             starts = range(part.number * size, self.inputs.count, part.of * size)
             total = sum(min(size, self.inputs.count - first) for first in starts)
-        done = self.asked + self.reused
-        report(STAGE if done or all_compiled() else FIRST, done, total)
+        report(STAGE, self.asked + self.reused, total)
 
 
 def record_of(job: Job, reply: Reply) -> Record:

@@ -1,20 +1,17 @@
-"""The command ``doctor``: what is installed, what is missing, and where machine code is stored."""
+"""The command ``doctor``: what is installed, and what is missing."""
 
 from __future__ import annotations
 
-import os
 import platform
 import re
 import sys
 from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 from rich.table import Table as RichTable
 
 from holdfast import __version__
 from holdfast.base.distribution import DISTRIBUTION, installing
-from holdfast.base.machine_code import FOLDER_VARIABLE, machine_code_folder
 from holdfast.base.parallel import cores
 from holdfast.base.text import many
 from holdfast.cli.common import AsJson
@@ -26,7 +23,7 @@ _EXTRA = re.compile(r"extra == ['\"]([\w-]+)['\"]")
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Report what is installed, which extras are missing, and where machine code is stored.
+    """Report what is installed and which extras are missing.
 
     Include the output in reports of defects.
     """
@@ -37,15 +34,6 @@ def doctor(as_json: AsJson = False) -> None:
     out.say(
         f"holdfast {found['holdfast']}, Python {found['python']}, {found['system']}, {many(found['cores'], 'core')}"
     )
-    cache = found["cache"]
-    state = (
-        "cannot be written"
-        if not cache["writable"]
-        else f"{cache['megabytes']:.0f} MB"
-        if cache["megabytes"]
-        else "empty"
-    )
-    out.say(f"machine code: {cache['folder']} ({state}; {FOLDER_VARIABLE} names another)")
     table = RichTable("needed for", "package", "version", box=None, pad_edge=False)
     for extra, packages in found["packages"].items():
         for name, version in packages.items():
@@ -54,14 +42,13 @@ def doctor(as_json: AsJson = False) -> None:
 
 
 def examined() -> dict[str, Any]:
-    """Return the versions of packages by extra (None if missing), the system, and the folder of machine code."""
+    """Return the versions of packages by extra (None if missing), and the system."""
     return {
         "holdfast": __version__,
         "python": platform.python_version(),
         "system": f"{platform.system()} {platform.machine()}",
         "executable": sys.executable,
         "cores": cores(),
-        "cache": _cache(machine_code_folder()),
         "packages": {extra: {name: _version(name) for name in names} for extra, names in _needed().items()},
     }
 
@@ -86,10 +73,3 @@ def _version(name: str) -> str | None:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
         return None
-
-
-def _cache(folder: Path) -> dict[str, Any]:
-    """Return the folder of machine code, whether it is writable, and its size [MB]."""
-    nearest = next(path for path in (folder, *folder.parents) if path.exists())
-    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file()) if folder.is_dir() else 0
-    return {"folder": str(folder), "writable": os.access(nearest, os.W_OK), "megabytes": round(size / 1e6, 1)}

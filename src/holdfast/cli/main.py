@@ -75,8 +75,7 @@ COMMANDS = {  # the function and the help text of each command; its module is im
     "convert": ("holdfast.cli.file_commands:convert", "Read a scene in any known format and write it in another."),
     "verify": ("holdfast.cli.verify_command:verify", "Check that a certificate proves what it claims."),
     "schema": ("holdfast.cli.file_commands:print_schema", "Print the JSON schema of scene files or certificates."),
-    "doctor": ("holdfast.cli.doctor:doctor", "Report what is installed, what is missing, and where code is stored."),
-    "warmup": ("holdfast.cli.warmup_command:warmup", "Compile what is otherwise compiled on first use, all or a part."),
+    "doctor": ("holdfast.cli.doctor:doctor", "Report what is installed and what is missing."),
 }
 
 

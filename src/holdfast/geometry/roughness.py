@@ -50,4 +50,3 @@ def roughness_of(vertices: Float, faces: Int, areas: Float, normals: Float, topo
         return NONE
     ends = vertices[topology.edges]
     return Roughness(height, height / float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))))
-

@@ -13,7 +13,6 @@ from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.several import RANDOM, Placing
 from holdfast.applications.placement.several_result import Placements
-from holdfast.applications.warmup import compile_once
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import checked_items
 from holdfast.base.errors import SceneError, message
@@ -71,8 +70,6 @@ def place_all(
     _check_search(how)
     every = tuple(b.name for b in assembly.bodies)
     grounds = every if place.supports is None else names_of(assembly, place.supports, "supports")
-    if how.limit is not None:
-        compile_once()
     clock = Clock.started(how.limit)
     table = Scene([*assembly.bodies, *bodies], friction_with(assembly, bodies, friction, grounds)).friction
 

@@ -18,7 +18,6 @@ from holdfast.applications.placement.options import (
 from holdfast.applications.placement.placed_friction import friction_with
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.result import Placement
-from holdfast.applications.warmup import compile_once
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import SceneError, message
 from holdfast.base.field_hints import hinting
@@ -68,8 +67,6 @@ def plan_placement(
     place, how = checked_value(where, Where, f"{NAME}: where"), checked_value(search, Search, f"{NAME}: search")
     if place.apart is not None:
         raise SceneError(message(f"{NAME}: where", "has apart", "it is the distance between several: ask place_all"))
-    if how.limit is not None:
-        compile_once()
     return planner(
         assembly, obj, place, approach, how, engine=engine, friction=friction, imperfect=imperfect
     ).plan(
