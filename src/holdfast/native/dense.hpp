@@ -15,6 +15,12 @@ constexpr Int BLOCK = 6;  // number of pivots that are applied together
 // Take ``factor`` times another row away from one, of ``count`` numbers
 void take(double* row, double factor, const double* other, Int count);
 
+// Multiply a row of ``count`` numbers by a ``factor``
+void multiply(double* row, double factor, Int count);
+
+// Whether all of a row of ``count`` numbers are at most a ``limit``, and none is NaN
+bool all_within(const double* row, double limit, Int count);
+
 // Apply pivots ``first`` to ``done`` - 1 to each other's rows of a ``column``; P holds the factors by columns
 void solve_above(const double* P, Int width, Int first, Int done, double* column);
 

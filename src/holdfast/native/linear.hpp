@@ -65,6 +65,11 @@ class Memory {
     Int size_ = 0;
 };
 
+// Rows or columns of what is left of a front that stay together: where they begin, how many, and where they go
+struct Piece {
+    Int start, length, to;
+};
+
 // What is written down of every front
 struct Book {
     Int size = 0;       // its rows
@@ -96,7 +101,8 @@ struct Work {
     Vec w, c, r, trial, v, F;
     Mat rhs, A;
     Memory left, upper, front, other, panel;
-    std::vector<Int> numbers, place, piece;
+    std::vector<Int> numbers, place;
+    std::vector<Piece> piece;
     std::vector<Book> books;
 
     Work(Int n, Int sheets, const Fronts* fronts)
@@ -142,7 +148,7 @@ struct Work {
         panel.resize(spare(columns));
         numbers.resize(static_cast<std::size_t>(6 * e.body.size() + count));
         place.resize(static_cast<std::size_t>(6 * most + 1));
-        piece.resize(static_cast<std::size_t>(3 * (most + 2)));
+        piece.resize(static_cast<std::size_t>(most + 2));
         books.resize(static_cast<std::size_t>(count));
     }
 };
