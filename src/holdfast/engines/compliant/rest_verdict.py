@@ -10,7 +10,6 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
-from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.step_control import SPRING_SHARE
 from holdfast.elastic.system import Settled
@@ -23,6 +22,7 @@ from holdfast.engines.compliant.unstiff import unstiff_at
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
+from holdfast.native import core
 
 BALANCED = 1e-8  # largest equilibrium error of a state of rest, relative to the total weight
 RESTS = "every body comes to rest, held by the forces at its contacts"
@@ -66,7 +66,7 @@ def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Fl
     they balance badly; what a regularisation spring carries counts as unbalanced.
     """
     forces = np.zeros((len(grid.nodes), 3))
-    node_forces(grid.system.model, q, forces)
+    core.node_forces(grid.system.model, q, forces)
     if grid.nodes.pull.any():  # exactly as the model has it, which is rounded
         model = grid.system.model
         forces[:, 0] += model.k * model.apart + grid.nodes.pull / grid.unit
