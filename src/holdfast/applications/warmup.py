@@ -27,7 +27,6 @@ from holdfast.base.text import quoted
 from holdfast.elastic.sparse import MOST_DENSE
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.limit.combination import combined
 from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
 from holdfast.geometry.hull import corner_numbers
 from holdfast.geometry.hull_gauge import hull_gauge
@@ -111,11 +110,6 @@ def _distances() -> None:
     nearest_of(points, surface.vertices[surface.faces], np.zeros((1, 2), dtype=np.int64))
 
 
-def _combination() -> None:
-    """Call the function that bounds a certified map between the points where it is solved."""
-    combined(np.eye(6), np.eye(6), np.zeros((6, 2), dtype=np.int64), np.ones(6), np.ones((2, 6)))
-
-
 def _gauge() -> None:
     """Call the functions that evaluate a planner's constraint, and find the corners of what is seen of a patch."""
     known = np.vstack([np.eye(6), -np.eye(6), np.ones((1, 6))])
@@ -176,7 +170,6 @@ GROUPS: dict[str, tuple[Callable[[], object], ...]] = {
         lambda: disassembly_order(assemble(shipped_scene("stack"))),
         lambda: _map("table", "graph"),
         lambda: _map("cube", "limit"),
-        _combination,
         _gauge,
     ),
 }
