@@ -35,13 +35,14 @@ inline bool one_sided(InMat inward, In mu, InInts node, Span<const bool> left) {
     for (int trial = 0; trial < TRIALS; ++trial) {
         const double size = std::sqrt(x * x + y * y + z * z);
         if (size < CLEAR) return false;
+        const double ux = x / size, uy = y / size, uz = z / size;
         double worst = std::numeric_limits<double>::infinity(), fx = 0.0, fy = 0.0, fz = 0.0;
         for (Int k = 0; k < count; ++k) {
             if (!left[node[k]]) continue;
             const double* n = inward.data() + k * step_of_row;
             const double nx = n[0], ny = n[1], nz = n[2];
             const double ahead = (nx * x + ny * y + nz * z) / size;
-            const double tx = x / size - ahead * nx, ty = y / size - ahead * ny, tz = z / size - ahead * nz;
+            const double tx = ux - ahead * nx, ty = uy - ahead * ny, tz = uz - ahead * nz;
             const double across = std::sqrt(tx * tx + ty * ty + tz * tz);
             const double length = std::sqrt(1 + mu[k] * mu[k]);
             const double room = (ahead - mu[k] * across) / length;

@@ -21,19 +21,15 @@ constexpr double TURNED = 1e-12;  // largest difference of an entry of the axes 
 // largest distance of a sheet's nodes from its plane.
 inline Array<Int> sheets_begin(InMat points, InTen axes, InInts interface, double flat) {
     Array<Int> found;
-    found.numbers.reserve(points.size() + 1);
     for (Int i = 0; i < points.size(); ++i) {
         bool begins = i == 0 || interface[i] != interface[i - 1];
         if (!begins) {
-            const double *point = points[i].data(), *last = points[i - 1].data();
-            const double *here = axes[i].data(), *before = axes[i - 1].data();
+            const auto point = points[i], last = points[i - 1];
+            const auto here = axes[i], before = axes[i - 1];
             double step = 0.0, turn = 0.0;
             for (int k = 0; k < 3; ++k) {
-                step += (point[k] - last[k]) * here[k];
-                for (int row = 0; row < 3; ++row) {
-                    const Int at = row * axes.steps()[1] + k;
-                    turn = std::max(turn, std::abs(here[at] - before[at]));
-                }
+                step += (point[k] - last[k]) * here(0, k);
+                for (int row = 0; row < 3; ++row) turn = std::max(turn, std::abs(here(row, k) - before(row, k)));
             }
             begins = turn > TURNED || std::abs(step) > flat;
         }

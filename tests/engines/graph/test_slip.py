@@ -97,9 +97,8 @@ def test_pushes_along_the_side_of_the_cone(noise: float) -> None:
     """D = 0: mu |e_n| = |e_t|, exactly and up to rounding."""
     tangential = 0.6 + noise
     assert core.node_slip(10.0, 0.0, 0.0, 0.75, 0.8, tangential, 0.0) == pytest.approx(np.inf)
-    assert core.node_slip(10.0, 0.0, 0.0, 0.75, -0.8, tangential, 0.0) == pytest.approx(
-        6.25
-    )  # 0.75 (10 - 0.8 s) = 0.6 s
+    # 0.75 (10 - 0.8 s) = 0.6 s
+    assert core.node_slip(10.0, 0.0, 0.0, 0.75, -0.8, tangential, 0.0) == pytest.approx(6.25)
     assert core.node_slip(10.0, 3.0, 0.0, 0.75, -0.8, tangential, 0.0) == pytest.approx(3.75)  # ... = 3 + 0.6 s
 
 
