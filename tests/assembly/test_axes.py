@@ -12,7 +12,8 @@ import holdfast as hf
 from bench.scenes.random_assemblies import FAMILIES, standing
 from holdfast.assembly.axes import contact_axes, own_frame
 from holdfast.assembly.one_group import part_of
-from holdfast.base.rigid import WORLD, snapped, snapped_number
+from holdfast.base.rigid import WORLD, snapped
+from holdfast.native import core
 
 
 def moved(scene: hf.Scene, seed: int) -> hf.Scene:
@@ -79,15 +80,15 @@ def test_rounding_is_to_binary_digits_of_the_size_and_symmetric() -> None:
     assert (snapped(values * (1 + 1e-15), 1.0, 20) == rounded).all()
     assert (snapped(rounded, 1.0, 20) == rounded).all()
     assert not snapped(np.zeros(3), 0.0, 20).any()
-    assert [snapped_number(value, 1.0, 20) for value in values.tolist()] == rounded.tolist()
+    assert [core.snapped_number(value, 1.0, 20) for value in values.tolist()] == rounded.tolist()
     assert (snapped(np.array([0.49, 0.51, 1.49]) * 2.0**-20, 1.0, 20) == np.array([0, 1, 1]) * 2.0**-20).all()
 
 
 def test_the_step_of_nothing_is_a_normal_number() -> None:
     """Genesis makes the processor take denormal numbers for zero, and values are divided by this step."""
-    step = snapped_number(1e-281, 0.0, 53)
+    step = core.snapped_number(1e-281, 0.0, 53)
     assert step == 0 or step > sys.float_info.min
-    assert snapped_number(0.0, 0.0, 53) == 0
+    assert core.snapped_number(0.0, 0.0, 53) == 0
     assert snapped(np.zeros(2), 0.0, 53).tolist() == [0, 0]
 
 

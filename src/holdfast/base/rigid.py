@@ -13,13 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, checked, frozen
-from holdfast.base.compiled import compilable, lean
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.ranges import ANGLE, PLACE
+from holdfast.native import core
 
-BESIDE = 1.2345  # sizes are multiplied by it before their binary exponent is taken, as many are powers of two
-# The least size: steps of 2^-54 of it are normal numbers, where a simulator lets the processor take others for zero
-NOTHING = 1e-280
 FAR = 1e6  # [-] entries of a rotation are clipped to this before they are squared; it is far from rigid
 UNIT_LENGTH = 1e-3  # [-] largest deviation of a quaternion's length from 1; files print three digits and more
 RIGID_TOLERANCE = 1e-5  # [-] largest entry of |RᵀR - 1|; scanned poses are printed with about six digits
@@ -52,18 +49,9 @@ def snapped(values: Float, size: Float | float, bits: int) -> Float:
 
     This removes earlier rounding errors, and differences that come from the axes and units of the world.
     """
-    _, power = np.frexp(np.maximum(BESIDE * np.asarray(size), NOTHING))
+    _, power = np.frexp(np.maximum(core.BESIDE * np.asarray(size), core.NOTHING))
     step = np.ldexp(1.0, power - (bits + 1))
     return np.asarray(np.round(values / step) * step + 0.0)
-
-
-@compilable
-@lean
-def snapped_number(value: float, size: float, bits: int) -> float:
-    """Round a single value as ``snapped`` does, for compiled code."""
-    _, power = math.frexp(max(BESIDE * size, NOTHING))
-    step = math.ldexp(1.0, power - (bits + 1))
-    return float(np.rint(value / step) * step + 0.0)
 
 
 def checked_pose(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a caller may pass

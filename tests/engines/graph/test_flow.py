@@ -7,7 +7,7 @@ from engine_scenes import X, Z, block, floor
 from graph_scenes import pair_friction, push
 
 from holdfast import Scene, assemble, robustness
-from holdfast.engines.graph.slip import max_flow
+from holdfast.native import core
 from holdfast.scene.shipped import shipped_scene
 
 
@@ -43,7 +43,8 @@ def test_flow_and_minimum_cut_of_random_networks() -> None:
     infinite = 0
     for _ in range(400):
         tails, heads, capacity, count = random_network(rng)
-        flow, side = max_flow(tails, heads, capacity, 0, count - 1, count)
+        side = np.zeros(count, dtype=bool)
+        flow = core.max_flow(tails, heads, capacity, 0, count - 1, count, side)
         assert flow == pytest.approx(flow_by_networkx(tails, heads, capacity, count), rel=1e-9, abs=1e-9)
         if np.isinf(flow):
             infinite += 1
@@ -60,7 +61,8 @@ def test_a_flow_sent_the_short_way_is_taken_back() -> None:
     arcs = [(0, 1), (1, 2), (2, 7), (1, 3), (3, 4), (4, 7), (0, 5), (5, 6), (6, 2)]
     tails, heads = np.array(arcs).T
     capacity = np.column_stack([np.ones(len(arcs)), np.zeros(len(arcs))])
-    assert max_flow(np.ascontiguousarray(tails), np.ascontiguousarray(heads), capacity, 0, 7, 8)[0] == 2
+    side = np.zeros(8, dtype=bool)
+    assert core.max_flow(np.ascontiguousarray(tails), np.ascontiguousarray(heads), capacity, 0, 7, 8, side) == 2
 
 
 @pytest.mark.parametrize("body", ["cube1", "cube2", "cube3"])

@@ -6,7 +6,7 @@ from engine_scenes import X, Z, cube_scene
 from graph_scenes import given, push
 
 from holdfast import assemble
-from holdfast.engines.graph.slip import node_slip
+from holdfast.native import core
 
 CASES = 3000
 
@@ -40,7 +40,7 @@ def random_case(rng: np.random.Generator, share: float) -> tuple[np.ndarray, np.
 
 
 def slip(f: np.ndarray, e: np.ndarray, mu: float) -> float:
-    return float(node_slip(*f.tolist(), mu, *e.tolist()))
+    return core.node_slip(*f.tolist(), mu, *e.tolist())
 
 
 def test_inside_the_cone_it_is_the_largest_push_that_keeps_within() -> None:
@@ -89,38 +89,39 @@ def test_without_force_only_pushes_inside_the_cone_are_resisted() -> None:
     ],
 )
 def test_fig_6(force: tuple[float, float], mu: float, way: tuple[float, float], expected: float) -> None:
-    assert node_slip(*force, 0.0, mu, *way, 0.0) == pytest.approx(expected)
+    assert core.node_slip(*force, 0.0, mu, *way, 0.0) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-13, -1e-13, 1e-16])
 def test_pushes_along_the_side_of_the_cone(noise: float) -> None:
     """D = 0: mu |e_n| = |e_t|, exactly and up to rounding."""
     tangential = 0.6 + noise
-    assert node_slip(10.0, 0.0, 0.0, 0.75, 0.8, tangential, 0.0) == pytest.approx(np.inf)
-    assert node_slip(10.0, 0.0, 0.0, 0.75, -0.8, tangential, 0.0) == pytest.approx(6.25)  # 0.75 (10 - 0.8 s) = 0.6 s
-    assert node_slip(10.0, 3.0, 0.0, 0.75, -0.8, tangential, 0.0) == pytest.approx(3.75)  # ... = 3 + 0.6 s
+    assert core.node_slip(10.0, 0.0, 0.0, 0.75, 0.8, tangential, 0.0) == pytest.approx(np.inf)
+    # 0.75 (10 - 0.8 s) = 0.6 s
+    assert core.node_slip(10.0, 0.0, 0.0, 0.75, -0.8, tangential, 0.0) == pytest.approx(6.25)
+    assert core.node_slip(10.0, 3.0, 0.0, 0.75, -0.8, tangential, 0.0) == pytest.approx(3.75)  # ... = 3 + 0.6 s
 
 
 def test_the_absolute_values_printed_in_eq_19_would_be_wrong() -> None:
     mu, fn, en = 0.75, 10.0, -0.8
     printed = -((mu * fn) ** 2) / (2 * mu**2 * abs(en) * abs(fn))
     assert printed < 0  # by eq. 20 no push would ever slip
-    assert node_slip(fn, 0.0, 0.0, mu, en, 0.6, 0.0) == pytest.approx(6.25)
+    assert core.node_slip(fn, 0.0, 0.0, mu, en, 0.6, 0.0) == pytest.approx(6.25)
 
 
 @pytest.mark.parametrize("noise", [1e-9, 1e-12])
 def test_solver_noise_does_not_make_an_outward_push_infinite(noise: float) -> None:
     for e in ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (-0.8, 0.6, 0.0), (0.1, 0.995, 0.0)):
-        assert node_slip(10.0, 5.0 + noise, 0.0, 0.5, *e) == 0
-    assert node_slip(-noise, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0) == 0
-    assert node_slip(-noise, 0.0, 0.0, 0.5, -1.0, 0.0, 0.0) == 0
+        assert core.node_slip(10.0, 5.0 + noise, 0.0, 0.5, *e) == 0
+    assert core.node_slip(-noise, 0.0, 0.0, 0.5, 0.0, 1.0, 0.0) == 0
+    assert core.node_slip(-noise, 0.0, 0.0, 0.5, -1.0, 0.0, 0.0) == 0
 
 
 def test_without_friction() -> None:
-    assert node_slip(10.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0) == pytest.approx(10)
-    assert node_slip(10.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0) == np.inf
+    assert core.node_slip(10.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0) == pytest.approx(10)
+    assert core.node_slip(10.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0) == np.inf
     for e in ((0.0, 1.0, 0.0), (0.8, 0.6, 0.0), (-0.8, 0.0, 0.6), (0.999, 0.0, 0.0447)):
-        assert node_slip(10.0, 0.0, 0.0, 0.0, *e) == 0
+        assert core.node_slip(10.0, 0.0, 0.0, 0.0, *e) == 0
 
 
 @pytest.mark.parametrize("ends", [("floor", "cube"), ("cube", "floor")])

@@ -7,7 +7,8 @@ from graph_scenes import apply, push, random_motion, square
 
 from holdfast import Body, Friction, Graph, Mesh, Scene, assemble
 from holdfast.engines.graph.engine import GraphState
-from holdfast.engines.graph.topple import all_parallel, axis_torques, friction_axis, toppling_axes
+from holdfast.engines.graph.topple import all_parallel, friction_axis, toppling_axes
+from holdfast.native import core
 from holdfast.scene.shipped import shipped_scene
 
 
@@ -50,7 +51,7 @@ def torque_about(origin: np.ndarray, axis: np.ndarray, points: np.ndarray, **cha
     }
     order = ("flat", "points", "frames", "forces", "mu", "moving_is_a")
     arrays = [{**given, "points": points}[key] for key in order]
-    torque = axis_torques(origin[None], axis[None], *arrays, 0.1)
+    torque = core.axis_torques(origin[None], axis[None], *arrays, 0.1)
     return float(torque[0]), float(torque[1])
 
 

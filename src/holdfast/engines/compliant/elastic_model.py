@@ -16,7 +16,6 @@ from holdfast.base.rigid import snapped
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.random_faces import Faces
-from holdfast.engines.compliant.sheets import BITS
 from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
 from holdfast.native import core
 
@@ -68,7 +67,7 @@ def force_unit(assembly: Assembly, wrench: Float) -> float:
 def own_rows(assembly: Assembly, rows: Float) -> Float:
     """Convert rows (k, 6J) of forces and torques [N, N m] to the model's axes and units of length, rounded."""
     own = ((rows * assembly.levers).reshape(-1, 3) @ assembly.axes.T).reshape(-1, len(assembly.movable), 6)
-    return snapped(own, np.abs(own).max(2, keepdims=True), BITS).reshape(rows.shape)
+    return snapped(own, np.abs(own).max(2, keepdims=True), core.BITS).reshape(rows.shape)
 
 
 def world_rows(assembly: Assembly, rows: Float) -> Float:
@@ -100,13 +99,13 @@ def elastic_model(
     if sheets.pull.any():
         clear = clear - sheets.pull / (force_unit(assembly, wrench) * k)
     if clear.any():
-        clear = snapped(clear, np.abs(clear).max(initial=0.0), BITS)
+        clear = snapped(clear, np.abs(clear).max(initial=0.0), core.BITS)
     scale = assembly.equation_scale / assembly.levers
     model = Elastic(
         sheets.first,
         sheets.x,
         sheets.y,
-        snapped(k, k, BITS),
+        snapped(k, k, core.BITS),
         clear,
         sheets.mu,
         float(ratio),
@@ -116,7 +115,7 @@ def elastic_model(
         sheets.arm_a,
         sheets.arm_b,
         own_rows(assembly, wrench[None] / force_unit(assembly, wrench))[0],
-        snapped(scale, scale, BITS),
+        snapped(scale, scale, core.BITS),
         np.zeros((len(sheets.a), 6, 6)),
         np.ones(6 * len(assembly.movable)),
         Runs.of(sheets.first, sheets.x, sheets.y, clear),

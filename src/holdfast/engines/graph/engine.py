@@ -24,10 +24,10 @@ from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.graph import topple
 from holdfast.engines.graph.cuts import feasible_cuts
-from holdfast.engines.graph.slip import arc_capacities, slip_many
 from holdfast.engines.mechanism import NAMED, Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.verdict import Status, Verdict
+from holdfast.native import core
 
 NO_MOMENT = 1e-5  # smallest lever arm of a load, relative to the assembly's size; poses are not known more accurately
 
@@ -230,9 +230,11 @@ class GraphState:
         count = len(self.assembly.movable)
         tails, heads = self._graph
         nodes = self._nodes
-        strength, side = slip_many(
+        side = np.zeros((len(first), count + 1), dtype=bool)
+        strength = core.slip_many(
             self.rest.forces, nodes.axes, nodes.mu, nodes.interface, tails, heads, count + 1,
-            np.where(self._immobile, count, np.arange(count))[source[first]], np.ascontiguousarray(direction[first]),
+            np.where(self._immobile, count, np.arange(count))[source[first]],
+            np.ascontiguousarray(direction[first]), side,
         )  # fmt: skip
         back = back.reshape(-1)
         return np.asarray(strength[back]), np.asarray(side[back, :-1])
@@ -246,7 +248,7 @@ class GraphState:
         nodes = self._nodes
         inside, leaving = self._leaving
         interfaces = len(self.assembly.interfaces)
-        capacity = arc_capacities(self.rest.forces, nodes.axes, nodes.mu, nodes.interface, interfaces, direction)
+        capacity = core.arc_capacities(self.rest.forces, nodes.axes, nodes.mu, nodes.interface, interfaces, direction)
         endless = ~np.isfinite(capacity.ravel())
         out = np.where(leaving @ endless > 0, np.inf, leaving @ np.where(endless, 0.0, capacity.ravel()))
         load = inside @ share
@@ -327,7 +329,7 @@ class GraphState:
             centre, axis = topple.friction_axis(points, nodes.normals[cut], nodes.mu[cut], forces[:, 0])
             origins, axes, flat = np.vstack([origins, centre]), np.vstack([axes, axis]), np.append(flat, True)
         moving_is_a = inside[tails][nodes.interface[cut]]
-        torque = topple.axis_torques(
+        torque = core.axis_torques(
             origins, axes, flat, points, np.ascontiguousarray(nodes.axes[cut]), forces, nodes.mu[cut], moving_is_a, size
         )
         free = np.flatnonzero(np.isfinite(torque))  # nodes that all lie on the axis neither slide nor open, nor resist

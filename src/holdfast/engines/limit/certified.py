@@ -17,12 +17,12 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import report
 from holdfast.base.rounding import SUM
 from holdfast.engines.directions import flat_groups, moment_frame
-from holdfast.engines.limit.combination import combined
 from holdfast.engines.limit.gauge import CuttingPlanes, Field
 from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.verdict import Status
 from holdfast.geometry.spatial import qhull, search_tree
+from holdfast.native import core
 
 NEIGHBOURS = 10  # solved loads, the nearest, that are combined for a bound at another one
 
@@ -256,7 +256,7 @@ def _curved(
         known = np.flatnonzero(bounds.solved[members] & np.isfinite(bounds.high[members]))
         if len(undone) and len(known) >= NEIGHBOURS:
             near = np.asarray(search_tree(unit[known]).query(unit[undone], k=NEIGHBOURS)[1], dtype=np.int64)
-            above = combined(unit[undone], unit[known], near, bounds.high[members[known]], axes)
+            above = core.combined(unit[undone], unit[known], near, bounds.high[members[known]], axes, SUM)
             bounds.high[members[undone]] = np.minimum(bounds.high[members[undone]], above)
             undone = undone[bounds.doubtful(members[undone], accuracy)]
         report("certified bounds", len(members) - len(undone), len(members))

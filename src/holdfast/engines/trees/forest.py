@@ -2,9 +2,10 @@
 
 All fixed bodies are one. A contact without which a body and all that is behind it would lose every way to them (a
 bridge of the graph of contacts) carries the weights and the loads behind it, whatever is stiff or soft. If it is plane,
-an even bed gives its pressure and the friction it has (bed.py). Pressure does not depend on what slips there, so a load
-that grows in proportion holds until the first contact on its way gives way, whatever happened before (Klarbring,
-Ciavarella, Barber, Int. J. Solids Struct. 44, 2007, for systems whose normal reactions do not depend on slip).
+an even bed gives its pressure and the friction it has (native/bed.hpp, native/limit_surface.hpp). Pressure does not
+depend on what slips there, so a load that grows in proportion holds until the first contact on its way gives way,
+whatever happened before (Klarbring, Ciavarella, Barber, Int. J. Solids Struct. 44, 2007, for systems whose normal
+reactions do not depend on slip).
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
 from holdfast.base.rigid import cross, tangents
 from holdfast.contacts.interface import Patch
-from holdfast.engines.trees.bed import RULE, Bed, Scratch
-from holdfast.engines.trees.first_exit import NEVER, SLIDES, TIPS, UNKNOWN, first_exits, share_at_rest
+from holdfast.engines.trees.bed import Bed
 from holdfast.geometry.hull import convex_hull
+from holdfast.native import core
 from holdfast.scene.friction import NOTHING
 
 PLANE = 1e-6  # distance of corners from one plane, relative to the size of the contact, that is rounding
@@ -182,9 +183,8 @@ class Forest:
     @cached_property
     def shares(self) -> Float:
         """The share (B,) of its friction that each bridge uses at rest: 2 if it tips, -1 if not found."""
-        memory = Scratch.make()
         pairs = zip(self.bridges, self._at_rest, strict=True)
-        return np.array([share_at_rest(bridge.bed, rest, memory) for bridge, rest in pairs])
+        return np.array([core.share_at_rest(bridge.bed, rest) for bridge, rest in pairs])
 
     def left_behind(self, sliding: Bridge) -> Int:
         """Return the bodies behind a ``sliding`` bridge that stay where they are, as no friction takes them along."""
@@ -198,7 +198,6 @@ class Forest:
         wrenches = np.ascontiguousarray(W.T).reshape(count, len(W) // 6, 6)
         at, low, high = np.ones((3, count))
         bridge, twist, (slides, tied) = np.full(count, -1), np.zeros((count, 6)), np.zeros((2, count), dtype=bool)
-        memory = Scratch.make()
         for number, one in enumerate(self.bridges):
             rows = np.flatnonzero((wrenches[:, one.cut.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
             if not len(rows):
@@ -206,17 +205,16 @@ class Forest:
             load = one.carried(self.assembly.com, wrenches[rows])
             size = np.abs(load).max(axis=1) / np.abs(self._at_rest[number]).max()
             rows, load, size = (each[size > 0] for each in (rows, load, size))
-            out, kinds = np.zeros((len(rows), 6)), np.zeros(len(rows), dtype=np.int64)
             until = at[rows] * size / (at[rows] * size + (1 - at[rows]))  # in the scale of the contact
-            first_exits(one.bed, self._at_rest[number], load / size[:, None], until, out, kinds, memory)
-            x = np.where((kinds == UNKNOWN)[:, None], np.nan, out[:, :3])
+            out, kinds = core.first_exits(one.bed, self._at_rest[number], load / size[:, None], until)
+            x = np.where((kinds == core.UNKNOWN)[:, None], np.nan, out[:, :3])
             x = x / (x + (1 - x) * size[:, None])  # in the scale of the load itself
-            sooner = (kinds != NEVER) & ~(x[:, 0] >= at[rows] * (1 - TIED))  # also where it is not known
-            close = (kinds != NEVER) & (np.abs(x[:, 0] - at[rows]) <= TIED * at[rows])
-            tied[rows] = np.where(sooner, (kinds == TIPS) & (out[:, 4] >= 0), tied[rows]) | close
-            bridge[rows[sooner]], slides[rows[sooner]] = number, kinds[sooner] == SLIDES
-            ends = sooner & ((kinds == SLIDES) | (kinds == TIPS))
-            twist[rows[ends]] = one.twists(kinds[ends] == SLIDES, out[ends, 3:])
+            sooner = (kinds != core.NEVER) & ~(x[:, 0] >= at[rows] * (1 - TIED))  # also where it is not known
+            close = (kinds != core.NEVER) & (np.abs(x[:, 0] - at[rows]) <= TIED * at[rows])
+            tied[rows] = np.where(sooner, (kinds == core.TIPS) & (out[:, 4] >= 0), tied[rows]) | close
+            bridge[rows[sooner]], slides[rows[sooner]] = number, kinds[sooner] == core.SLIDES
+            ends = sooner & ((kinds == core.SLIDES) | (kinds == core.TIPS))
+            twist[rows[ends]] = one.twists(kinds[ends] == core.SLIDES, out[ends, 3:])
             for theta, new in zip((at, low, high), x.T, strict=True):
                 theta[rows] = np.minimum(theta[rows], new)  # not known if one is not
         with np.errstate(divide="ignore"):
@@ -225,7 +223,7 @@ class Forest:
 
     def told(self, found: Exit, W: Float) -> tuple[str, ...]:
         """Say in a text for each of the loads W (6J, n) which contact gives way, and what it carries just before."""
-        texts, memory = [], Scratch.make()
+        texts = []
         for number, at, load in zip(found.bridge.tolist(), found.lower.tolist(), W.T, strict=True):
             if number < 0:
                 texts.append("")
@@ -235,7 +233,7 @@ class Forest:
             pair = "-".join(self.assembly.interfaces[one.interfaces[0]].bodies)
             place = one.origin + carried[1:3] / carried[0] @ one.frame[:2]
             where = ", ".join(f"{x:.3g}" for x in np.where(np.abs(place) < 5e-5, 0.0, place))
-            share = share_at_rest(one.bed, carried, memory)
+            share = core.share_at_rest(one.bed, carried)
             used = f", and uses {100 * min(share, 1.0):.3g} % of its friction" if 0 <= share < 2 else ""
             texts.append(
                 f"{pair} gives way: just before, it presses with {carried[0]:.4g} N, centred at ({where}){used}"
@@ -282,5 +280,5 @@ def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], cut: Cut) -> Brid
     edge = np.vstack(edges)
     edge = edge[(edge[:, :2] != edge[:, 2:4]).any(axis=1)]
     mu_of_all = edge[0, 4] if (edge[:, 4] == edge[0, 4]).all() else 0.0
-    bed = Bed(np.ascontiguousarray(edge), half_planes, np.array([size, mu_of_all]), np.array(RULE))
+    bed = Bed(np.ascontiguousarray(edge), half_planes, np.array([size, mu_of_all]))
     return Bridge(cut, interfaces, origin, frame, bed)

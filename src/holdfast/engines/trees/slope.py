@@ -18,9 +18,8 @@ from holdfast.assembly.node_motion import edges_of_second
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross
 from holdfast.engines.capabilities import Slope
-from holdfast.engines.trees.bed import Scratch, find_pressure, pressed_part, second_moments, solved
 from holdfast.engines.trees.forest import Bridge, Forest
-from holdfast.engines.trees.limit_surface import friction, share_used
+from holdfast.native import core
 
 GAUSS = np.polynomial.legendre.leggauss(12)  # along each edge
 CORNER = 1e-6  # distance from an edge of the hull, in sizes of the contact, up to which a corner is on it
@@ -88,27 +87,21 @@ Law = tuple[Float, float, Int, Float, Float]
 
 def _slides(bridge: Bridge, limit: Float) -> Law | None:
     """Return the derivatives of the friction asked for less its power, where a contact slides under ``limit`` (6,)."""
-    bed, s = bridge.bed, Scratch.make()
-    if not find_pressure(bed, limit[:3].copy(), s, False):
+    bed = bridge.bed
+    found = core.sliding_under(bed, limit)
+    if found is None:
         return None
-    share_used(bed, limit[3:].copy(), s)
-    fields = [friction(bed, s.p, field, s.m, s, s.f, s.K) for field in np.eye(3)]
-    power = friction(bed, s.p, s.p, s.m, s, s.f, s.K)
-    second_moments(bed, s.p, 0.0, 0.0, s.M)
-    if not solved(s.M, np.array(fields), s.new):
-        return None
-    corners, mu = bed.edges[:, :4], float(bed.size[1])
-    at_ends = s.p[0] + corners.reshape(-1, 2, 2) @ s.p[1:]
-    parts = np.array([pressed_part(*edge, *at) for edge, at in zip(corners, at_ends, strict=True)])
-    share, heads, tails = (GAUSS[0][:, None, None] + 1) / 2, parts[:, :2], parts[:, 2:4]
+    pressure_of, motion, by_carried, power = found
+    mu, parts = float(bed.size[1]), core.pressed_parts(bed, pressure_of)
+    share, heads, tails = (GAUSS[0][:, None, None] + 1) / 2, parts[:, :2], parts[:, 2:]
     x = heads + share * (tails - heads)  # (12, E, 2)
     length = np.linalg.norm(tails - heads, axis=1)
-    pressure = np.maximum(s.p[0] + x @ s.p[1:], 0.0)
-    speed = np.hypot(s.m[0] - s.m[2] * x[..., 1], s.m[1] + s.m[2] * x[..., 0])
-    density = pressure * (s.new[0] + x @ s.new[1:] - mu * speed)
+    pressure = np.maximum(pressure_of[0] + x @ pressure_of[1:], 0.0)
+    speed = np.hypot(motion[0] - motion[2] * x[..., 1], motion[1] + motion[2] * x[..., 0])
+    density = pressure * (by_carried[0] + x @ by_carried[1:] - mu * speed)
     weights = GAUSS[1][:, None] / 2 * density * length
     edges = np.tile(np.arange(len(heads)), len(x))
-    return np.concatenate([-s.new, s.m]), -power / mu, edges, x.reshape(-1, 2), weights.ravel()
+    return np.concatenate([-by_carried, motion]), -power / mu, edges, x.reshape(-1, 2), weights.ravel()
 
 
 def _tips(bridge: Bridge, limit: Float) -> Law | None:
