@@ -28,9 +28,6 @@ from holdfast.elastic.sparse import MOST_DENSE
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.limit.combination import combined
-from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
-from holdfast.geometry.hull import corner_numbers
-from holdfast.geometry.hull_gauge import hull_gauge
 from holdfast.queries.map import robustness_map
 from holdfast.queries.push import robustness
 from holdfast.queries.stability import stability
@@ -102,25 +99,9 @@ def _map(name: str, engine: str) -> None:
             surfaces.save_png(Path(folder) / "map.png")
 
 
-def _distances() -> None:
-    """Call the distance functions for bodies that overlap or are near each other."""
-    surface = Box((1.0, 1.0, 1.0)).surface
-    points = np.zeros((1, 3))
-    distance_to_surface(points, surface)
-    winding_number(points, surface)
-    nearest_of(points, surface.vertices[surface.faces], np.zeros((1, 2), dtype=np.int64))
-
-
 def _combination() -> None:
     """Call the function that bounds a certified map between the points where it is solved."""
     combined(np.eye(6), np.eye(6), np.zeros((6, 2), dtype=np.int64), np.ones(6), np.ones((2, 6)))
-
-
-def _gauge() -> None:
-    """Call the functions that evaluate a planner's constraint, and find the corners of what is seen of a patch."""
-    known = np.vstack([np.eye(6), -np.eye(6), np.ones((1, 6))])
-    hull_gauge(known, np.ones(13), np.ones((1, 6)))
-    corner_numbers(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
 
 
 def _fall() -> None:
@@ -170,13 +151,12 @@ def _at(x: float, z: float) -> Float:
 # By what they are about; those that take longest come first, for other processes to do the rest meanwhile
 GROUPS: dict[str, tuple[Callable[[], object], ...]] = {
     "table": (lambda: _map("table", "compliant"), _again),
-    "meshes": (_tin, _settled, _fall, _distances),
+    "meshes": (_tin, _settled, _fall),
     "towers": (_tower,),
     "other": (
         lambda: disassembly_order(assemble(shipped_scene("stack"))),
         lambda: _map("table", "graph"),
         lambda: _map("cube", "limit"),
         _combination,
-        _gauge,
     ),
 }

@@ -14,6 +14,7 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.tiling import FEW, tiled
+from holdfast.native import core
 
 SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
 # of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13; an outline with
@@ -44,24 +45,8 @@ def polynomial_moments(rings: Sequence[Float]) -> Float:
     """
     total = np.zeros(6)
     for ring in rings:
-        _add_moments(ring, total)
+        core.add_moments(ring, total)
     return total
-
-
-@compiled
-@lean
-def _add_moments(ring: Float, total: Float) -> None:
-    """Add the integrals over a ring (k, 2), positive if counter-clockwise, to ``total`` (6,), by Green's theorem."""
-    for i in range(len(ring)):
-        j = i + 1 if i + 1 < len(ring) else 0
-        x, y, u, v = ring[i, 0], ring[i, 1], ring[j, 0], ring[j, 1]
-        cross = x * v - u * y
-        total[0] += cross / 2
-        total[1] += (x + u) * cross / 6
-        total[2] += (y + v) * cross / 6
-        total[3] += (x * x + x * u + u * u) * cross / 12
-        total[4] += (x * (2 * y + v) + u * (y + 2 * v)) * cross / 24
-        total[5] += (y * y + y * v + v * v) * cross / 12
 
 
 def distance_moment(rings: Sequence[Float], centre: Float) -> float:
