@@ -11,7 +11,6 @@ import shapely
 from numpy.typing import NDArray
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.tiling import FEW, tiled
 from holdfast.native import core
@@ -191,30 +190,3 @@ def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float)
         ]
         result.append(rings)
     return result
-
-
-@compiled
-@lean
-def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
-    """Clip a polygon in place to a x + b y + c >= 0 and return its number of corners (Sutherland-Hodgman).
-
-    The first ``count`` rows of ``corners`` are used; ``kept`` is scratch memory.
-    """
-    n = 0
-    for i in range(count):
-        j = i + 1 if i + 1 < count else 0
-        di = a * corners[i, 0] + b * corners[i, 1] + c
-        dj = a * corners[j, 0] + b * corners[j, 1] + c
-        if di >= 0.0:
-            kept[n, 0] = corners[i, 0]
-            kept[n, 1] = corners[i, 1]
-            n += 1
-        if (di > 0.0 and dj < 0.0) or (di < 0.0 and dj > 0.0):
-            t = di / (di - dj)
-            kept[n, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
-            kept[n, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
-            n += 1
-    for i in range(n):
-        corners[i, 0] = kept[i, 0]
-        corners[i, 1] = kept[i, 1]
-    return n
