@@ -18,10 +18,11 @@ from holdfast.base.values import Value
 from holdfast.contacts.detect import in_order, neighbours
 from holdfast.contacts.search_mesh import near_boxes
 from holdfast.contacts.tolerances import Tolerances
-from holdfast.geometry.distance import distance_to_surface, nearest_of, winding_number
+from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.surface import Surface
+from holdfast.native import core
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
@@ -181,7 +182,7 @@ def _corner_distance(a: Body, b: Body, search: float) -> float:
         return np.inf
     around = around[np.argsort(low[around, 0], kind="stable")]
     pairs = near_boxes(near, near, low[around], high[around], 0, search)
-    return float(np.sqrt(nearest_of(near, triangles[around], pairs))) if len(pairs) else np.inf
+    return float(np.sqrt(core.nearest_of_pairs(near, triangles[around], pairs))) if len(pairs) else np.inf
 
 
 def _shrunk(solid: manifold3d.Manifold) -> manifold3d.Manifold:

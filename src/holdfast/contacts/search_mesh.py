@@ -7,19 +7,17 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compiled, lean
 from holdfast.base.values import sealed
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH, Topology
+from holdfast.native import core
 from holdfast.scene.body import Body
 
 LARGE = 8  # [medians] longer boxes are searched separately, as they would widen the search window of all others
 
 
 class SearchMesh(NamedTuple):
-    """A triangle surface in the world as plain arrays for compiled code.
-
-    All arrays are read-only, because Numba would compile the search again for a mesh with a writable one.
+    """A triangle surface in the world as plain arrays for compiled code, which are read-only.
 
     ``vertices`` (V, 3) [m] and ``faces`` (F, 3) are as in ``Surface``; ``triangles`` (F, 3, 3) [m] are the corners of
     the faces, with unit ``normals`` (F, 3) and boxes ``low``, ``high`` (F, 3) [m]. ``box`` (2, 3) [m] is the lowest and
@@ -108,10 +106,7 @@ def _smooth_normals(surface: Surface, topology: Topology) -> Float:
 
 def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:
     """Return ``local``, the mesh of a body in its own frame, moved to ``pose`` (4, 4)."""
-    faces = local.faces
-    vertices, triangles = np.empty_like(local.vertices), np.empty_like(local.triangles)
-    low, high = np.empty_like(local.low), np.empty_like(local.high)
-    _place(local.vertices, faces, pose[:3, :3], pose[:3, 3], vertices, triangles, low, high)
+    vertices, triangles, low, high = core.placed(local.vertices, local.faces, pose)
     turn = pose[:3, :3].T
     moved = local._replace(
         vertices=vertices,
@@ -124,26 +119,6 @@ def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:
         outward=np.ascontiguousarray((local.outward.reshape(-1, 3) @ turn).reshape(-1, 3, 3)),
     )
     return sealed(moved)
-
-
-@compiled
-@lean
-def _place(
-    points: Float, faces: Int, turn: Float, shift: Float, vertices: Float, triangles: Float, low: Float, high: Float
-) -> None:
-    """Rotate and shift ``points`` (V, 3); write the vertices (V, 3), triangles (F, 3, 3) and their boxes (F, 3)."""
-    for v in range(len(points)):
-        for k in range(3):
-            vertices[v, k] = shift[k]
-            for m in range(3):
-                vertices[v, k] += turn[k, m] * points[v, m]
-    for f in range(len(faces)):
-        for k in range(3):
-            low[f, k], high[f, k] = np.inf, -np.inf
-            for corner in range(3):
-                x = vertices[faces[f, corner], k]
-                triangles[f, corner, k] = x
-                low[f, k], high[f, k] = min(low[f, k], x), max(high[f, k], x)
 
 
 def near_faces(a: SearchMesh, b: SearchMesh, gap: float, facets: tuple[int, int] | None = None) -> Int:
@@ -235,41 +210,4 @@ def near_boxes(
     widest = (high_b[:, axis] - low_b[:, axis]).max(initial=0.0)
     first = np.searchsorted(low_b[:, axis], low_a[:, axis] - widest - gap)
     in_a, in_b = (np.zeros(len(low_a), bool), np.zeros(len(low_b), bool)) if apart is None else apart
-    out = np.empty((max(256, 4 * len(low_a)), 2), dtype=np.int64)
-    found = _near(low_a, high_a, low_b, high_b, first, axis, gap, in_a, in_b, out)
-    if found > len(out):  # repeat with enough room
-        out = np.empty((found, 2), dtype=np.int64)
-        _near(low_a, high_a, low_b, high_b, first, axis, gap, in_a, in_b, out)
-    return out[:found]
-
-
-@compiled
-@lean
-def _near(
-    low_a: Float,
-    high_a: Float,
-    low_b: Float,
-    high_b: Float,
-    first: Int,
-    axis: int,
-    gap: float,
-    marked_a: Bool,
-    marked_b: Bool,
-    out: Int,
-) -> int:
-    """Write as many pairs to ``out`` (n, 2) as it has room for; return how many pairs there are."""
-    found = 0
-    for i in range(len(low_a)):
-        for j in range(first[i], len(low_b)):
-            if low_b[j, axis] > high_a[i, axis] + gap:
-                break
-            apart = marked_a[i] and marked_b[j]
-            for k in range(3):
-                apart = apart or low_b[j, k] > high_a[i, k] + gap or high_b[j, k] < low_a[i, k] - gap
-            if apart:
-                continue
-            if found < len(out):
-                out[found, 0] = i
-                out[found, 1] = j
-            found += 1
-    return found
+    return core.near_boxes(low_a, high_a, low_b, high_b, first, axis, gap, in_a, in_b)

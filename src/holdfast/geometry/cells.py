@@ -8,23 +8,21 @@ import numpy as np
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
-from holdfast.base.compiled import compiled
 from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import Value, seal
 from holdfast.geometry.area import areas_of
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
-from holdfast.geometry.polygon import keep_half_plane
 from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
+from holdfast.native import core
 
 # [rad] largest angle between neighbouring triangles of one facet. It is wider than that of ``Facets``, because
 # coordinates in files have six or seven digits, and a grid does not need so exact an outline as a contact.
 COPLANAR = float(np.arccos(1 - 1e-8))
 SMALL = 1.5  # [spacings] a facet that is smaller than this in every direction gets no grid of its own
 WHOLE = 0.999  # share of a grid square; the centroid of a cell that covers less may lie outside the surface
-AT_ONCE = 20_000  # grid cells that one call of compiled code intersects with triangles
 WAYS = 1.2  # normals whose components round to the same multiples of 1 / WAYS count as alike
 SCAN = 5000  # a surface with at least this many small triangles on curved parts is treated as a scan
 PACKED = 0.9  # [spacings] least distance of two seeds; cells then have about the area of a square spacing
@@ -106,35 +104,9 @@ def blocked(cells: Cells, obstacle: Surface, room: float) -> Bool:
     triangles = obstacle.vertices[obstacle.faces]
     bottom, top = cells.points[near].min(0) - room, cells.points[near].max(0) + room
     triangles = triangles[((triangles.max(1) >= bottom) & (triangles.min(1) <= top)).all(1)]
-    result[near] = _hit(cells.points[near], cells.normals[near], triangles, room)
-    return result
-
-
-@compiled
-def _hit(points: Float, normals: Float, triangles: Float, length: float) -> Bool:
-    """Tell whether the segment of this ``length`` [m] from each point along its normal meets a triangle.
-
-    The method is that of Möller and Trumbore (1997).
-    """
-    result = np.zeros(len(points), dtype=np.bool_)
-    for i in range(len(points)):
-        d0, d1, d2 = normals[i, 0], normals[i, 1], normals[i, 2]
-        for t in range(len(triangles)):
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            e0, e1, e2 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-            f0, f1, f2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-            p0, p1, p2 = d1 * f2 - d2 * f1, d2 * f0 - d0 * f2, d0 * f1 - d1 * f0
-            det = e0 * p0 + e1 * p1 + e2 * p2
-            if det == 0.0:
-                continue
-            s0, s1, s2 = points[i, 0] - a[0], points[i, 1] - a[1], points[i, 2] - a[2]
-            u = (s0 * p0 + s1 * p1 + s2 * p2) / det
-            q0, q1, q2 = s1 * e2 - s2 * e1, s2 * e0 - s0 * e2, s0 * e1 - s1 * e0
-            v = (d0 * q0 + d1 * q1 + d2 * q2) / det
-            along = (f0 * q0 + f1 * q1 + f2 * q2) / det
-            if u >= 0.0 and v >= 0.0 and u + v <= 1.0 and 0.0 <= along <= length:
-                result[i] = True
-                break
+    hit = np.zeros(len(near), dtype=bool)
+    core.mark_hits(cells.points[near], cells.normals[near], triangles, room, hit)
+    result[near] = hit
     return result
 
 
@@ -193,41 +165,7 @@ def _grid_pieces(triangles: Float, step: Float, counts: Int) -> tuple[Float, Int
     """Cut triangles (n, 3, 2) by a grid; return the pieces (m, 8, 2), corner counts (m,) and cell numbers (m,)."""
     first = np.maximum(np.floor(triangles.min(1) / step - COORDINATES), 0).astype(np.int64)
     last = np.minimum(np.ceil(triangles.max(1) / step + COORDINATES), counts).astype(np.int64)
-    most = np.maximum(last - first, 0).prod(1)
-    parts = np.split(np.arange(len(triangles)), np.flatnonzero(np.diff(np.cumsum(most) // AT_ONCE)) + 1)
-    found = []
-    for part in parts:
-        room = int(most[part].sum())
-        pieces, sizes, cells = np.zeros((room, 8, 2)), np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int64)
-        many = _cut_by_grid(triangles[part], step, int(counts[1]), first[part], last[part], pieces, sizes, cells)
-        found.append((pieces[:many], sizes[:many], cells[:many]))
-    pieces, sizes, cells = (np.concatenate(column) for column in zip(*found, strict=True))
-    return pieces, sizes, cells
-
-
-@compiled
-def _cut_by_grid(
-    triangles: Float, step: Float, columns: int, first: Int, last: Int, pieces: Float, sizes: Int, cells: Int
-) -> int:
-    """Cut triangle t by the cells from ``first[t]`` up to, not including, ``last[t]``; return the number of pieces."""
-    found = 0
-    room = np.zeros((8, 2))
-    for t in range(len(triangles)):
-        for i in range(first[t, 0], last[t, 0]):
-            for j in range(first[t, 1], last[t, 1]):
-                now = pieces[found]
-                for c in range(3):
-                    for k in range(2):
-                        now[c, k] = triangles[t, c, k]
-                size = keep_half_plane(now, room, 3, 1.0, 0.0, -i * step[0])
-                size = keep_half_plane(now, room, size, -1.0, 0.0, (i + 1) * step[0])
-                size = keep_half_plane(now, room, size, 0.0, 1.0, -j * step[1])
-                size = keep_half_plane(now, room, size, 0.0, -1.0, (j + 1) * step[1])
-                if size >= 3:
-                    sizes[found] = size
-                    cells[found] = i * columns + j
-                    found += 1
-    return found
+    return core.cut_by_grid(triangles, step, int(counts[1]), first, last)
 
 
 def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:

@@ -11,9 +11,9 @@ import shapely
 from numpy.typing import NDArray
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.compiled import compiled, lean
 from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.tiling import FEW, tiled
+from holdfast.native import core
 
 SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
 # of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13; an outline with
@@ -44,24 +44,8 @@ def polynomial_moments(rings: Sequence[Float]) -> Float:
     """
     total = np.zeros(6)
     for ring in rings:
-        _add_moments(ring, total)
+        core.add_moments(ring, total)
     return total
-
-
-@compiled
-@lean
-def _add_moments(ring: Float, total: Float) -> None:
-    """Add the integrals over a ring (k, 2), positive if counter-clockwise, to ``total`` (6,), by Green's theorem."""
-    for i in range(len(ring)):
-        j = i + 1 if i + 1 < len(ring) else 0
-        x, y, u, v = ring[i, 0], ring[i, 1], ring[j, 0], ring[j, 1]
-        cross = x * v - u * y
-        total[0] += cross / 2
-        total[1] += (x + u) * cross / 6
-        total[2] += (y + v) * cross / 6
-        total[3] += (x * x + x * u + u * u) * cross / 12
-        total[4] += (x * (2 * y + v) + u * (y + 2 * v)) * cross / 24
-        total[5] += (y * y + y * v + v * v) * cross / 12
 
 
 def distance_moment(rings: Sequence[Float], centre: Float) -> float:
@@ -206,30 +190,3 @@ def rings_of(geometry: shapely.Geometry, tolerance: float, smallest_hole: float)
         ]
         result.append(rings)
     return result
-
-
-@compiled
-@lean
-def keep_half_plane(corners: Float, kept: Float, count: int, a: float, b: float, c: float) -> int:
-    """Clip a polygon in place to a x + b y + c >= 0 and return its number of corners (Sutherland-Hodgman).
-
-    The first ``count`` rows of ``corners`` are used; ``kept`` is scratch memory.
-    """
-    n = 0
-    for i in range(count):
-        j = i + 1 if i + 1 < count else 0
-        di = a * corners[i, 0] + b * corners[i, 1] + c
-        dj = a * corners[j, 0] + b * corners[j, 1] + c
-        if di >= 0.0:
-            kept[n, 0] = corners[i, 0]
-            kept[n, 1] = corners[i, 1]
-            n += 1
-        if (di > 0.0 and dj < 0.0) or (di < 0.0 and dj > 0.0):
-            t = di / (di - dj)
-            kept[n, 0] = corners[i, 0] + t * (corners[j, 0] - corners[i, 0])
-            kept[n, 1] = corners[i, 1] + t * (corners[j, 1] - corners[i, 1])
-            n += 1
-    for i in range(n):
-        corners[i, 0] = kept[i, 0]
-        corners[i, 1] = kept[i, 1]
-    return n

@@ -16,15 +16,14 @@ import numpy as np
 import shapely
 
 from holdfast.base.arrays import Float, Int, frozen, unit
-from holdfast.base.compiled import compilable, compiled, lean
 from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
+from holdfast.native import core
 
 HAIRLINE = 1e-3  # relative to the tolerance: gaps up to this width between triangles are closed
 CORNER = 16  # number of segments of a quarter circle where an outline is widened or narrowed
-MOST_CORNERS = 8  # largest number of corners of the intersection of two triangles, clipped by one more line
 
 
 class Faces(NamedTuple):
@@ -99,7 +98,7 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
     across = np.minimum(moving.high, still.high)[:2] - np.maximum(moving.low, still.low)[:2]
     if (across <= narrow).any() or still.high[2] < moving.low[2] - tolerance:
         return np.inf
-    pieces, corners, ahead = _shared(*moving.front, *still.back, _least(moving, still, tolerance, narrow))
+    pieces, corners, ahead = core.shared_parts(moving.front, still.back, _least(moving, still, tolerance, narrow))
     if not len(ahead):
         return np.inf
     order = np.argsort(ahead, kind="stable")
@@ -142,109 +141,3 @@ def _union(outlines: list[shapely.Geometry], fine: float) -> shapely.Geometry:
     except shapely.GEOSException:
         rounded = shapely.set_precision(outlines, fine, mode="pointwise")
         return shapely.union_all(shapely.make_valid(rounded), grid_size=fine)
-
-
-@compiled
-def _shared(
-    ours: Float, low: Float, high: Float, theirs: Float, low_b: Float, high_b: Float, least: float
-) -> tuple[Float, Int, Float]:
-    """Return the polygons that front and back triangles share, seen along d, and how far ahead the back triangles are.
-
-    Returns the polygons (m, MOST_CORNERS, 2), their numbers of corners (m,) and the least distances (m,) [m]. Only the
-    parts count where the back triangle is at least ``least`` [m] ahead.
-    """
-    order = np.argsort(low_b[:, 0])
-    starts = low_b[order, 0].copy()
-    widest = 0.0
-    for j in range(len(low_b)):
-        widest = max(widest, high_b[j, 0] - low_b[j, 0])
-    capacity, found = 64, 0
-    pieces = np.zeros((capacity, MOST_CORNERS, 2))
-    corners, ahead = np.zeros(capacity, dtype=np.int64), np.zeros(capacity)
-    polygon, other, side = np.zeros((12, 2)), np.zeros((12, 2)), np.zeros(12)
-    for i in range(len(ours)):
-        for at in range(np.searchsorted(starts, low[i, 0] - widest), len(starts)):
-            if starts[at] >= high[i, 0]:
-                break
-            j = order[at]
-            apart = low_b[j, 1] >= high[i, 1] or high_b[j, 1] <= low[i, 1] or high_b[j, 0] <= low[i, 0]
-            if apart or high_b[j, 2] < low[i, 2] + least:
-                continue
-            count = _common(ours[i], theirs[j], polygon, other, side)
-            farthest = -np.inf
-            for k in range(count):
-                side[k] = _height(theirs[j], polygon[k]) - _height(ours[i], polygon[k]) - least
-                farthest = max(farthest, side[k])
-            if count < 3 or farthest <= 0.0:
-                continue
-            count = _clipped(polygon, count, side, other)
-            nearest = np.inf
-            for k in range(count):
-                polygon[k] = other[k]
-                nearest = min(nearest, _height(theirs[j], polygon[k]) - _height(ours[i], polygon[k]))
-            if count < 3:
-                continue
-            if found == capacity:
-                pieces = np.concatenate((pieces, np.zeros((capacity, MOST_CORNERS, 2))))
-                corners = np.concatenate((corners, np.zeros(capacity, dtype=np.int64)))
-                ahead = np.concatenate((ahead, np.zeros(capacity)))
-                capacity *= 2
-            pieces[found, :count] = polygon[:count]
-            corners[found], ahead[found] = count, nearest
-            found += 1
-    return pieces[:found], corners[:found], ahead[:found]
-
-
-@compilable
-@lean
-def _common(ours: Float, theirs: Float, polygon: Float, other: Float, side: Float) -> int:
-    """Write the intersection of two triangles seen along d into ``polygon``; return its number of corners."""
-    turn = 1.0 if _turn(theirs[0], theirs[1], theirs[2]) > 0 else -1.0
-    count = 3
-    for k in range(3):
-        polygon[k, 0], polygon[k, 1] = ours[k, 0], ours[k, 1]
-    for e in range(3):
-        for k in range(count):
-            side[k] = turn * _turn(theirs[e], theirs[(e + 1) % 3], polygon[k])
-        count = _clipped(polygon, count, side, other)
-        for k in range(count):
-            polygon[k, 0], polygon[k, 1] = other[k, 0], other[k, 1]
-    return count
-
-
-@compilable
-@lean
-def _clipped(polygon: Float, count: int, side: Float, out: Float) -> int:
-    """Clip a convex polygon where ``side``, given at its corners, is positive, to ``out``; return its corner count."""
-    kept = 0
-    for k in range(count):
-        m = k + 1 if k + 1 < count else 0
-        if side[k] >= 0.0:
-            out[kept, 0], out[kept, 1] = polygon[k, 0], polygon[k, 1]
-            kept += 1
-        if (side[k] > 0.0 and side[m] < 0.0) or (side[k] < 0.0 and side[m] > 0.0):
-            t = side[k] / (side[k] - side[m])
-            for x in range(2):
-                out[kept, x] = polygon[k, x] + t * (polygon[m, x] - polygon[k, x])
-            kept += 1
-    return kept
-
-
-@compilable
-@lean
-def _turn(a: Float, b: Float, c: Float) -> float:
-    """Return twice the signed area of a triangle seen along d."""
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
-
-
-@compilable
-@lean
-def _height(triangle: Float, point: Float) -> float:
-    """Return the coordinate along d of a triangle's plane at a point (2,), clamped to the range of the triangle."""
-    whole = _turn(triangle[0], triangle[1], triangle[2])
-    u = _turn(triangle[0], point, triangle[2]) / whole
-    v = _turn(triangle[0], triangle[1], point) / whole
-    z = triangle[:, 2]
-    height = z[0] + u * (z[1] - z[0]) + v * (z[2] - z[0])
-    low, high = min(z[0], min(z[1], z[2])), max(z[0], max(z[1], z[2]))
-    return float(min(max(height, low), high))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.values import Value, seal
 from holdfast.native import core
 
-FLAT = 1e-3  # [rad] a smaller angle between two faces is rounding, not an edge
-SMOOTH = 0.6  # [rad] an edge with a smaller angle is smooth: its faces represent a curved surface
+FLAT: Final = core.FLAT  # [rad] a smaller angle between two faces is rounding, not an edge
+# [rad] an edge with a smaller angle is smooth: its faces represent a curved surface
+SMOOTH: Final = core.SMOOTH
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -14,6 +14,7 @@ void bind_trees(nanobind::module_&);
 void bind_engines(nanobind::module_&);
 void bind_geometry(nanobind::module_&);
 void bind_contacts(nanobind::module_&);
+void bind_settling(nanobind::module_&);
 void bind_drawing(nanobind::module_&);
 void bind_surfaces(nanobind::module_&);
 

@@ -8,6 +8,7 @@ NB_MODULE(core, m) {
     holdfast::bind_engines(m);
     holdfast::bind_geometry(m);
     holdfast::bind_contacts(m);
+    holdfast::bind_settling(m);
     holdfast::bind_drawing(m);
     holdfast::bind_surfaces(m);
 }

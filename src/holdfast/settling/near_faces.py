@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled, dot3, lean
 from holdfast.contacts.search_mesh import near_faces
+from holdfast.native import core
 from holdfast.settling.moved_surfaces import Posed
 
 GREATEST = 50.0  # [margins] pairs that were searched up to a larger distance are too many to be reused
-AWAY = 0.3  # faces whose normals have a larger cosine cannot touch each other
 
 
 class FacePairs:
@@ -31,10 +30,8 @@ class FacePairs:
         if not needed <= self._searched <= GREATEST * margin:
             self._searched, self._place = 2 * margin, place
             self._pairs = near_faces(a.mesh, b.mesh, self._searched)
-        out = np.empty_like(self._pairs)
-        of_a, of_b = a.mesh, b.mesh
-        boxes = (of_a.low, of_a.high, of_b.low, of_b.high)
-        return out[: _facing_near(self._pairs, *boxes, of_a.normals, of_b.normals, margin, AWAY, out)]
+        of_a, of_b = ((mesh.low, mesh.high, mesh.normals) for mesh in (a.mesh, b.mesh))
+        return core.facing_near(self._pairs, *of_a, *of_b, margin)
 
 
 def _way(before: Float, after: Float, body: Posed) -> float:
@@ -42,31 +39,3 @@ def _way(before: Float, after: Float, body: Posed) -> float:
     change = after - before
     at_centre = change[:3, :3] @ body.start.com_body + change[:3, 3]
     return float(np.linalg.norm(at_centre) + body.radius * np.linalg.norm(change[:3, :3], 2))
-
-
-@compiled
-@lean
-def _facing_near(
-    pairs: Int,
-    low_a: Float,
-    high_a: Float,
-    low_b: Float,
-    high_b: Float,
-    normals_a: Float,
-    normals_b: Float,
-    margin: float,
-    away: float,
-    out: Int,
-) -> int:
-    """Write to ``out`` those of ``pairs`` (m, 2) whose boxes are near and whose normals fit; return their number."""
-    count = 0
-    for pair in range(len(pairs)):
-        i, j = pairs[pair, 0], pairs[pair, 1]
-        near = True
-        for k in range(3):
-            near = near and low_b[j, k] <= high_a[i, k] + margin and high_b[j, k] >= low_a[i, k] - margin
-        if near and dot3(normals_a[i], normals_b[j]) < away:
-            out[count, 0] = i
-            out[count, 1] = j
-            count += 1
-    return count

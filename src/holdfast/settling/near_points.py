@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compiled, lean
 from holdfast.contacts.detect import NEGLIGIBLE_WIDTH, NOMINAL_BREADTH
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.round_contacts import feet
 from holdfast.contacts.tolerances import THINNEST, Angles
-from holdfast.settling.facing_triangles import ROW, facing_corners
+from holdfast.native import core
 from holdfast.settling.moved_surfaces import Posed
 from holdfast.settling.near_faces import FacePairs
-from holdfast.settling.shared_volume import SAME_DEPTH, Shared, shared_solids, ways_out
+from holdfast.settling.shared_volume import Shared, shared_solids, ways_out
 
 FACING = 15.0  # [deg] faces at a smaller angle meet as faces, others with their edges and vertices
 SHARP = 3.0  # [deg] an edge or a vertex touches if the surface beside it does not slope towards the other body by more
 ALIKE = float(np.cos(np.radians(30)))  # cosine of the largest angle between normals of the same contact
 SAME = 10 * NEGLIGIBLE_WIDTH  # relative to the smaller body: closer points are the same
-TURNED = 0.3  # relative to the smaller body: distance that a unit difference of normals counts as
-LEAN = 0.05  # [rad] a point with a gap is chosen if a smaller rotation of the body would close the gap
-MOST = 5  # number of near points of two bodies that are chosen: the corners of a face and one more
 MANY = 256  # if there are more near points, only the deepest in each cell of space is used
 CELL = 0.005  # side of a cell, relative to the smaller body
-BESIDE = 1.5  # [depths of the overlap] distance up to which another near point may explain an overlap
+ROW: Final = core.NEAR_ROW  # numbers of a near point: point (3), normal (3), distance
 
 
 class Near(NamedTuple):
@@ -63,7 +59,8 @@ def near_points(
     pairs = faces.within(one, other, margin)
     if len(pairs):
         limit, sharp = float(np.cos(np.radians(FACING))), Angles(SHARP, SHARP)
-        by_mesh = [facing_corners(mesh_a, mesh_b, pairs, margin=margin, depth=depth, cos_angle=limit)]
+        faces_a, faces_b = ((mesh.triangles, mesh.normals) for mesh in (mesh_a, mesh_b))
+        by_mesh = [core.facing_corners(*faces_a, *faces_b, pairs, margin, depth, limit)]
         features = touching_features(
             mesh_a, mesh_b, pairs, gap=margin, depth=depth, angles=sharp, size=size, strict=NEGLIGIBLE_WIDTH * size
         )
@@ -134,10 +131,10 @@ def _without_explained(rows: Float, size: float) -> Near:
     rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
     rows = np.ascontiguousarray(rows)
     good = np.empty(len(rows), dtype=np.bool_)
-    _explained(rows, ALIKE, good)
+    core.mark_unexplained(rows, ALIKE, good)
     rows = np.ascontiguousarray(rows[good])
-    kept, chosen = np.empty(MOST, dtype=np.int64), np.zeros(len(rows), dtype=bool)
-    chosen[kept[: _spread(rows, size, kept)]] = True
+    chosen = np.zeros(len(rows), dtype=bool)
+    chosen[core.spread_points(rows, size, SAME * size)] = True
     return Near(rows[:, :3], rows[:, 3:6], rows[:, 6], chosen)
 
 
@@ -146,58 +143,3 @@ def _cells(rows: Float, side: float) -> Int:
     cells = np.column_stack([np.floor(rows[:, :3] / side), np.round(2 * rows[:, 3:6])]).astype(np.int64)
     cells -= cells.min(0)
     return np.asarray(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(0) + 1)))
-
-
-@compiled
-@lean
-def _explained(rows: Float, alike: float, good: Bool) -> None:
-    """Tell in ``good`` (n,) which near points, the deepest first, are not explained by a smaller overlap or gap nearby.
-
-    If a corner is inside another body, it has an overlap with every face nearby, but only the nearest face should push
-    it out. At a thin wall, the far side would push a body the wrong way, so only the nearer side counts. Scans have
-    folded triangles that face inwards on the outside; their overlap is about as deep as the gap to which it belongs.
-    """
-    for i in range(len(rows)):
-        good[i] = True
-        depth = -rows[i, 6]
-        if depth <= 0:
-            continue
-        for j in range(i + 1, len(rows)):
-            if rows[j, 6] > SAME_DEPTH * depth:
-                break
-            cosine, apart2 = 0.0, 0.0
-            for k in range(3):
-                cosine += rows[i, 3 + k] * rows[j, 3 + k]
-                apart2 += (rows[i, k] - rows[j, k]) ** 2
-            beside = cosine < -alike if rows[j, 6] >= 0 else -rows[j, 6] < 0.999 * depth
-            if beside and cosine < alike and apart2 <= (BESIDE * depth) ** 2:
-                good[i] = False
-                break
-
-
-@compiled
-def _spread(rows: Float, size: float, kept: Int) -> int:
-    """Write to ``kept`` the numbers of near points that are far from each other and nearly touch, the deepest first.
-
-    Each further point has the largest distance from those before it, minus its gap over LEAN. Points with different
-    normals count as farther apart. Returns the number of points; no two of them are closer than SAME.
-    """
-    apart = np.full(len(rows), np.inf)
-    count, chosen = 0, 0
-    while count < len(kept) and len(rows) > 0:
-        kept[count] = chosen
-        count += 1
-        best, following = -np.inf, -1
-        for i in range(len(rows)):
-            place2, turn2 = 0.0, 0.0
-            for k in range(3):
-                place2 += (rows[i, k] - rows[chosen, k]) ** 2
-                turn2 += (rows[i, 3 + k] - rows[chosen, 3 + k]) ** 2
-            apart[i] = min(apart[i], np.sqrt(place2 + turn2 * (TURNED * size) ** 2))
-            worth = apart[i] - max(rows[i, 6], 0.0) / LEAN
-            if apart[i] > SAME * size and worth > best:
-                best, following = worth, i
-        if following < 0:
-            break
-        chosen = following
-    return count

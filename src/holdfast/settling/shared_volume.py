@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import manifold3d
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.native import core
 from holdfast.settling.moved_surfaces import Posed
 
 CLEAR = 0.3  # least sum of area vectors, relative to the area of the second body inside the first, that has a direction
@@ -16,7 +17,8 @@ PARTED = 0.05  # bodies have come apart if their common volume after a motion, r
 FARTHEST = (1.0, 2.0, 4.0, 8.0)  # [thicknesses of the sheet] motions to either side that are tried
 AGAINST = -0.5  # a normal whose cosine to the direction of a solid is smaller points against it
 AROUND = 0.1  # [depths of a near point] how far from a common solid the point may lie
-SAME_DEPTH = 1.05  # largest ratio of two depths of one overlap, or of its depth to the extent of the solid along it
+# largest ratio of two depths of one overlap, or of its depth to the extent of the solid along it
+SAME_DEPTH: Final = core.SAME_DEPTH
 
 
 class Shared(NamedTuple):
