@@ -8,7 +8,6 @@ import trimesh
 from placed import at
 
 import holdfast as hf
-from holdfast.base.rounding import SUM
 from holdfast.engines.limit.certified import _Face
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.gauge import CuttingPlanes
@@ -173,9 +172,9 @@ def test_what_a_combination_misses_is_paid_for() -> None:
     near = np.argsort(((points[:, None] - known) ** 2).sum(2), axis=1)[:, :10]
     gauge = np.linalg.norm(known @ D.T, axis=1)
     axes = np.tile(np.linalg.norm(D, axis=0), (2, 1))
-    bound = core.combined(points, known, near.astype(np.int64), gauge, axes, SUM)
+    bound = core.combined(points, known, near.astype(np.int64), gauge, axes, 1e-14)
     exact = np.linalg.norm(points @ D.T, axis=1)
     assert (bound >= exact * (1 - 1e-9)).all()
     np.testing.assert_allclose(
-        core.combined(2 * known, known, near[:40] * 0 + np.arange(40)[:, None], gauge, axes, SUM), 2 * gauge
+        core.combined(2 * known, known, near[:40] * 0 + np.arange(40)[:, None], gauge, axes, 1e-14), 2 * gauge
     )
