@@ -12,6 +12,7 @@ import pytest
 import holdfast
 
 FLOORS = (
+    {"native"},
     {"base"},
     {"geometry", "conic"},
     {"scene"},
@@ -29,7 +30,7 @@ FLOORS = (
 )
 FRONT = {"answers", "errors", "plugins", "readers", "sets"}  # modules of public names, whose stubs say where these are
 FLOOR = {package: number for number, packages in enumerate(FLOORS) for package in packages}
-ONLY = {"conic": {"base"}, "elastic": {"base"}, "drawing": {"base", "geometry"}}  # besides themselves
+ONLY = {"conic": {"base"}, "elastic": {"base", "native"}, "drawing": {"base", "geometry", "native"}}  # besides themselves
 ROOT = Path(holdfast.__file__).parent
 BENCH = Path(__file__).parents[2] / "bench"
 
@@ -106,11 +107,12 @@ def test_every_module_has_a_floor() -> None:
         ("holdfast.scene.body", "if True:\n    import holdfast.queries"),
         ("holdfast.scene.body", "from holdfast import Scene"),
         ("holdfast.base.arrays", "from holdfast.scene.scene import Scene"),
+        ("holdfast.native.__init__", "from holdfast.base.arrays import Float"),
         ("holdfast.geometry.surface", "from holdfast.scene.body import Body"),
         ("holdfast.geometry.surface", "from holdfast.conic.solve import solve"),
         ("holdfast.conic.solve", "from holdfast.geometry.surface import Surface"),
-        ("holdfast.elastic.law", "from holdfast.assembly.assembly import Assembly"),
-        ("holdfast.elastic.law", "from holdfast.contacts.interface import Interface"),
+        ("holdfast.elastic.system", "from holdfast.assembly.assembly import Assembly"),
+        ("holdfast.elastic.system", "from holdfast.contacts.interface import Interface"),
         ("holdfast.drawing.png", "from holdfast.queries.map import RobustnessMap"),
         ("holdfast.drawing.png", "from holdfast.report.data import plain"),
         ("holdfast.report.data", "from holdfast.cli.main import run"),
