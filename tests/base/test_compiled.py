@@ -151,7 +151,7 @@ def test_others_cannot_enter_a_folder_of_numba_alone(package: Path) -> None:
 
 def test_the_sources_of_all_kernels_count() -> None:
     names = {path.relative_to(PACKAGE).as_posix() for path in compiled_sources(PACKAGE)}
-    assert {"elastic/law.py", "elastic/newton.py", "contacts/features.py", "base/compiled.py"} <= names
+    assert {"elastic/law.py", "elastic/newton.py", "base/compiled.py"} <= names
 
 
 def test_of_many_folders_the_newest_stay(package: Path) -> None:

@@ -1,4 +1,4 @@
-"""Closed-form contacts of cuboids that are flush or certainly apart, for all pairs of a scene at once (compiled).
+"""Closed-form contacts of cuboids that are flush or certainly apart, for all pairs of a scene at once.
 
 Most bodies of pallets, shelves and walls are boxes, and most pairs of nearby boxes are of one of two kinds, for which
 the contact is known without searching triangles, edges and corners:

@@ -30,12 +30,12 @@ from holdfast.contacts.search_mesh import (
     LARGE,
     SearchMesh,
     in_common_box,
-    near_boxes,
     near_but_facets,
     near_faces,
     near_facets,
 )
 from holdfast.contacts.tolerances import Tolerances, plain_gap
+from holdfast.native import core
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
@@ -261,7 +261,7 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
     for part in (order[~wide], order[wide]):
         if not len(part):
             continue
-        near = near_boxes(low, high, low[part], high[part], axis, 0.0)
+        near = core.near_boxes(low, high, low[part], high[part], axis, 0.0)
         found.append(np.column_stack([near[:, 0], part[near[:, 1]]]))
     pairs = np.concatenate(found)
     fixed = np.array([body.fixed for body in bodies], dtype=bool)

@@ -16,7 +16,6 @@ from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.detect import in_order, neighbours
-from holdfast.contacts.search_mesh import near_boxes
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.solid import closed_solid
@@ -181,7 +180,7 @@ def _corner_distance(a: Body, b: Body, search: float) -> float:
     if not len(near) or not len(around):
         return np.inf
     around = around[np.argsort(low[around, 0], kind="stable")]
-    pairs = near_boxes(near, near, low[around], high[around], 0, search)
+    pairs = core.near_boxes(near, near, low[around], high[around], 0, search)
     return float(np.sqrt(core.nearest_of_pairs(near, triangles[around], pairs))) if len(pairs) else np.inf
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from holdfast.geometry.topology import SMOOTH, Topology
 from holdfast.native import core
 from holdfast.scene.body import Body
 
-LARGE = 8  # [medians] longer boxes are searched separately, as they would widen the search window of all others
+# [medians] longer boxes are searched separately, as they would widen the search window of all others
+LARGE: Final = core.LARGE_BOX
 
 
 class SearchMesh(NamedTuple):
@@ -121,61 +122,27 @@ def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:
     return sealed(moved)
 
 
-def near_faces(a: SearchMesh, b: SearchMesh, gap: float, facets: tuple[int, int] | None = None) -> Int:
+def near_faces(a: SearchMesh, b: SearchMesh, gap: float, facets: tuple[int, int] = (-1, -1)) -> Int:
     """Return the pairs (m, 2) of faces of a and b whose boxes come within ``gap`` [m].
 
     If ``facets`` gives the number of a large flat face of each body, only triangles of these two count.
     """
-    if facets is None:
-        return _near_faces(a, b, gap)
-    return _near_faces(a, b, gap, (a.facet == facets[0], b.facet == facets[1]))
+    return core.near_faces(a, b, gap, *facets, but_facets=False)
 
 
 def near_but_facets(a: SearchMesh, b: SearchMesh, gap: float) -> Int:
     """Return ``near_faces`` without pairs in which both belong to large flat faces, which are treated as polygons."""
-    return _near_faces(a, b, gap, apart=(a.facet >= 0, b.facet >= 0))
+    return core.near_faces(a, b, gap, -1, -1, but_facets=True)
 
 
 def in_common_box(a: SearchMesh, b: SearchMesh, gap: float) -> tuple[Bool, Bool]:
     """Mark the faces (F,) of a and of b within ``gap`` [m] of the intersection of the boxes of both bodies."""
-    low, high = _common(a, b, gap)
+    low, high = np.maximum(a.box[0], b.box[0]) - gap, np.minimum(a.box[1], b.box[1]) + gap
     of_a, of_b = (np.ones(len(mesh.low), dtype=bool) for mesh in (a, b))
     for mesh, of in ((a, of_a), (b, of_b)):
         for k in range(3):  # by columns, because NumPy is slow along short rows
             of &= (mesh.high[:, k] >= low[k]) & (mesh.low[:, k] <= high[k])
     return of_a, of_b
-
-
-def _common(a: SearchMesh, b: SearchMesh, gap: float) -> tuple[Float, Float]:
-    """Return the corners (3,) of the intersection of the boxes of both bodies, widened by ``gap`` [m] on all sides."""
-    return np.maximum(a.box[0], b.box[0]) - gap, np.minimum(a.box[1], b.box[1]) + gap
-
-
-def _near_faces(
-    a: SearchMesh,
-    b: SearchMesh,
-    gap: float,
-    among: tuple[Bool, Bool] | None = None,
-    apart: tuple[Bool, Bool] | None = None,
-) -> Int:
-    """Return nearby faces (m, 2), only those in the masks ``among``, and no pairs within the masks ``apart``."""
-    low, high = _common(a, b, gap)
-    of_a, of_b = in_common_box(a, b, gap)
-    if among is not None:
-        of_a, of_b = of_a & among[0], of_b & among[1]
-    in_a, in_b = np.flatnonzero(of_a), np.flatnonzero(of_b)
-    if not len(in_a) or not len(in_b):
-        return np.empty((0, 2), dtype=np.int64)
-    axis = int(np.argmax(high - low))
-    in_b = in_b[np.argsort(b.low[in_b, axis], kind="stable")]
-    length = b.high[in_b, axis] - b.low[in_b, axis]
-    large = length > LARGE * np.median(length)
-    found = []
-    for part in (in_b[~large], in_b[large]):
-        marked = None if apart is None else (apart[0][in_a], apart[1][part])
-        pairs = near_boxes(a.low[in_a], a.high[in_a], b.low[part], b.high[part], axis, gap, marked)
-        found.append(np.column_stack([in_a[pairs[:, 0]], part[pairs[:, 1]]]))
-    return np.concatenate(found)
 
 
 def near_facets(a: SearchMesh, b: SearchMesh, gap: float) -> list[tuple[int, int]]:
@@ -192,22 +159,3 @@ def _facet_boxes(mesh: SearchMesh) -> tuple[Float, Float]:
     if not len(starts):
         return np.empty((0, 3)), np.empty((0, 3))
     return np.minimum.reduceat(mesh.low[order], starts), np.maximum.reduceat(mesh.high[order], starts)
-
-
-def near_boxes(
-    low_a: Float,
-    high_a: Float,
-    low_b: Float,
-    high_b: Float,
-    axis: int,
-    gap: float,
-    apart: tuple[Bool, Bool] | None = None,
-) -> Int:
-    """Return the pairs (m, 2) of boxes within ``gap`` [m] of each other; ``low_b`` has to be sorted along ``axis``.
-
-    Pairs of which both boxes are marked in the masks ``apart`` are left out.
-    """
-    widest = (high_b[:, axis] - low_b[:, axis]).max(initial=0.0)
-    first = np.searchsorted(low_b[:, axis], low_a[:, axis] - widest - gap)
-    in_a, in_b = (np.zeros(len(low_a), bool), np.zeros(len(low_b), bool)) if apart is None else apart
-    return core.near_boxes(low_a, high_a, low_b, high_b, first, axis, gap, in_a, in_b)

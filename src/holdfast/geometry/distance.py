@@ -1,4 +1,4 @@
-"""Distances of points from a triangle surface, and winding numbers, which tell whether they are inside (compiled)."""
+"""Distances of points from a triangle surface, and winding numbers, which tell whether they are inside."""
 
 from __future__ import annotations
 

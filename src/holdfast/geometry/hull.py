@@ -42,7 +42,7 @@ def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:
     It is given by its unit axes as rows (2, 2), that of the longer side first, and its low and high bounds (2,) along
     them.
     """
-    axes = core.rectangle_axes(hull)
+    axes = core.rectangle_axes(np.ascontiguousarray(hull))
     along = hull @ axes.T
     return axes, along.min(0), along.max(0)
 
@@ -53,7 +53,7 @@ def corner_numbers(points: Float) -> Int:
     The points should be scaled to about a unit square.
     """
     order = np.argsort(points[:, 0] + 1e-9 * points[:, 1], kind="stable")
-    return core.corner_numbers(points, order)
+    return core.corner_numbers(np.ascontiguousarray(points), order)
 
 
 def outline_numbers(points: Float) -> Int:

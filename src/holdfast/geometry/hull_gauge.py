@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
+
 from holdfast.base.arrays import Float
 from holdfast.base.rounding import SUM
 from holdfast.native import core
@@ -22,4 +24,4 @@ def hull_gauge(known: Float, price: Float, points: Float) -> tuple[Float, Float]
     A facet is a y with y·x <= price at all known points for which y·point is the bound, up to rounding. Where the bound
     is differentiable, y is its derivative by the point.
     """
-    return core.hull_gauge(known, price, points, SUM)
+    return core.hull_gauge(np.ascontiguousarray(known), price, np.ascontiguousarray(points), SUM)

@@ -44,7 +44,7 @@ def polynomial_moments(rings: Sequence[Float]) -> Float:
     """
     total = np.zeros(6)
     for ring in rings:
-        core.add_moments(ring, total)
+        core.add_moments(np.ascontiguousarray(ring), total)
     return total
 
 

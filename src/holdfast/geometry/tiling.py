@@ -20,7 +20,7 @@ def tiled(pieces: Sequence[Sequence[Float]], tolerance: float) -> Float | None:
     """
     if len(pieces) > FEW or any(len(rings) > 1 for rings in pieces):
         return None
-    corners = np.vstack([rings[0] for rings in pieces])
+    corners = np.ascontiguousarray(np.vstack([rings[0] for rings in pieces]))
     ends = np.cumsum([len(rings[0]) for rings in pieces])
     hull = core.tiled_hull(corners, ends, np.lexsort(corners.T[::-1]), tolerance)
     return hull if len(hull) > 2 else None

@@ -10,6 +10,7 @@
 namespace holdfast {
 
 void bind_contacts(nanobind::module_& m) {
+    m.attr("LARGE_BOX") = LARGE_BOX;
     m.attr("FLAT") = FLAT;
     m.attr("SMOOTH") = SMOOTH;
     m.attr("NEAR_PARALLEL") = NEAR_PARALLEL;
@@ -24,17 +25,21 @@ void bind_contacts(nanobind::module_& m) {
         "points"_a, "faces"_a, "pose"_a, nogil());
     m.def(
         "near_boxes",
-        [](InMat low_a, InMat high_a, InMat low_b, InMat high_b, InInts first, Int axis, double gap,
-           Span<const bool> marked_a, Span<const bool> marked_b) {
+        [](InMat low_a, InMat high_a, InMat low_b, InMat high_b, Int axis, double gap) {
             expect(low_a.size(1) == 3 && low_a.sizes() == high_a.sizes(), "corners of three numbers");
             expect(low_b.size(1) == 3 && low_b.sizes() == high_b.sizes(), "corners of three numbers");
-            expect(first.size() == low_a.size() && marked_a.size() == low_a.size(), "a start and a mark for each box");
-            expect(marked_b.size() == low_b.size() && axis >= 0 && axis < 3, "a mark for each box, and an axis");
-            expect_indices(first, low_b.size() + 1, "a known box");
-            return near_boxes(low_a, high_a, low_b, high_b, first, axis, gap, marked_a, marked_b);
+            expect(axis >= 0 && axis < 3, "an axis");
+            return near_boxes({low_a, high_a}, {low_b, high_b}, axis, gap);
         },
-        "low_a"_a, "high_a"_a, "low_b"_a, "high_b"_a, "first"_a, "axis"_a, "gap"_a, "marked_a"_a, "marked_b"_a,
-        nogil());
+        "low_a"_a, "high_a"_a, "low_b"_a, "high_b"_a, "axis"_a, "gap"_a, nogil());
+    m.def(
+        "near_faces",
+        [](const SearchMesh& a, const SearchMesh& b, double gap, Int facet_a, Int facet_b, bool but_facets) {
+            expect_sizes(a);
+            expect_sizes(b);
+            return near_faces(a, b, gap, facet_a, facet_b, but_facets);
+        },
+        "a"_a, "b"_a, "gap"_a, "facet_a"_a, "facet_b"_a, "but_facets"_a, nogil());
     m.def(
         "clip_faces",
         [](const SearchMesh& a, const SearchMesh& b, InIntMat pairs, double gap, double depth, double flat_cosine,

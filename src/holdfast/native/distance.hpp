@@ -114,10 +114,13 @@ struct Reach {
 
 // The least squared distance among ``pairs`` (m, 2) of points (n, 3) and triangles (k, 3, 3)
 inline double nearest_of_pairs(InMat points, InTen triangles, InIntMat pairs) {
+    std::vector<Reach> all;
+    all.reserve(static_cast<std::size_t>(triangles.size()));
+    for (Int k = 0; k < triangles.size(); ++k) all.emplace_back(triangles[k]);
     double best = std::numeric_limits<double>::infinity();
     for (Int k = 0; k < pairs.size(); ++k) {
         const auto p = points[pairs(k, 0)];
-        best = std::min(best, Reach(triangles[pairs(k, 1)]).squared(p[0], p[1], p[2]));
+        best = std::min(best, all[static_cast<std::size_t>(pairs(k, 1))].squared(p[0], p[1], p[2]));
     }
     return best;
 }

@@ -16,6 +16,7 @@ inline void expect_sizes(const SearchMesh& mesh) {
     const std::array<Int, 2> rows{faces, 3}, pairs{edges, 2};
     const std::array<Int, 3> corners{faces, 3, 3};
     expect(mesh.faces.sizes() == rows && mesh.of_face.sizes() == rows && mesh.normals.sizes() == rows, "faces");
+    expect(mesh.box.size(0) == 2 && mesh.box.size(1) == 3, "a box of two corners");
     expect(mesh.low.sizes() == rows && mesh.high.sizes() == rows, "a box for each face");
     expect(mesh.triangles.sizes() == corners && mesh.outward.sizes() == corners, "three corners for each face");
     expect(mesh.owns_vertex.sizes() == rows && mesh.owns_edge.sizes() == rows, "three marks for each face");

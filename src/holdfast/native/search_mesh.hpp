@@ -4,12 +4,17 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "span.hpp"
 
 namespace holdfast {
+
+constexpr double LARGE_BOX = 8;  // [medians] longer boxes are searched separately, as they would widen the search
+                                 // window of all others
 
 // A triangle surface in the world; contacts/search_mesh.py says what the members are
 struct SearchMesh {
@@ -66,23 +71,92 @@ inline std::tuple<Array<double, 2>, Array<double, 3>, Array<double, 2>, Array<do
     return {std::move(vertices), std::move(triangles), std::move(low), std::move(high)};
 }
 
-// The pairs (m, 2) of boxes within ``gap`` [m] of each other, without those of which both are marked. ``low_b`` is
-// sorted along ``axis``, and ``first`` (of a) is where the search for each box of a begins.
-inline Array<Int, 2> near_boxes(InMat low_a, InMat high_a, InMat low_b, InMat high_b, InInts first, Int axis,
-                                double gap, Span<const bool> marked_a, Span<const bool> marked_b) {
-    Array<Int, 2> found({0, 2});
-    for (Int i = 0; i < low_a.size(); ++i) {
-        const double low[3] = {low_a(i, 0) - gap, low_a(i, 1) - gap, low_a(i, 2) - gap};
-        const double high[3] = {high_a(i, 0) + gap, high_a(i, 1) + gap, high_a(i, 2) + gap};
-        for (Int j = first[i]; j < low_b.size(); ++j) {
-            const auto from = low_b[j], to = high_b[j];
-            if (from[axis] > high[axis]) break;
-            bool apart = marked_a[i] && marked_b[j];
-            for (int k = 0; k < 3; ++k) apart = apart || from[k] > high[k] || to[k] < low[k];
-            if (apart) continue;
-            found.numbers.push_back(i);
-            found.numbers.push_back(j);
+// Boxes by their corners, low and high (n, 3) [m]
+struct Boxes {
+    InMat low, high;
+};
+
+// Find the pairs of boxes within ``gap`` [m] of each other, among ``in_a`` and ``in_b``, which is sorted by ``low``
+// along ``axis``; tell ``take`` of each
+template <class Take>
+void each_near(const Boxes& a, const std::vector<Int>& in_a, const Boxes& b, const std::vector<Int>& in_b, Int axis,
+               double gap, const Take& take) {
+    std::vector<double> starts;
+    double widest = 0.0;
+    for (Int j : in_b) {
+        starts.push_back(b.low(j, axis));
+        widest = std::max(widest, b.high(j, axis) - b.low(j, axis));
+    }
+    for (Int i : in_a) {
+        const double low[3] = {a.low(i, 0) - gap, a.low(i, 1) - gap, a.low(i, 2) - gap};
+        const double high[3] = {a.high(i, 0) + gap, a.high(i, 1) + gap, a.high(i, 2) + gap};
+        const auto first = std::lower_bound(starts.begin(), starts.end(), a.low(i, axis) - widest - gap);
+        for (auto at = static_cast<std::size_t>(first - starts.begin()); at < starts.size(); ++at) {
+            if (starts[at] > high[axis]) break;
+            const In from = b.low[in_b[at]], to = b.high[in_b[at]];
+            bool near = true;
+            for (int k = 0; k < 3; ++k) near = near && !(from[k] > high[k] || to[k] < low[k]);
+            if (near) take(i, in_b[at]);
         }
+    }
+}
+
+// The pairs (m, 2) of boxes within ``gap`` [m] of each other; those of b are sorted by ``low`` along ``axis``
+inline Array<Int, 2> near_boxes(const Boxes& a, const Boxes& b, Int axis, double gap) {
+    std::vector<Int> in_a(static_cast<std::size_t>(a.low.size())), in_b(static_cast<std::size_t>(b.low.size()));
+    std::iota(in_a.begin(), in_a.end(), Int{0});
+    std::iota(in_b.begin(), in_b.end(), Int{0});
+    Array<Int, 2> found({0, 2});
+    each_near(a, in_a, b, in_b, axis, gap, [&](Int i, Int j) { found.numbers.insert(found.numbers.end(), {i, j}); });
+    found.sizes[0] = static_cast<Int>(found.numbers.size()) / 2;
+    return found;
+}
+
+// The pairs (m, 2) of faces of a and b whose boxes come within ``gap`` [m]: only those of large flat faces ``facet_a``
+// and ``facet_b``, where these are not -1, and with ``but_facets`` no pairs in which both belong to large flat faces
+inline Array<Int, 2> near_faces(const SearchMesh& a, const SearchMesh& b, double gap, Int facet_a, Int facet_b,
+                                bool but_facets) {
+    Array<Int, 2> found({0, 2});
+    double low[3], high[3];  // the intersection of the boxes of both bodies, widened by the gap
+    for (int k = 0; k < 3; ++k) {
+        low[k] = std::max(a.box(0, k), b.box(0, k)) - gap;
+        high[k] = std::min(a.box(1, k), b.box(1, k)) + gap;
+    }
+    Int axis = 0;
+    for (int k = 1; k < 3; ++k) {
+        if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+    }
+    const auto inside = [&](const SearchMesh& mesh, Int facet) {
+        std::vector<Int> faces;
+        for (Int f = 0; f < mesh.low.size(); ++f) {
+            if (facet >= 0 && mesh.facet[f] != facet) continue;
+            const In from = mesh.low[f], to = mesh.high[f];
+            bool in = true;
+            for (int k = 0; k < 3; ++k) in = in && to[k] >= low[k] && from[k] <= high[k];
+            if (in) faces.push_back(f);
+        }
+        return faces;
+    };
+    const std::vector<Int> in_a = inside(a, facet_a);
+    std::vector<Int> in_b = inside(b, facet_b);
+    if (in_a.empty() || in_b.empty()) return found;
+    std::stable_sort(in_b.begin(), in_b.end(), [&](Int i, Int j) { return b.low(i, axis) < b.low(j, axis); });
+    std::vector<double> lengths;
+    for (Int j : in_b) lengths.push_back(b.high(j, axis) - b.low(j, axis));
+    const auto middle = lengths.begin() + std::ssize(lengths) / 2;
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    double median = *middle;
+    if (lengths.size() % 2 == 0) median = (*std::max_element(lengths.begin(), middle) + median) / 2;
+    const Boxes of_a{a.low, a.high}, of_b{b.low, b.high};
+    for (const bool large : {false, true}) {
+        std::vector<Int> part;
+        for (Int j : in_b) {
+            if ((b.high(j, axis) - b.low(j, axis) > LARGE_BOX * median) == large) part.push_back(j);
+        }
+        each_near(of_a, in_a, of_b, part, axis, gap, [&](Int i, Int j) {
+            if (but_facets && a.facet[i] >= 0 && b.facet[j] >= 0) return;
+            found.numbers.insert(found.numbers.end(), {i, j});
+        });
     }
     found.sizes[0] = static_cast<Int>(found.numbers.size()) / 2;
     return found;

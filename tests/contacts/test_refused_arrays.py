@@ -1,0 +1,54 @@
+"""The compiled core refuses arrays whose sizes or indices do not fit, instead of reading or writing outside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import holdfast as hf
+from holdfast.contacts.search_mesh import SearchMesh
+from holdfast.native import core
+
+MESH = SearchMesh.of(hf.Body("box", hf.Box((1, 1, 1)), mass=1.0))
+LIMITS = (0.1, 0.1, 0.1, 0.1, 1e-9, 1e-6)
+NONE, ONE = np.zeros((0, 3)), np.array([[0, 0]])
+POINTS, TRIANGLES = np.ones((1, 3)), np.ones((1, 3, 3))
+CORNERS, ORDER = np.ones((3, 2)), np.arange(3)
+
+REFUSED: dict[str, Callable[[], object]] = {
+    "no corners": lambda: core.rectangle_axes(np.zeros((0, 2))),
+    "an unknown point of a hull": lambda: core.corner_numbers(CORNERS, np.array([3])),
+    "pieces that end before they begin": lambda: core.tiled_hull(CORNERS, np.array([3, 2]), ORDER, 0.0),
+    "an order of more corners": lambda: core.tiled_hull(CORNERS, np.array([3]), np.zeros(4, np.int64), 0.0),
+    "a cell below the first": lambda: core.cut_by_grid(np.ones((1, 3, 2)), np.ones(2), 5, np.array([[-1, 0]]), ONE),
+    "an unknown triangle": lambda: core.nearest_of_pairs(POINTS, TRIANGLES, np.array([[0, 1]])),
+    "an unknown vertex": lambda: core.winding_numbers(POINTS, POINTS, np.array([[0, 0, -1]])),
+    "a result too short": lambda: core.mark_hits(POINTS, POINTS, TRIANGLES, 1.0, np.zeros(0, bool)),
+    "no points along the axes": lambda: core.hull_gauge(np.ones((1, 1)), np.ones(1), np.ones((1, 1)), 1e-14),
+    "an unknown face": lambda: core.touching_features(MESH, MESH, np.array([[0, 12]]), LIMITS),
+    "an unknown edge": lambda: core.touching_features(MESH._replace(of_face=MESH.of_face + 99), MESH, ONE, LIMITS),
+    "unknown neighbours": lambda: core.touching_features(MESH._replace(starts=99 * MESH.starts), MESH, ONE, LIMITS),
+    "fewer vertices": lambda: core.touching_features(MESH._replace(vertices=NONE), MESH, ONE, LIMITS),
+    "a face below the first": lambda: core.clip_faces(MESH, MESH, np.array([[-1, 0]]), 1.0, 1.0, 0.0, 0.0),
+    "no box": lambda: core.near_faces(MESH._replace(box=NONE), MESH, 0.1, -1, -1, False),
+    "a fourth axis": lambda: core.flush_faces(np.ones((1, 5, 3)), ONE, np.array([[0, 3]]), np.ones(1)),
+    "boxes along a fourth axis": lambda: core.near_boxes(NONE, NONE, NONE, NONE, 3, 1.0),
+    "an unknown corner": lambda: core.placed(NONE, np.array([[0, 0, 0]]), np.eye(4)),
+    "fewer results than points": lambda: core.mark_unexplained(np.ones((3, 7)), 1.0, np.zeros(2, bool)),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_does_not_fit_is_refused(what: str) -> None:
+    with pytest.raises(ValueError, match=r"^expected "):
+        REFUSED[what]()
+
+
+def test_what_is_not_a_number_harms_nothing() -> None:
+    nothing = np.full((50, 3), np.nan)
+    faces = (np.full((50, 3, 3), np.nan), nothing, nothing)
+    assert not len(core.shared_parts(faces, faces, 0.0)[2])
+    lost = MESH._replace(low=np.full_like(MESH.low, np.nan), high=np.full_like(MESH.high, np.nan))
+    assert not len(core.near_faces(lost, MESH, 0.1, -1, -1, False))
