@@ -4,6 +4,7 @@
 
 NB_MODULE(core, m) {
     holdfast::bind_elastic(m);
+    holdfast::bind_walk(m);
     holdfast::bind_trees(m);
     holdfast::bind_engines(m);
     holdfast::bind_geometry(m);
