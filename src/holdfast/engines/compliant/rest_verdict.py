@@ -12,7 +12,6 @@ from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.step_control import SPRING_SHARE
 from holdfast.elastic.system import Settled
 from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import on_an_edge
@@ -23,6 +22,7 @@ from holdfast.engines.compliant.unstiff import unstiff_at
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
+from holdfast.native import core
 
 BALANCED = 1e-8  # largest equilibrium error of a state of rest, relative to the total weight
 RESTS = "every body comes to rest, held by the forces at its contacts"
@@ -54,7 +54,7 @@ def at_rest(grid: Grid) -> AtRest | None:
     found = balanced_forces(grid, end.q) if end.outcome is RestOutcome.RESTS else None
     if found is None:
         return None
-    unstiff = unstiff_at(grid.system.model, end.q, SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
+    unstiff = unstiff_at(grid.system.model, end.q, core.SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
     verdict = _stands(grid.assembly, grid.nodes, *found)
     return AtRest(verdict, unstiff, on_an_edge(grid.assembly, grid.nodes, found[0], grid.wrench))
 
@@ -72,7 +72,7 @@ def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Fl
         forces[:, 0] += model.k * model.apart + grid.nodes.pull / grid.unit
     forces *= grid.unit
     total, each = unbalanced(grid.places, forces, grid.wrench + load)
-    most, most_each = (SPRING_SHARE, SPRING_SHARE) if grid.hold is not None else (BALANCED, BALANCED_EACH)
+    most, most_each = (core.SPRING_SHARE, core.SPRING_SHARE) if grid.hold is not None else (BALANCED, BALANCED_EACH)
     return None if total > most or each > most_each else (forces, total)
 
 
