@@ -6,14 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.elastic.fronts import fronts_of
-from holdfast.elastic.law import bond
 from holdfast.elastic.linear import make_work
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.outcome import Event
 from holdfast.elastic.step_control import Progress
 from holdfast.elastic.stepper import advance, begin, cross_change, make_stepper
 from holdfast.elastic.system import System
-from holdfast.elastic.twists import set_units
+from holdfast.native import core
 
 Array = NDArray[np.float64]
 
@@ -47,8 +46,8 @@ def block(mu: float) -> Elastic:
         hold=np.zeros(6),
         still=np.zeros(6),
     )
-    bond(model)
-    set_units(model)
+    core.bond(model, model.bonded, model.still)
+    core.set_units(model, model.unit)
     return model
 
 

@@ -6,16 +6,12 @@ from elastic_blocks import block, twist_matrices
 
 import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes, equilibrium_operator
-from holdfast.elastic.elimination import apply_pivots, eliminate, finish
-from holdfast.elastic.fronts import fronts_of, fronts_solve, solve
-from holdfast.elastic.law import evaluate, nearest, next_change, node_forces
-from holdfast.elastic.linear import dense_solve, make_work
+from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.model import Runs
-from holdfast.elastic.sparse import write_entries
-from holdfast.elastic.twists import set_units, sheet_twist
 from holdfast.engines.compliant.elastic_model import elastic_model, world_rows
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import relative_velocity
+from holdfast.native import core
 from holdfast.scene.shipped import shipped_scene
 
 SCENES = ["cube", "table", "arch", "v_groove", "tabletop"]
@@ -35,7 +31,7 @@ def rough(m, seed: int):
 
 def unbalance(m, q: np.ndarray, K: np.ndarray | None = None) -> np.ndarray:
     r = np.zeros(len(q))
-    evaluate(m, 1.0, q, r, np.zeros_like(m.bonded) if K is None else K, np.zeros(6), np.zeros(6))
+    core.evaluate(m, 1.0, q, r, np.zeros_like(m.bonded) if K is None else K)
     return r
 
 
@@ -48,7 +44,7 @@ def test_forces_follow_the_law_at_every_node(name: str, ratio: float) -> None:
         m = rough(flat, seed) if seed % 2 else flat
         q = np.random.default_rng(seed).normal(size=len(m.wrench))
         f = np.zeros((len(nodes), 3))
-        node_forces(m, q, f)
+        core.node_forces(m, q, f)
         u = relative_velocity(nodes, assembly.com, world_rows(assembly, q[None]).reshape(-1, 6))
         normal = m.k * np.maximum(0, -u[:, 0] - m.apart)
         trial = -ratio * m.k[:, None] * u[:, 1:]
@@ -67,7 +63,7 @@ def test_the_unbalance_is_that_of_the_equilibrium_operator(name: str, ratio: flo
         m = rough(flat, seed) if seed % 2 else flat
         q = np.random.default_rng(seed).normal(size=len(m.wrench))
         f = np.zeros((len(nodes), 3))
-        node_forces(m, q, f)
+        core.node_forces(m, q, f)
         along_the_world = assembly.levers * (equilibrium_operator(assembly, nodes) @ f.ravel())
         expected = (along_the_world.reshape(-1, 3) @ assembly.axes.T).ravel() + m.wrench
         # the model is rounded to nine digits
@@ -96,11 +92,11 @@ def test_units_bring_the_bonded_stiffness_of_every_displacement_to_one(name: str
     _, _, m = model(name)
     n, some = len(m.wrench), np.random.default_rng(3).normal(size=m.bonded.shape)
     m = m._replace(bonded=some @ some.transpose(0, 2, 1), unit=np.empty(n), hold=np.zeros(n))
-    set_units(m)
+    core.set_units(m, m.unit)
     stiff = np.diag(bordered(m, m.bonded, np.zeros(n), np.zeros(n)))[:n]
     np.testing.assert_allclose(m.unit**2 * stiff, 1.0)
     m = m._replace(bonded=np.zeros_like(m.bonded), hold=np.array([0.0, 4.0] * (n // 2)))
-    set_units(m)
+    core.set_units(m, m.unit)
     assert m.unit.tolist() == [1.0, 0.5] * (n // 2)
 
 
@@ -111,7 +107,7 @@ def test_the_entries_of_the_stiffness_are_those_of_the_matrix_by_its_definition(
     n, some = len(m.wrench), np.random.default_rng(4)
     m, K = m._replace(unit=some.uniform(0.5, 2, n)), some.normal(size=m.bonded.shape)
     (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
-    count = write_entries(m, K, rows, columns, values)
+    count = core.write_entries(m, K, rows, columns, values)
     A = np.zeros((n, n))
     np.add.at(A, (rows[:count], columns[:count]), values[:count])
     expected = bordered(m, K, np.zeros(n), np.zeros(n))[:n, :n] * np.outer(m.unit, m.unit)
@@ -141,17 +137,14 @@ def test_dense_and_sparse_solutions_and_the_sign_of_the_determinant(name: str, c
     rng = np.random.default_rng(3)
     for _ in range(4):
         fronts = fronts_of(m)
-        works = [make_work(m, None), make_work(m, fronts)]
+        works = [core.Work(m, None), core.Work(m, fronts)]
         q, w, c, rhs = rng.normal(size=n), rng.normal(size=n), rng.normal(size=n), rng.normal(size=(n + 1, 2))
         for work in works:
             unbalance(m, q, work.K)
             work.w[:], work.c[:], work.rhs[:] = w, c, rhs
         A = bordered(m, works[0].K + 0.1 * m.bonded, w, c)
         A[n, n] = corner
-        signs = [
-            dense_solve(m, works[0], 0.1, corner, 0.0),
-            fronts_solve(m, works[1], fronts, 0.1, corner, 0.0),
-        ]
+        signs = [core.solve(m, works[0], 0.1, corner, None), core.solve(m, works[1], 0.1, corner, fronts)]
         for work, sign in zip(works, signs, strict=True):
             np.testing.assert_allclose(A @ work.rhs, rhs, atol=1e-7)
             assert sign == np.linalg.slogdet(A)[0]
@@ -170,9 +163,9 @@ def test_a_body_on_one_point_has_no_unique_direction(seed: int) -> None:
     for hold in (0.0, 1e-11):
         held = m._replace(hold=np.full(6, hold))
         for way in (None, fronts_of(held)):
-            work = make_work(held, way)
+            work = core.Work(held, way)
             work.K[:], work.w[:], work.c[:], work.rhs[:] = K, w, c, rhs
-            sign = solve(held, work, 0.0, 0.0, way, 1e-14)
+            sign = core.solve(held, work, 0.0, 0.0, way, 1e-14)
             assert (sign == 0) == (hold == 0.0)
 
 
@@ -182,10 +175,10 @@ def test_what_is_left_of_a_front_is_its_schur_complement(size: int, full: int) -
     F[np.arange(size), np.arange(size)] += 6.0  # so that no pivot waits
     A = F.copy()
     P, X = np.empty((full, size)), np.empty((full, size + 2 - full))
-    done, sign = eliminate(F, P, np.arange(size), full, 0.0)
+    done, sign = core.eliminate(F, P, np.arange(size), full, 0.0)
     assert done == full
-    finish(F, P, X, full)
-    apply_pivots(F, done, P, X, done, size, 0)
+    core.finish(F, P, X, full)
+    core.apply_pivots(F, P, X)
     assert sign == np.linalg.slogdet(A[:full, :full])[0]
     left = A[full:, full:] - A[full:, :full] @ np.linalg.solve(A[:full, :full], A[:full, full:])
     np.testing.assert_allclose(F[full:, full:], left, atol=1e-12)
@@ -207,8 +200,8 @@ def test_runs_of_open_nodes_are_passed_over_and_no_others(name: str) -> None:
         np.testing.assert_array_equal(K, other)
         v = np.zeros(6)
         for p in range(len(m.a)):
-            sheet_twist(m, p, q, v)
-            passed += sum(nearest(m.runs, k, v, 1.0) <= 0 for k in range(m.runs.first[p], m.runs.first[p + 1]))
+            core.sheet_twist(m, p, q, v)
+            passed += sum(core.nearest(m.runs, k, v, 1.0) <= 0 for k in range(m.runs.first[p], m.runs.first[p + 1]))
     assert 0 < passed < 20 * len(m.runs.box)
 
 
@@ -230,11 +223,11 @@ def test_nothing_changes_its_state_before_the_next_change(name: str) -> None:
 
     def states(at: np.ndarray) -> np.ndarray:
         f = np.zeros((len(nodes), 3))
-        node_forces(m, at, f)
+        core.node_forces(m, at, f)
         sliding = np.linalg.norm(f[:, 1:], axis=1) > (1 - 1e-12) * nodes.mu * f[:, 0]
         return np.where(f[:, 0] <= 0, 0, np.where(sliding, 2, 1))
 
-    h = next_change(m, q, t)
+    h = core.next_change(m, q, t)
     assert np.isfinite(h)
     assert (states(q) == states(q + 0.999 * h * t)).all()
     assert (states(q) != states(q + (h + 1e-9) * t)).any()

@@ -9,13 +9,12 @@ import pytest
 from elastic_blocks import twist_matrices
 from numpy.typing import NDArray
 
-from holdfast.elastic import fronts as module
-from holdfast.elastic.elimination import eliminate
-from holdfast.elastic.fronts import fronts_of, fronts_solve, passes_on
-from holdfast.elastic.linear import Work, dense_solve, make_work
+from holdfast.elastic.fronts import fronts_of
+from holdfast.elastic.linear import make_work
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.newton import add_drag
 from holdfast.elastic.ordering import Fronts
+from holdfast.native import core
 
 Array = NDArray[np.float64]
 
@@ -91,10 +90,9 @@ def case(seed: int, bodies: int, *, rank: int = 6, drag: float = DRAG) -> Case:
     return Case(m, fronts_of(m), K, w, c, A, rhs)
 
 
-def filled(work: Work, each: Case) -> Work:
+def filled(work: core.Work, each: Case) -> core.Work:
     """The system in memory that holds no numbers, as another system or another thread may leave it."""
-    for memory in (work.left, work.upper, work.front, work.other, work.panel):
-        memory[:] = np.nan
+    work.fill(np.nan)
     work.K[:], work.w[:], work.c[:], work.rhs[:] = each.K, each.w, each.c, each.rhs
     return work
 
@@ -120,31 +118,23 @@ def test_the_force_of_drag_is_that_of_the_matrix() -> None:
 @pytest.mark.parametrize(("seed", "bodies"), [(0, 1), (1, 2), (2, 7), (3, 20), (4, 20), (5, 45), (6, 70), (7, 110)])
 def test_solutions_are_those_of_dense_elimination(seed: int, bodies: int, rank: int) -> None:
     each = case(seed, bodies, rank=rank)
-    work = filled(make_work(each.m, each.fronts), each)
-    sign = fronts_solve(each.m, work, each.fronts, DRAG, CORNER, 0.0)
+    work = filled(core.Work(each.m, each.fronts), each)
+    sign = core.solve(each.m, work, DRAG, CORNER, each.fronts)
     assert error(work.rhs, each.A, each.rhs) < 1e-8
     assert sign == np.linalg.slogdet(each.A)[0]
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_pivots_wait_wherever_they_may(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pivots_wait_wherever_they_may(seed: int) -> None:
     """In fronts whose rest is passed on at once and in others, and more of them than there is memory for at first."""
     each = case(seed, 60, rank=1, drag=0.0)
-    waiting = []
-
-    def watched(F: Array, P: Array, columns: NDArray[np.int64], full: int, least: float) -> tuple[int, float]:
-        done, sign = eliminate(F, P, columns, full, least)
-        waiting.append(full - done)
-        return done, sign
-
-    monkeypatch.setattr(module, "eliminate", watched)
-    work = filled(make_work(each.m, each.fronts), each)
-    sign = fronts_solve.py_func(each.m, work, each.fronts, 0.0, CORNER, 0.0)
+    work = filled(core.Work(each.m, each.fronts), each)
+    sign = core.solve(each.m, work, 0.0, CORNER, each.fronts)
     assert error(work.rhs, each.A, each.rhs) < 1e-6
     assert sign == np.linalg.slogdet(each.A)[0]
-    at_once = np.array([passes_on(each.fronts, k) for k in range(len(waiting))])
-    assert max(np.array(waiting)[at_once]) > 5
-    assert max(np.array(waiting)[~at_once]) > 5
+    at_once = np.array([core.passes_on(each.fronts, k) for k in range(len(work.waits))])
+    assert max(work.waits[at_once]) > 5
+    assert max(work.waits[~at_once]) > 5
 
 
 def test_a_body_that_nothing_holds_makes_a_system_singular() -> None:
@@ -152,9 +142,9 @@ def test_a_body_that_nothing_holds_makes_a_system_singular() -> None:
     m = each.m._replace(hold=np.zeros_like(each.m.hold), still=np.zeros_like(each.m.still))
     K = each.K * ((m.a != 4) & (m.b != 4))[:, None, None]
     each = each._replace(m=m, K=K)
-    dense, sparse = filled(make_work(m, None), each), filled(make_work(m, each.fronts), each)
-    assert dense_solve(m, dense, 0.0, 0.0, 1e-12) == 0
-    assert fronts_solve(m, sparse, each.fronts, 0.0, 0.0, 1e-12) == 0
+    dense, sparse = filled(core.Work(m, None), each), filled(core.Work(m, each.fronts), each)
+    assert core.solve(m, dense, 0.0, 0.0, None, 1e-12) == 0
+    assert core.solve(m, sparse, 0.0, 0.0, each.fronts, 1e-12) == 0
 
 
 @pytest.mark.parametrize(("seed", "bodies"), [(0, 1), (3, 20), (5, 45)])

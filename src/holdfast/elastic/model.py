@@ -12,12 +12,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import by_reference, compiled, lean
-
-RUN = 7  # nodes that are examined together: a row of the usual grid, and a whole fraction of a row of finer grids
+from holdfast.base.compiled import by_reference
+from holdfast.native import core
 
 
 @by_reference
@@ -34,32 +31,8 @@ class Runs(NamedTuple):
 
     @classmethod
     def of(cls, first: Int, x: Float, y: Float, apart: Float) -> Runs:
-        """Cut the sheets with nodes from ``first`` (P + 1,) on into runs of RUN nodes."""
-        begins, size = np.empty_like(first), len(x) // RUN + len(first)
-        node, box = np.empty(size, dtype=np.int64), np.empty((size, 5))
-        count = _cut(first, x, y, apart, begins, node, box)
-        return cls(begins, node[: count + 1], box[:count])
-
-
-@compiled
-@lean
-def _cut(first: Int, x: Float, y: Float, apart: Float, begins: Int, node: Int, box: Float) -> int:
-    """Write the runs as ``Runs`` has them; returns how many there are."""
-    count = 0
-    for p in range(len(first) - 1):
-        begins[p] = count
-        for at in range(first[p], first[p + 1], RUN):
-            node[count] = at
-            around = box[count]
-            around[0], around[1], around[2], around[3], around[4] = np.inf, -np.inf, np.inf, -np.inf, np.inf
-            for i in range(at, min(at + RUN, first[p + 1])):
-                around[0], around[1] = min(around[0], x[i]), max(around[1], x[i])
-                around[2], around[3] = min(around[2], y[i]), max(around[3], y[i])
-                around[4] = min(around[4], apart[i])
-            count += 1
-    begins[-1] = count
-    node[count] = first[-1]
-    return count
+        """Cut the sheets with nodes from ``first`` (P + 1,) on into runs."""
+        return cls(*core.cut(first, x, y, apart))
 
 
 @by_reference

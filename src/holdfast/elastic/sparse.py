@@ -14,7 +14,7 @@ from scipy.sparse.linalg import splu
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.model import Elastic
-from holdfast.elastic.twists import add_stiffness, set_units
+from holdfast.native import core
 
 # Largest resistance that counts as none, where that of bonded contacts is of order one; a regularisation spring has it
 NO_RESISTANCE = 1e-9
@@ -47,34 +47,13 @@ def _entries(m: Elastic, K: Float) -> tuple[Int, Int, Float, Float]:
     softest = m.unit.reshape(-1, 6)[:, :3].min(1)  # that of the direction in which contacts are firmest
     unit = (softest[:, None] * np.stack([np.ones_like(size), 1 / size], 1).repeat(3, axis=1)).ravel()
     (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
-    count = write_entries(m._replace(unit=unit), K, rows, columns, values)
+    count = core.write_entries(m._replace(unit=unit), K, rows, columns, values)
     return rows[:count], columns[:count], values[:count], unit
 
 
 @lru_cache
 def _start(n: int) -> Float:
     return frozen(np.random.default_rng(0).normal(size=n))
-
-
-@compiled
-def write_entries(m: Elastic, K: Float, rows: Int, columns: Int, values: Float) -> int:
-    """Write the entries of the stiffness, in the ``unit`` of the model, sheet by sheet; returns how many there are.
-
-    Of each sheet they are those of body b and body a, but for fixed ones.
-    """
-    B, X, Y = np.empty((12, 12)), np.empty((6, 6)), np.empty((6, 6))
-    count = 0
-    for p in range(len(m.a)):
-        B[:] = 0.0
-        ends = m.b[p], m.a[p]
-        add_stiffness(m, p, K, 0.0, 6 if ends[1] >= 0 else -1, 0 if ends[0] >= 0 else -1, B, X, Y)
-        for i in range(12):
-            for j in range(12):
-                one, other = ends[i // 6], ends[j // 6]
-                if one >= 0 and other >= 0:
-                    rows[count], columns[count], values[count] = 6 * one + i % 6, 6 * other + j % 6, B[i, j]
-                    count += 1
-    return count
 
 
 def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Callable[[Float], Float]]:
@@ -107,7 +86,7 @@ def held(m: Elastic, bodies: Bool | None = None, stiffness: float = NO_RESISTANC
         each[~bodies] = 0.0
     hold = (each[:, None] * np.stack([np.ones_like(size), size**2], 1)).repeat(3, axis=1).ravel()
     own = m._replace(hold=np.maximum(hold, m.hold), unit=np.empty_like(m.unit))
-    set_units(own)
+    core.set_units(own, own.unit)
     return own
 
 

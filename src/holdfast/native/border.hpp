@@ -122,7 +122,7 @@ struct type_caster<holdfast::Array<T, N>> {
 
 template <holdfast::Record T>
 struct type_caster<T> {
-    NB_TYPE_CASTER(T, const_name("tuple"))
+    NB_TYPE_CASTER(T, const_name("tuple[typing.Any, ...]"))
     bool from_python(handle source, std::uint32_t flags, cleanup_list* cleanup) noexcept {
         constexpr auto count = std::tuple_size_v<decltype(T::fields)>;
         if (!PyTuple_Check(source.ptr()) || static_cast<std::size_t>(PyTuple_Size(source.ptr())) != count) return false;

@@ -5,17 +5,7 @@
 #include <cmath>
 #include <utility>
 
-// Where the linker can choose among several versions of a function by the processor that it finds (the GNU C library
-// can), there is one for each width of vectors. A sanitizer must not run before it is set up, as a choice does.
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__)
-#if defined(__clang__)
-#define HOLDFAST_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define HOLDFAST_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#endif
-#else
-#define HOLDFAST_WIDE
-#endif
+#include "wide.hpp"
 
 #if defined(_MSC_VER)
 #define HOLDFAST_INLINE __forceinline
@@ -23,6 +13,16 @@
 #else
 #define HOLDFAST_INLINE inline __attribute__((always_inline))
 #define HOLDFAST_ALONE __restrict__
+#endif
+
+// Before a loop: what one turn of it writes, no other reads. Some compilers would check it for a few rows and give up
+// for more.
+#if defined(__clang__)
+#define HOLDFAST_APART _Pragma("clang loop vectorize(assume_safety)")
+#elif defined(__GNUC__)
+#define HOLDFAST_APART _Pragma("GCC ivdep")
+#else
+#define HOLDFAST_APART __pragma(loop(ivdep))
 #endif
 
 namespace holdfast::dense {
@@ -70,17 +70,20 @@ void take(double* row_, double factor, const double* other_, Int count) {
     const Row row = row_;
     const Other other = other_;
     if (factor == 0.0) return;
+    HOLDFAST_APART
     for (Int c = 0; c < count; ++c) row[c] -= factor * other[c];
 }
 
 HOLDFAST_WIDE
 void multiply(double* row, double factor, Int count) {
+    HOLDFAST_APART
     for (Int c = 0; c < count; ++c) row[c] *= factor;
 }
 
 HOLDFAST_WIDE
 bool all_within(const double* row, double limit, Int count) {
     Int beyond = 0;
+    HOLDFAST_APART
     for (Int c = 0; c < count; ++c) beyond += !(std::abs(row[c]) <= limit);
     return beyond == 0;
 }
@@ -103,6 +106,7 @@ void take_own(double* x, Int x_width, const double* factors, Int p_width, Int co
     const double c1 = f1[2], d1 = f1[3], e1 = f1[4], g1 = f1[5];
     const double d2 = f2[3], e2 = f2[4], g2 = f2[5];
     const double e3 = f3[4], g3 = f3[5], g4 = f4[5];
+    HOLDFAST_APART
     for (Int k = 0; k < count; ++k) {
         const double y0 = x0[k];
         const double y1 = x1[k] - b0 * y0;
@@ -136,6 +140,7 @@ void take_block(double* F, Int width, Int rows, const double* factors, Int by_pi
         f += by_row;
         const double d0 = f[0], d1 = f[by_pivot], d2 = f[2 * by_pivot];
         const double d3 = f[3 * by_pivot], d4 = f[4 * by_pivot], d5 = f[5 * by_pivot];
+        HOLDFAST_APART
         for (Int k = 0; k < count; ++k) {
             const double y0 = x0[k], y1 = x1[k], y2 = x2[k], y3 = x3[k], y4 = x4[k], y5 = x5[k];
             a[k] -= a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3 + a4 * y4 + a5 * y5;
@@ -149,6 +154,7 @@ void take_block(double* F, Int width, Int rows, const double* factors, Int by_pi
         const double* f = factors + i * by_row;
         const double a0 = f[0], a1 = f[by_pivot], a2 = f[2 * by_pivot];
         const double a3 = f[3 * by_pivot], a4 = f[4 * by_pivot], a5 = f[5 * by_pivot];
+        HOLDFAST_APART
         for (Int k = 0; k < count; ++k) {
             a[k] -= a0 * x0[k] + a1 * x1[k] + a2 * x2[k] + a3 * x3[k] + a4 * x4[k] + a5 * x5[k];
         }
@@ -230,6 +236,7 @@ double eliminate_all(double* A, Int width, Int size, double least) {
         if (pivot != c) {
             sign = -sign;
             const Row other = A + pivot * width + c;
+            HOLDFAST_APART
             for (Int j = 0; j < count; ++j) std::swap(above[j], other[j]);
         }
         if (above[0] < 0) sign = -sign;
@@ -238,6 +245,7 @@ double eliminate_all(double* A, Int width, Int size, double least) {
             const Row row = A + i * width + c;
             const double factor = row[0] * inverse;
             if (factor != 0.0) {
+                HOLDFAST_APART
                 for (Int j = 0; j < count; ++j) row[j] -= factor * above[j];
             }
         }

@@ -17,6 +17,7 @@
 #include <limits>
 
 #include "model.hpp"
+#include "pressing.hpp"
 #include "twists.hpp"
 #include "vectors.hpp"
 
@@ -68,13 +69,9 @@ inline void bond(const Elastic& m, Ten bonded, Vec still) {
     }
 }
 
-// The most that a node of this run can be pressed under the sheet's twist ``v`` (6,).
-//
-// It is rounded as what a node is pressed, and rounding keeps the order: where it is not positive, no node presses.
+// The most that a node of this run can be pressed under the sheet's twist ``v`` (6,), as pressing.hpp has it
 inline double nearest(const Runs& runs, Int run, In v, double weight) {
-    const double* box = &runs.box(run, 0);
-    const double x = v[5] > 0 ? box[1] : box[0], y = v[4] > 0 ? box[2] : box[3];
-    return x * v[5] - y * v[4] - v[0] - weight * box[4];
+    return nearest(&runs.box(run, 0), v.data(), weight);
 }
 
 // r (6J,) = weight · wrench + G f(Gᵀ q) - hold q, and K (P, 6, 6): minus the derivative of each sheet's wrench.
@@ -85,87 +82,12 @@ inline Int evaluate(const Elastic& m, double weight, In q, Vec r, Ten K, Vec v, 
     scale(r, weight, m.wrench);
     for (Int i = 0; i < r.size(); ++i) r[i] -= m.hold[i] * q[i];
     Int states = 0;
-    const double rho = m.rho;
-    const double *xs = m.x.data(), *ys = m.y.data(), *ks = m.k.data(), *gaps = m.apart.data();
-    const Int *begins = m.runs.first.data(), *nodes = m.runs.node.data();
+    const Pressing nodes{m.x.data(),         m.y.data(),        m.k.data(),           m.apart.data(),
+                         m.runs.node.data(), m.runs.box.data(), m.runs.box.steps()[0]};
     for (Int p = 0; p < m.a.size(); ++p) {
         sheet_twist(m, p, q, v);
-        const double v0 = v[0], v1 = v[1], v2 = v[2], v3 = v[3], v4 = v[4], v5 = v[5];
-        const double mu = m.mu[p], slippery = (mu / rho) * (mu / rho);
-        double fn = 0.0, f1 = 0.0, f2 = 0.0, gn = 0.0, g1 = 0.0, g2 = 0.0;
-        double nn = 0.0, ny = 0.0, nx = 0.0, nyy = 0.0, nxy = 0.0, nxx = 0.0;  // normal by normal
-        double sk = 0.0, sx = 0.0, sy = 0.0, sr = 0.0;  // of nodes that stick: Σ k, Σ k x, Σ k y and Σ k (x² + y²)
-        // Tangential by tangential, of nodes that slide
-        double t11 = 0.0, t12 = 0.0, t1w = 0.0, t22 = 0.0, t2w = 0.0, tww = 0.0;
-        // Tangential by normal
-        double c1 = 0.0, c1y = 0.0, c1x = 0.0, c2 = 0.0, c2y = 0.0, c2x = 0.0, cw = 0.0, cwy = 0.0, cwx = 0.0;
-        for (Int run = begins[p]; run < begins[p + 1]; ++run) {
-            if (nearest(m.runs, run, v, weight) <= 0.0) continue;
-            for (Int i = nodes[run]; i < nodes[run + 1]; ++i) {
-                const double x = xs[i], y = ys[i], k = ks[i];
-                const double pressed = x * v5 - y * v4 - v0 - weight * gaps[i];
-                if (pressed <= 0.0) continue;
-                const double kx = k * x, ky = k * y, kxx = kx * x, kyy = ky * y;
-                nn += k;
-                ny += ky;
-                nx -= kx;
-                nyy += kyy;
-                nxy -= ky * x;
-                nxx += kxx;
-                const double normal = k * pressed;
-                fn += normal;
-                g1 += y * normal;
-                g2 -= x * normal;
-                if (mu <= 0.0) continue;  // no friction: nothing sticks, not even where nothing has moved yet
-                const double u1 = v1 - y * v3, u2 = v2 + x * v3, square = u1 * u1 + u2 * u2;
-                if (square <= slippery * pressed * pressed) {
-                    sk += k;
-                    sx += kx;
-                    sy += ky;
-                    sr += kxx + kyy;
-                    states += i + 1;
-                    continue;
-                }
-                const double inverse = 1 / std::sqrt(square), e1 = u1 * inverse, e2 = u2 * inverse;
-                const double s1 = -mu * normal * e1, s2 = -mu * normal * e2, h = mu * normal * inverse;
-                const double d11 = h * e2 * e2, d12 = -h * e1 * e2, d22 = h * e1 * e1;
-                t11 += d11;
-                t12 += d12;
-                t1w += x * d12 - y * d11;
-                t22 += d22;
-                t2w += x * d22 - y * d12;
-                tww += y * y * d11 - 2 * x * y * d12 + x * x * d22;
-                const double b1 = -mu * k * e1, b2 = -mu * k * e2;  // less friction where the contact lifts
-                const double bw = x * b2 - y * b1;
-                c1 += b1;
-                c1y += b1 * y;
-                c1x -= b1 * x;
-                c2 += b2;
-                c2y += b2 * y;
-                c2x -= b2 * x;
-                cw += bw;
-                cwy += bw * y;
-                cwx -= bw * x;
-                states += (i + 1) * 7919;
-                f1 += s1;
-                f2 += s2;
-                gn += x * s2 - y * s1;
-            }
-        }
-        f1 -= rho * (sk * v1 - sy * v3);
-        f2 -= rho * (sk * v2 + sx * v3);
-        gn -= rho * (sx * v2 - sy * v1 + sr * v3);
-        t11 += rho * sk;
-        t1w -= rho * sy;
-        t22 += rho * sk;
-        t2w += rho * sx;
-        tww += rho * sr;
-        const double wrench[6] = {fn, f1, f2, gn, g1, g2};
-        const double D[6][6] = {{nn, 0.0, 0.0, 0.0, ny, nx},   {c1, t11, t12, t1w, c1y, c1x},
-                                {c2, t12, t22, t2w, c2y, c2x}, {cw, t1w, t2w, tww, cwy, cwx},
-                                {ny, 0.0, 0.0, 0.0, nyy, nxy}, {nx, 0.0, 0.0, 0.0, nxy, nxx}};
-        std::copy_n(wrench, 6, F.data());
-        for (int i = 0; i < 6; ++i) std::copy_n(D[i], 6, &K(p, i, 0));
+        states += press(nodes, m.runs.first[p], m.runs.first[p + 1], v.data(), weight, m.mu[p], m.rho, F.data(),
+                        &K(p, 0, 0), K.steps()[1]);
         add_wrench(m, p, F, 1.0, r);
     }
     return states;

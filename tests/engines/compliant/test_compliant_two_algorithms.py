@@ -7,8 +7,8 @@ from engine_scenes import shipped
 from bench.baselines.fixed_point import Fixed, fixed_point
 from bench.suites.reliability import random_pushes
 from holdfast import Compliant
-from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import PathOutcome
+from holdfast.native import core
 
 
 def outcome(grid, wrench: np.ndarray, most: int = 150) -> Fixed:
@@ -51,5 +51,5 @@ def test_the_same_forces_at_rest(name: str) -> None:
     other = fixed_point(grid.assembly, grid.nodes, grid.wrench, grid.system.model.k)
     assert other.outcome is Fixed.RESTS
     forces = np.zeros((len(grid.nodes), 3))
-    node_forces(grid.system.model, grid.settled.q, forces)
+    core.node_forces(grid.system.model, grid.settled.q, forces)
     np.testing.assert_allclose(other.forces, forces * grid.assembly.weight, atol=1e-5 * grid.assembly.weight)

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.compiled import compiled
-from holdfast.elastic.law import node_forces
+from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.model import Elastic
 from holdfast.engines.compliant.places import Places
+from holdfast.native import core
 
 FEW = 12.0  # a contact's force is concentrated if fewer nodes share it, counted by (sum f)² / sum f²
 EDGE = 5.5  # the same on a rectangle, where the six or so nodes along an edge still show where a body tips over it
 SPREAD = 0.5  # share of the contact's nodes that must be more than these: a ball has one node anyway
-COUNTS = 1e-3  # smallest share of the largest force on either body that a contact must carry to count
 
 
 def concentrated(places: Places, m: Elastic, q: Float) -> Bool:
@@ -27,35 +25,7 @@ def concentrated(places: Places, m: Elastic, q: Float) -> Bool:
     few = np.where(places.rectangular[nodes.interface[first]], min(EDGE, FEW), FEW)
     most = np.minimum(few, SPREAD * np.diff(first, append=len(nodes)))
     ends = np.append(first, len(nodes))
-    found[:, nodes.interface[first]] = _concentrated(
-        m, ends, nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q)
-    )
-    return found
-
-
-@compiled
-def _concentrated(m: Elastic, first: Int, a: Int, b: Int, most: Float, q: Float) -> Bool:
-    """``concentrated``, for C contacts of bodies ``a`` and ``b`` (C,): fewer nodes than ``most`` (C,) are few.
-
-    The nodes of contact c are those from ``first[c]`` to ``first[c + 1] - 1``.
-    """
-    f, count = np.empty((len(m.k), 3)), len(a)
-    found = np.zeros((len(q), count), dtype=np.bool_)
-    for row in range(len(q)):
-        node_forces(m, q[row], f)
-        total, squares, largest = np.zeros(count), np.zeros(count), np.zeros(q.shape[1] // 6)
-        for c in range(count):
-            for i in range(first[c], first[c + 1]):
-                total[c] += f[i, 0]
-                squares[c] += f[i, 0] ** 2
-            for body in (a[c], b[c]):
-                if body >= 0:
-                    largest[body] = max(largest[body], total[c])
-        for c in range(count):
-            least = np.inf
-            for body in (a[c], b[c]):
-                if body >= 0:
-                    least = min(least, largest[body])
-            if total[c] > COUNTS * least and total[c] ** 2 < most[c] * squares[c]:
-                found[row, c] = True
+    those = np.zeros((len(q), len(first)), dtype=bool)
+    core.concentrated(m, ends, nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q), those)
+    found[:, nodes.interface[first]] = those
     return found

@@ -13,13 +13,12 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import snapped
-from holdfast.elastic.law import bond
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.twists import add_wrench, set_units
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.random_faces import Faces
 from holdfast.engines.compliant.sheets import BITS
 from holdfast.engines.compliant.stiffness import Stiffness, stiffness_of
+from holdfast.native import core
 
 ROUGHEST = 1e3  # flatness, in compressions under the weight, beyond which bodies rest on three nodes of a patch anyway
 
@@ -124,8 +123,8 @@ def elastic_model(
         np.zeros(6 * len(assembly.movable)),
         np.zeros(6 * len(assembly.movable)),
     )
-    bond(model)
-    set_units(model)
+    core.bond(model, model.bonded, model.still)
+    core.set_units(model, model.unit)
     if sheets.pull.any():
         _add_pull(model)
     return model
@@ -135,5 +134,6 @@ def _add_pull(m: Elastic) -> None:
     """Add to the wrench what nodes press at no displacement, which is their pull, to the last digit."""
     ends = m.first[:-1]
     fn, g1, g2 = (np.add.reduceat(each * m.k * m.apart, ends) for each in (np.ones_like(m.x), m.y, -m.x))
-    for p in range(len(m.a)):
-        add_wrench(m, p, np.array([fn[p], 0.0, 0.0, 0.0, g1[p], g2[p]]), 1.0, m.wrench)
+    wrenches = np.zeros((len(m.a), 6))
+    wrenches[:, 0], wrenches[:, 4], wrenches[:, 5] = fn, g1, g2
+    core.add_wrenches(m, wrenches, m.wrench)

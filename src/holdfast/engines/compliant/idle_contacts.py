@@ -13,9 +13,9 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Bool, Float
 from holdfast.contacts.flags import EXACT
 from holdfast.contacts.interface import Interface
-from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic
 from holdfast.engines.compliant.places import Places
+from holdfast.native import core
 
 HARDLY = 1e-9  # a contact that carries no more than this share of the total weight at rest carries nothing but rounding
 LEANS = 0.01  # an answer leans on contacts that are idle at rest if they carry more than this share of the load
@@ -57,5 +57,5 @@ def leaning(places: Places, m: Elastic, idle: tuple[int, ...], loads: Float, q: 
 def _carried(places: Places, m: Elastic, q: Float) -> Float:
     """Return the normal force of each interface (interfaces,) at q (6J,), in the model's unit."""
     forces = np.empty((len(m.k), 3))
-    node_forces(m, q, forces)
+    core.node_forces(m, q, forces)
     return np.bincount(places.nodes.interface, forces[:, 0], len(places.assembly.interfaces)).astype(np.float64)

@@ -18,11 +18,11 @@ from scipy.sparse.csgraph import breadth_first_order
 from holdfast.base.arrays import Bool, Float
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
-from holdfast.elastic.law import node_forces
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.sparse import WEAKEST_SPRING, held
 from holdfast.elastic.system import System
+from holdfast.native import core
 
 HUGE = 10.0  # a weight is expected not to count any more beside a load of this many times its size
 PATIENCE = 1000  # largest number of Newton steps in the search for rest
@@ -73,7 +73,7 @@ class LoadBearing:
     def _pressed(self) -> Float:
         """The sum of the forces at rest at the nodes of each sheet (P,)."""
         m, forces = self.model, np.zeros((len(self.model.k), 3))
-        node_forces(m, self.rest, forces)
+        core.node_forces(m, self.rest, forces)
         sheet = np.repeat(np.arange(len(m.a)), np.diff(m.first))
         return np.bincount(sheet, np.linalg.norm(forces, axis=1), len(m.a)).astype(np.float64)
 

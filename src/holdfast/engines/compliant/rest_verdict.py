@@ -10,7 +10,6 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
-from holdfast.elastic.law import node_forces
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.system import Settled
 from holdfast.engines.answers import balanced_in_verdict
@@ -66,7 +65,7 @@ def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Fl
     they balance badly; what a regularisation spring carries counts as unbalanced.
     """
     forces = np.zeros((len(grid.nodes), 3))
-    node_forces(grid.system.model, q, forces)
+    core.node_forces(grid.system.model, q, forces)
     if grid.nodes.pull.any():  # exactly as the model has it, which is rounded
         model = grid.system.model
         forces[:, 0] += model.k * model.apart + grid.nodes.pull / grid.unit

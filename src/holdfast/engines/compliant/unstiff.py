@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.elastic.law import evaluate
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.sparse import unresisted_motion
+from holdfast.native import core
 
 TAKEN_ALONG = 1e-3  # displacement, relative to the largest in a motion, above which a body takes part in the motion
 
@@ -26,7 +26,7 @@ def unstiff_at(m: Elastic, q: Float, rounding: float) -> Bool:
     touching = _touching(m, pressed, rounding)
     K = np.empty_like(m.bonded)
     firm = m._replace(apart=np.where(touching, m.apart + 2 * np.abs(pressed) + 1, m.apart))
-    evaluate(firm, 1.0, q, np.zeros(len(q)), K, np.zeros(6), np.zeros(6))
+    core.evaluate(firm, 1.0, q, np.zeros(len(q)), K)
     return np.asarray(unresisted_motion(m, K) > TAKEN_ALONG)
 
 
