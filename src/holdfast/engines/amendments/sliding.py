@@ -44,5 +44,6 @@ class Sliding(Amendment):
         telling = int((most < (1 - MATTERS) * found.lower[loaded]).sum())
         lower = np.array(found.lower)
         lower[loaded] = most
-        words = f"{telling} of {len(found)} answers hold more only after sliding {core.SLID:g} times as far as contacts give"
+        far = f"{core.SLID:g} times as far as contacts give"
+        words = f"{telling} of {len(found)} answers hold more only after sliding {far}"
         return replace(found, lower=lower, notes=(*found.notes, words) if telling else found.notes)
