@@ -77,6 +77,11 @@ inline void expect_work(const Work& work, const Elastic& m, const Fronts* fronts
     expect((work.A.size() == 0) == (fronts != nullptr), "memory made for fronts, or for none");
     if (fronts == nullptr) return;
     expect_fronts(*fronts, m.wrench.size(), m.a.size());
+    for (Int s = 0; s < fronts->sheet.size(); ++s) {
+        const Int p = fronts->sheet[s];
+        expect((fronts->at_a[s] < 0) == (m.a[p] < 0) && (fronts->at_b[s] < 0) == (m.b[p] < 0),
+               "a place in a front for each free body of a sheet");
+    }
     Int most = 0;
     for (Int k = 0; k < fronts->owned.size(); ++k) most = std::max(most, fronts->first[k + 1] - fronts->first[k]);
     expect(
