@@ -6,6 +6,8 @@
 
 #include <chrono>
 
+#include "lock.hpp"
+
 namespace holdfast {
 
 // Made for one call, which has released Python's global lock, and asked once a step of Newton's method
@@ -24,7 +26,7 @@ class Breath {
 
     // Handlers act in the main thread alone: others do not ask again, and leave the lock to those that need it
     void listen() {
-        const nanobind::gil_scoped_acquire lock;
+        const Locked lock;
         const nanobind::module_ threading = nanobind::module_::import_("threading");
         listens_ = threading.attr("get_ident")().equal(threading.attr("main_thread")().attr("ident"));
         if (listens_ && PyErr_CheckSignals() != 0) throw nanobind::python_error();
