@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from holdfast.elastic.fronts import fronts_of
-from holdfast.elastic.linear import make_work
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.step_control import Progress
-from holdfast.elastic.stepper import advance, begin, cross_change, make_stepper
+from holdfast.elastic.step_control import QUICK
 from holdfast.elastic.system import System
 from holdfast.native import core
 
@@ -74,21 +72,21 @@ class Walk:
     def __init__(self, mu: float, load: Array, start: Array | None = None) -> None:
         self.model = block(mu)
         self.fronts = fronts_of(self.model)
-        self.work = make_work(self.model, self.fronts)
-        self.stepper = make_stepper(np.zeros(6))._replace(now=Progress())
+        self.work = core.Work(self.model, self.fronts)
+        self.stepper = core.Stepper(np.zeros(6), QUICK)
         start = System.dense(self.model).come_to_rest().q if start is None else start
-        self.event = begin(self.model, self.work, self.stepper, start, load, self.fronts)
+        self.event = Event(core.begin(self.model, self.work, self.stepper, start, load, self.fronts))
 
     def step(self) -> Event:
-        self.event = advance(self.model, self.work, self.stepper, self.fronts)
+        self.event = Event(core.advance(self.model, self.work, self.stepper, self.fronts))
         return self.event
 
     def cross(self) -> Event:
-        return cross_change(self.model, self.work, self.stepper, self.fronts)
+        return Event(core.cross_change(self.model, self.work, self.stepper, self.fronts))
 
 
-def at(**known: float) -> Progress:
-    now = Progress()
+def at(**known: float) -> core.Progress:
+    now = core.Progress(QUICK)
     now.elastic, now.s, now.highest, now.slope, now.length, now.at_peak = 1.0, 1.0, 1.0, 0.5, 1.0, 1.0
     now.flat_since = now.similar_since = np.inf
     for name, value in known.items():

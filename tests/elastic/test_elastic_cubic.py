@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from holdfast.elastic.cubic import cubic, least_slope, maximum_at, minimum_at, summit
+from holdfast.native import core
 
 X = np.linspace(0, 1, 100_001)
 ENDS = [  # height and slope at the first end, height and slope at the second
@@ -33,21 +33,21 @@ def heights(start: float, a: float, end: float, b: float) -> NDArray[np.float64]
 def test_it_has_the_heights_and_slopes_of_its_ends(ends: tuple[float, float, float, float]) -> None:
     y = heights(*ends)
     for at in (0, 12_345, 50_000, 99_000, 100_000):
-        assert cubic(X[at], *ends) == pytest.approx(y[at], abs=1e-12)
-    assert least_slope(*ends) == pytest.approx(np.gradient(y, X).min(), abs=1e-3)
+        assert core.cubic(X[at], *ends) == pytest.approx(y[at], abs=1e-12)
+    assert core.least_slope(*ends) == pytest.approx(np.gradient(y, X).min(), abs=1e-3)
 
 
 @pytest.mark.parametrize("ends", ENDS)
 def test_its_extrema_are_where_it_is_highest_and_lowest(ends: tuple[float, float, float, float]) -> None:
     start, a, end, b = ends
     y = heights(*ends)
-    assert cubic(maximum_at(*ends), *ends) == pytest.approx(y.max(), abs=1e-9)
+    assert core.cubic(core.maximum_at(*ends), *ends) == pytest.approx(y.max(), abs=1e-9)
     upside_down = -start, -a, -end, -b
-    assert minimum_at(*upside_down) == maximum_at(*ends)
+    assert core.minimum_at(*upside_down) == core.maximum_at(*ends)
     if a * b > 0:
-        assert cubic(minimum_at(*ends), *ends) == pytest.approx(y.min(), abs=1e-9)
+        assert core.cubic(core.minimum_at(*ends), *ends) == pytest.approx(y.min(), abs=1e-9)
     else:
-        assert minimum_at(*ends) == -1.0
+        assert core.minimum_at(*ends) == -1.0
 
 
 @pytest.mark.parametrize(
@@ -61,14 +61,14 @@ def test_its_extrema_are_where_it_is_highest_and_lowest(ends: tuple[float, float
     ],
 )
 def test_it_may_have_no_maximum(ends: tuple[float, float, float, float]) -> None:
-    assert maximum_at(*ends) == -1.0
+    assert core.maximum_at(*ends) == -1.0
 
 
 @pytest.mark.parametrize(("bend", "counts"), [(0.05, True), (0.11, False), (0.5, False)])
 def test_where_one_bend_explains_both_slopes_no_maximum_is_suspected(bend: float, counts: bool) -> None:
     """From the slope 1 to the slope 0.01 at ``bend``: the cubic goes higher and comes back."""
     ends = 0.0, 1.0, bend + 0.01 * (1 - bend), 0.01
-    assert (maximum_at(*ends) > 0) == counts
+    assert (core.maximum_at(*ends) > 0) == counts
 
 
 @pytest.mark.parametrize(
@@ -85,4 +85,4 @@ def test_the_summit_is_where_tangents_meet_or_the_cubic_has_it(
 ) -> None:
     y = heights(*ends)
     expected = (X[y.argmax()], y.max()) if x is None else (x, height)
-    assert summit(*ends) == pytest.approx(expected, abs=2e-5)
+    assert core.summit(*ends) == pytest.approx(expected, abs=2e-5)

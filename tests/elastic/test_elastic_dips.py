@@ -7,28 +7,15 @@ import pytest
 from elastic_blocks import Walk, at, push
 
 import holdfast as hf
-from holdfast.elastic.newton import Iteration
 from holdfast.elastic.outcome import Event
-from holdfast.elastic.path import fell_from_crest, narrow
-from holdfast.elastic.step_control import (
-    StepControl,
-    appraise,
-    fall,
-    hides_dip,
-    may_have_fallen,
-    measure_dip,
-    measure_sliding,
-    passes_over,
-    set_next_step,
-)
-from holdfast.elastic.stepper import doubtful, land, strays
+from holdfast.elastic.step_control import CLOSE
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
+from holdfast.native import core
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 
 X = (1.0, 0.0, 0.0)
-CLOSE = StepControl(1.5, 0.05, 1000, 20_000)  # slow, and misses less
 
 
 @pytest.mark.parametrize(
@@ -48,7 +35,7 @@ def test_the_first_maximum_is_that_from_which_the_load_dips_before_it_rises_agai
     now = walk.stepper.now
     for s in heights:
         walk.work.rhs[0, 1] = 1.0
-        land(walk.model, walk.work, walk.stepper, s, 1.0)
+        core.land(walk.model, walk.work, walk.stepper, s, 1.0)
     assert now.first == pytest.approx(first, rel=1e-3)
     assert now.highest == max(heights)
 
@@ -64,7 +51,7 @@ def test_the_first_maximum_is_that_from_which_the_load_dips_before_it_rises_agai
 )
 def test_a_step_to_a_level_may_have_passed_over_a_maximum(onward: float, load: float, passed: bool) -> None:
     """From the load 1 at the slope 1 along a step of 1: it may have gone on to 2."""
-    assert passes_over(at(s=1.0), 1.0, load, onward) == passed
+    assert core.passes_over(at(s=1.0), 1.0, load, onward) == passed
 
 
 @pytest.mark.parametrize(
@@ -87,8 +74,8 @@ def test_a_step_may_hide_how_far_the_load_falls(
     rise: float, s: float, falls: float, hidden: bool, dipped: float
 ) -> None:
     now = at(s=100.0, highest=100.0, crest=100.0, trough=100.0, dipped=dipped)
-    assert hides_dip(now, rise, s, falls) == hidden
-    small = hides_dip(at(s=100.0, highest=100.0, crest=100.0, trough=100.0, dipped=dipped), 0.8, 99.95, -0.8)
+    assert core.hides_dip(now, rise, s, falls) == hidden
+    small = core.hides_dip(at(s=100.0, highest=100.0, crest=100.0, trough=100.0, dipped=dipped), 0.8, 99.95, -0.8)
     assert small == (dipped == 0)  # 0.22 below the maximum: a dip, and perhaps the first
 
 
@@ -102,7 +89,7 @@ def test_a_step_that_may_hide_a_fall_is_doubted_however_straight_it_was(rise: fl
     now.slope, now.step, now.turned, now.orientation = rise / 2, 2.0, 0.0, 1.0
     walk.work.rhs[:, 1] = 0.0
     walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, falls / now.step
-    assert doubtful(walk.model, walk.work, walk.stepper, Iteration(True, 99.85, 3, 3, 0, 1.0)) == doubt
+    assert core.doubtful(walk.model, walk.work, walk.stepper, core.Iteration(True, 99.85, 3, 3, 0, 1.0)) == doubt
 
 
 @pytest.mark.parametrize(
@@ -134,11 +121,11 @@ def test_whether_the_load_has_fallen_from_its_crest_is_told_by_the_refined_peak(
     now, stepper, work = walk.stepper.now, walk.stepper, walk.work
     while not now.closed:
         if walk.step() is Event.ADVANCED:
-            set_next_step(now)
-    assert not fell_from_crest(walk.model, work, stepper, walk.fronts)  # nothing suggests so
+            core.set_next_step(now)
+    assert not core.fell_from_crest(walk.model, work, stepper, walk.fronts)  # nothing suggests so
     now.crest, now.trough = 1.02 * now.highest, trough * now.highest
     tangent, plane, highest = stepper.tangent.copy(), work.c.copy(), now.highest
-    assert fell_from_crest(walk.model, work, stepper, walk.fronts) == fell
+    assert core.fell_from_crest(walk.model, work, stepper, walk.fronts) == fell
     assert now.crest == now.highest >= highest
     np.testing.assert_array_equal(stepper.tangent, tangent)
     np.testing.assert_allclose(work.c, plane, rtol=1e-12)
@@ -149,7 +136,7 @@ def test_the_trough_is_the_lowest_point_since_the_crest() -> None:
     steps = [(1.0, 1.0, 1.0), (1.0, 2.0, 1.0), (0.5, 2.0, -0.5), (-0.5, 1.5, -0.1), (-0.1, 1.8, 0.3), (0.3, 2.5, 0.3)]
     seen = []
     for rise, s, falls in steps:
-        measure_dip(now, rise, s, falls)
+        core.measure_dip(now, rise, s, falls)
         now.s = s
         seen.append((now.crest, now.trough))
     assert seen == [(1, 1), (2, 2), (2.125, 2), (2.125, 1.5), (2.125, 1.5), (2.5, 2.5)]
@@ -158,13 +145,13 @@ def test_the_trough_is_the_lowest_point_since_the_crest() -> None:
 def test_what_is_reached_before_contacts_have_slid_three_times_as_far_as_they_give() -> None:
     """A step on a straight path that leads from 1 to 5 times as far crosses 3 midway; what follows does not count."""
     now = at(s=10.0, slid=1.0, before=10.0)
-    measure_sliding(now, 4.0, 14.0, 4.0, 5.0)
+    core.measure_sliding(now, 4.0, 14.0, 4.0, 5.0)
     assert (now.before, now.slid) == (pytest.approx(12.0), 5.0)
     near = at(s=10.0, slid=1.0, before=10.0)
-    measure_sliding(near, 4.0, 14.0, 4.0, 2.9)
+    core.measure_sliding(near, 4.0, 14.0, 4.0, 2.9)
     assert (near.before, near.slid) == (14.0, 2.9)
     lower = at(s=10.0, slid=1.0, before=11.0)
-    measure_sliding(lower, -4.0, 6.0, -4.0, 2.0)
+    core.measure_sliding(lower, -4.0, 6.0, -4.0, 2.0)
     assert lower.before == 11.0
 
 
@@ -175,21 +162,21 @@ def test_what_is_reached_before_contacts_have_slid_three_times_as_far_as_they_gi
 def test_a_fall_may_be_some_times_deeper_between_points_than_estimated(
     seen: float, estimate: float, perhaps: bool
 ) -> None:
-    assert may_have_fallen(seen, estimate) == perhaps
-    assert fall(99.0, 100.0) == pytest.approx(0.01)
+    assert core.may_have_fallen(seen, estimate) == perhaps
+    assert core.fall(99.0, 100.0) == pytest.approx(0.01)
 
 
 def test_a_maximum_between_points_is_a_new_peak_where_it_is() -> None:
     """From there on a higher one is waited for, not from the point behind it."""
     now = at(s=1.0, highest=1.0, crest=1.0, trough=1.0, noted=1.0, length=30.0, at_peak=10.0, late=3)
     now.step = 15.0
-    measure_dip(now, 1.0, 1.0, -2.0)
+    core.measure_dip(now, 1.0, 1.0, -2.0)
     assert now.peaked
     assert now.topped
     assert now.noted == now.crest == pytest.approx(1 + 2 / 3**1.5)
     assert now.at_peak == pytest.approx(30 - 15 * (1 - 1 / 3**0.5))
     assert now.late == 0
-    measure_dip(now, -0.1, 0.85, -0.2)
+    core.measure_dip(now, -0.1, 0.85, -0.2)
     assert not now.peaked
     assert not now.topped
 
@@ -204,13 +191,13 @@ def test_the_peak_is_sought_where_the_load_was_highest_between_points() -> None:
         walk.work.rhs[:] = 0.0
         walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, slope
         now.step = 1.0
-        land(walk.model, walk.work, walk.stepper, s, 1.0)
+        core.land(walk.model, walk.work, walk.stepper, s, 1.0)
     assert now.closed
     assert (now.rising_s, now.falling_s) == (0.9995, 0.9998)
     assert now.highest == 1.0
     assert now.crest == pytest.approx(0.9995 + 0.0125, abs=5e-4)
     walk.work.rhs[6, 1] = 0.02
-    land(walk.model, walk.work, walk.stepper, 1.001, 1.0)  # below the crest, above all points
+    core.land(walk.model, walk.work, walk.stepper, 1.001, 1.0)  # below the crest, above all points
     assert not now.closed
     assert now.rising_s == now.highest == 1.001
 
@@ -223,7 +210,7 @@ def test_the_peak_is_sought_within_a_step_behind_which_the_load_rises_again() ->
         walk.work.rhs[:] = 0.0
         walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, slope
         now.step = 1.0
-        land(walk.model, walk.work, walk.stepper, s, 1.0)
+        core.land(walk.model, walk.work, walk.stepper, s, 1.0)
     assert now.closed
     assert (now.rising_s, now.falling_s, now.falling_slope) == (1.0, 0.9, 0.1)
 
@@ -253,13 +240,13 @@ def test_a_step_strays_where_its_middle_is_out_of_balance(
     now.step, now.slope = 1.0, rise * s
     risen = s * (rise + falls) / 2
     now.s = s - risen / 2 - s * (rise - falls) / 8  # midway the cubic has the load s
-    point = Iteration(True, now.s + risen, 2, 2, 0, 1.0)
-    assert strays(walk.model, work, stepper, point, rise * s, falls * s) == astray
+    point = core.Iteration(True, now.s + risen, 2, 2, 0, 1.0)
+    assert core.strays(walk.model, work, stepper, point, rise * s, falls * s) == astray
     work.rhs[6, 1] = falls * s
     now.turned = 0.0
-    assert doubtful(walk.model, work, stepper, point) == astray
+    assert core.doubtful(walk.model, work, stepper, point) == astray
     now.doubted = 1
-    assert not doubtful(walk.model, work, stepper, point)  # once is enough: at a sharp bend every step does
+    assert not core.doubtful(walk.model, work, stepper, point)  # once is enough: at a sharp bend every step does
 
 
 @pytest.mark.parametrize(
@@ -278,7 +265,7 @@ def test_steps_are_no_longer_than_they_need_to_be(known: dict[str, float], step:
     now.step, now.turned = 10.0, 0.01
     for name, value in known.items():
         setattr(now, name, value)
-    set_next_step(now)
+    core.set_next_step(now)
     assert now.step == pytest.approx(step)
 
 
@@ -295,7 +282,7 @@ def test_steps_are_no_longer_than_they_need_to_be(known: dict[str, float], step:
 def test_behind_a_maximum_a_higher_one_is_waited_for_less_long(
     s: float, slope: float, length: float, event: Event
 ) -> None:
-    assert appraise(at(s=s, slope=slope, length=length, at_peak=1.0, crest=1.0, elastic=10.0)) is event
+    assert core.appraise(at(s=s, slope=slope, length=length, at_peak=1.0, crest=1.0, elastic=10.0)) == event
 
 
 @pytest.mark.parametrize(
@@ -345,7 +332,7 @@ def test_of_a_bracket_the_side_is_kept_that_holds_a_maximum(
     now.rising_s, now.rising_slope, now.falling_s, now.falling_slope = 1.0, slope_before, 1.2, -1.0
     walk.work.rhs[:] = 0.0
     walk.work.rhs[0, 1], walk.work.rhs[6, 1] = 1.0, slope
-    narrow(walk.work, walk.stepper, s, 1.0)
+    core.narrow(walk.work, walk.stepper, s, 1.0)
     assert ((now.rising_s, now.falling_s) == (s, 1.2)) == rising
     assert ((now.rising_s, now.falling_s) == (1.0, s)) == (not rising)
     assert now.highest == max(s, 1.2)

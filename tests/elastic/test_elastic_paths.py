@@ -1,4 +1,4 @@
-"""Load paths of a block: closed forms, what single steps meet, and the same results compiled and in Python."""
+"""Load paths of a block: closed forms, and what single steps meet."""
 
 from __future__ import annotations
 
@@ -8,24 +8,12 @@ from elastic_blocks import HALF, HEIGHT, Array, Walk, at, block, push
 
 import holdfast as hf
 from holdfast.base.progress import listening
-from holdfast.elastic.direction import torn, turn
-from holdfast.elastic.fronts import solve
-from holdfast.elastic.linear import make_work
-from holdfast.elastic.newton import Balance, newton, unbalance
 from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome
-from holdfast.elastic.step_control import (
-    Progress,
-    appraise,
-    set_next_step,
-)
-from holdfast.elastic.stepper import (
-    advance,
-    begin,
-    make_stepper,
-)
+from holdfast.elastic.step_control import QUICK
 from holdfast.elastic.system import System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
+from holdfast.native import core
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped.blocks import box, floor, wall
 
@@ -67,22 +55,23 @@ def test_what_has_no_weight_to_rest_on_drifts() -> None:
 def test_where_nodes_change_in_the_last_step_the_direction_is_that_behind_them() -> None:
     """Two of four nodes touch again, and slide; much unbalance is allowed, or another step would follow."""
     m, load = block(2.0), push(X)
-    work, path = make_work(m, None), Balance(1.0, 0.0, 0.0, np.zeros(6))
+    # Balance: all of the weight, no drag, s is free
+    work, path = core.Work(m, None), (1.0, 0.0, 0.0, np.zeros(6))
     work.w[:], work.c[:] = load, load
     q = System.dense(m).come_to_rest().q.copy()
-    assert newton(m, work, path, q, 0.0, float(load @ q), 1e-9, 5, 0.0, None).converged
+    assert core.newton(m, work, path, q, 0.0, float(load @ q), 1e-9, 5, 0.0, None).converged
     q += 2.6 * work.rhs[:-1, 1]
     s = 2.6 * work.rhs[-1, 1]
-    before = unbalance(m, work, path, q, s)
-    found = newton(m, work, path, q, s, float(load @ q), 0.15, 5, 0.0, None)
+    before = core.unbalance(m, work, path, q, s)
+    found = core.newton(m, work, path, q, s, float(load @ q), 0.15, 5, 0.0, None)
     assert found.converged
     assert found.states != before
     assert (found.steps, found.systems) == (1, 2)
     direction = work.rhs[:, 1].copy()
-    unbalance(m, work, path, q, found.s)
+    core.unbalance(m, work, path, q, found.s)
     work.rhs[:] = 0.0
     work.rhs[-1, 1] = 1.0
-    assert solve(m, work, 0.0, 0.0, None) == found.sign
+    assert core.solve(m, work, 0.0, 0.0, None) == found.sign
     np.testing.assert_allclose(direction, work.rhs[:, 1])
 
 
@@ -119,12 +108,12 @@ def test_behind_a_change_of_one_node_the_path_goes_on() -> None:
 
 @pytest.mark.parametrize("orientation", [1.0, -1.0])
 def test_onwards_is_where_the_determinant_keeps_the_sign_that_it_had_at_rest(orientation: float) -> None:
-    work, tangent = make_work(block(0.5), None), np.zeros(6)
+    work, tangent = core.Work(block(0.5), None), np.zeros(6)
     work.rhs[:, 1] = 0.5, 0.0, -0.25, 0.0, 0.0, 0.0, 3.0
     length = np.hypot(0.5, 0.25)
     for sign in (orientation, -orientation):
         onwards = sign * orientation / length
-        assert turn(work, sign, orientation, tangent) == pytest.approx(3.0 * onwards)
+        assert core.turn(work, sign, orientation, tangent) == pytest.approx(3.0 * onwards)
         np.testing.assert_allclose(tangent, onwards * work.rhs[:6, 1])
         np.testing.assert_allclose(work.c @ tangent, 1.0)
 
@@ -133,19 +122,19 @@ def test_onwards_is_where_the_determinant_keeps_the_sign_that_it_had_at_rest(ori
 def test_a_point_far_from_where_the_directions_at_both_ends_lead_is_torn(reached: int, expected: bool) -> None:
     """Both directions are along the first axis; the point lies along the first or the second."""
     axes = np.eye(6)
-    work = make_work(block(0.5), None)
+    work = core.Work(block(0.5), None)
     work.rhs[0, 1] = 1.0
-    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0, 0.7) is expected
+    assert core.torn(work, 1.0, 1.0, np.zeros(6), axes[0], axes[reached], 1.0, 0.7) is expected
 
 
 def test_how_far_is_too_far() -> None:
     """The point lies half a step beside the mean direction: too far only where it was hard to find."""
     axes = np.eye(6)
-    work = make_work(block(0.5), None)
+    work = core.Work(block(0.5), None)
     work.rhs[0, 1] = 1.0
     point = axes[0] + 0.5 * axes[1]
-    assert not torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, 0.7)
-    assert torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, 0.4)
+    assert not core.torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, 0.7)
+    assert core.torn(work, 1.0, 1.0, np.zeros(6), axes[0], point, 1.0, 0.4)
 
 
 @pytest.mark.parametrize("along", [(1.0, 0.2, -0.1), (0.5, 0.5, 0.1), (1.0, 1.0, 0.0)])
@@ -161,10 +150,10 @@ def test_which_idle_faces_part_is_found_at_the_first_point(along: tuple[float, f
     top = assembly.index["222"]
     unit = np.array([along]) / np.linalg.norm(along)
     load = grid.loads(push_columns(assembly, top, assembly.com[[top]] + [0, 0, 0.05], unit))[0]
-    model, work, fronts = grid.system.model, make_work(grid.system.model, grid.system.fronts), grid.system.fronts
-    stepper = make_stepper(np.zeros(len(load)))._replace(now=Progress())
-    assert begin(model, work, stepper, grid.settled.q, load, fronts) is Event.BEGUN
-    assert advance(model, work, stepper, fronts) is Event.ADVANCED
+    model, work, fronts = grid.system.model, core.Work(grid.system.model, grid.system.fronts), grid.system.fronts
+    stepper = core.Stepper(np.zeros(len(load)), QUICK)
+    assert core.begin(model, work, stepper, grid.settled.q, load, fronts) == Event.BEGUN
+    assert core.advance(model, work, stepper, fronts) == Event.ADVANCED
 
 
 @pytest.mark.parametrize(
@@ -183,17 +172,17 @@ def test_no_step_is_longer_than_it_takes_to_see_that_a_path_remains_flat(
     """A box on a pallet slid at 511 N; a longer step led to where another contact stopped it, and on to 530 N."""
     now = at(slope=0.0, length=length, elastic=elastic, at_peak=10.0)
     now.flat_since, now.step, now.turned, now.fastest = since, 1e3, 0.0, 3.0
-    set_next_step(now)
+    core.set_next_step(now)
     assert now.step == pytest.approx(step)
     if np.isfinite(since) and step < 3 * length:
         now.length += now.step
-        assert appraise(now) is Event.FLAT
+        assert core.appraise(now) == Event.FLAT
 
 
 def test_where_the_load_falls_steps_are_so_short_that_the_end_is_seen() -> None:
     now = at(slope=-0.5, highest=2.0, length=100.0)
     now.step, now.turned = 10.0, 0.1
-    set_next_step(now)
+    core.set_next_step(now)
     assert now.step == pytest.approx(2 * 0.01 / 0.5)
 
 
@@ -216,14 +205,14 @@ def test_where_the_load_falls_steps_are_so_short_that_the_end_is_seen() -> None:
         (at(s=200.0, highest=200.0, slope=1.0, length=200.0, at_peak=200.0, similar_since=21.0), Event.ADVANCED),
     ],
 )
-def test_where_a_path_ends(now: Progress, event: Event) -> None:
-    assert appraise(now) is event
+def test_where_a_path_ends(now: core.Progress, event: Event) -> None:
+    assert core.appraise(now) == event
 
 
 def test_far_out_the_rise_still_to_come_is_stated() -> None:
     now = at(length=1e9, at_peak=1e9, slope=1e-12)
-    assert appraise(now) is Event.FAR
-    assert now.short == pytest.approx(1e-3)
+    assert core.appraise(now) == Event.FAR
+    assert now.lacking == pytest.approx(1e-3)
 
 
 class Stopped(KeyboardInterrupt):

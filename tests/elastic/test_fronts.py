@@ -10,9 +10,7 @@ from elastic_blocks import twist_matrices
 from numpy.typing import NDArray
 
 from holdfast.elastic.fronts import fronts_of
-from holdfast.elastic.linear import make_work
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.newton import add_drag
 from holdfast.elastic.ordering import Fronts
 from holdfast.native import core
 
@@ -107,9 +105,9 @@ def test_the_force_of_drag_is_that_of_the_matrix() -> None:
     dragged, free = case(3, 20, drag=1.0), case(3, 20, drag=0.0)
     n, rng = len(free.w), np.random.default_rng(0)
     q, anchor = rng.normal(size=(2, n))
-    work = make_work(free.m, free.fronts)
+    work = core.Work(free.m, free.fronts)
     work.r[:] = 0.0
-    add_drag(free.m, work, 0.3, q, anchor)
+    core.add_drag(free.m, work, 0.3, q, anchor)
     D = (dragged.A - free.A)[:n, :n]
     np.testing.assert_allclose(work.r, -0.3 * D @ (q - anchor), rtol=1e-9, atol=1e-12)
 

@@ -79,7 +79,7 @@ def test_an_answer_whose_drawing_is_stopped_leaves_the_old_picture(
     assert list(tmp_path.iterdir()) == [picture]
 
 
-def test_coming_to_rest_in_a_thread_finds_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_paths_in_a_thread_of_their_own_lead_to_the_same_force(monkeypatch: pytest.MonkeyPatch) -> None:
     force = hf.robustness(TABLE, "slab", (0, 0, 0.25), (0, 0, -1)).force
     monkeypatch.setattr("holdfast.elastic.system.LONG", 0)
     again = hf.robustness(hf.assemble(TABLE), "slab", (0, 0, 0.25), (0, 0, -1)).force

@@ -47,7 +47,7 @@ class Elastic(NamedTuple):
     all nodes stuck, and ``unit`` (6J,) what brings that of every displacement to one; ``runs`` of the nodes; ``hold``
     (6J,) the stiffness of a regularisation spring of every body in its place, zero unless there are motions that no
     contact resists (sparse.py); ``still`` (6J,) the stiffness with which bonds hold each body to the world, zero but on
-    ice (law.py).
+    ice (law.hpp).
     """
 
     first: Int

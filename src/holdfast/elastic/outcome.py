@@ -1,13 +1,11 @@
 """How a load path ends, how coming to rest ends, and what a step along a path meets.
 
-Integer enums: compiled functions return them and write them into integer arrays.
+The compiled core has the same numbers (``native/outcome.hpp``): it returns them and writes them into arrays.
 """
 
 from __future__ import annotations
 
 from enum import IntEnum
-
-from holdfast.base.compiled import compilable
 
 
 class PathOutcome(IntEnum):
@@ -45,24 +43,3 @@ class Event(IntEnum):
     FLAT = 12  # the load does not rise any more
     ENDLESS = 13  # forces that balance the load alone were found
     REACHED = 14  # the load is as large as was asked for
-
-
-LAST_TO_GO_ON = Event.NODE_CHANGED
-
-
-@compilable
-def goes_on(event: Event) -> bool:
-    """Whether another step follows."""
-    return event <= LAST_TO_GO_ON
-
-
-@compilable
-def outcome_of(event: Event) -> PathOutcome:
-    """How a path ends whose last step met ``event``."""
-    if event == Event.ENDLESS:
-        return PathOutcome.ENDLESS
-    if event == Event.REACHED:
-        return PathOutcome.REACHED
-    if event == Event.FALLEN or event == Event.FAR or event == Event.FLAT:
-        return PathOutcome.PEAK
-    return PathOutcome.LOST

@@ -12,7 +12,6 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
 from holdfast.base.arrays import Bool, Float, Int, frozen
-from holdfast.base.compiled import compiled, lean
 from holdfast.elastic.model import Elastic
 from holdfast.native import core
 
@@ -70,7 +69,7 @@ def held(m: Elastic, bodies: Bool | None = None, stiffness: float = NO_RESISTANC
     """The model with regularisation springs on ``bodies`` (J,): motions that no contact resists get a stiffness.
 
     None stands for all bodies. The springs are too soft to carry anything: what they would carry counts as not
-    balanced, and a path ends where it begins to matter (stepper.py). Its unit lies midway between the firmest and the
+    balanced, and a path ends where it begins to matter (stepper.hpp). Its unit lies midway between the firmest and the
     softest contact of a body: of a body that rests on a point and leans with a face, a hold measured by the face would
     carry part of the weight, and one measured by the point would be lost in rounding.
     """
@@ -88,22 +87,3 @@ def held(m: Elastic, bodies: Bool | None = None, stiffness: float = NO_RESISTANC
     own = m._replace(hold=np.maximum(hold, m.hold), unit=np.empty_like(m.unit))
     core.set_units(own, own.unit)
     return own
-
-
-@compiled
-@lean
-def elastic_size(m: Elastic, q: Float, load: Float) -> float:
-    """The largest displacement at rest, q (n,), of the bodies that no hold keeps or that the ``load`` (n,) acts on.
-
-    A ball sinks a thousand times as deep into its point as boxes into each other, and says nothing about them.
-    """
-    every, found = 0.0, 0.0
-    for body in range(len(q) // 6):
-        far, counts = 0.0, False
-        for i in range(6 * body, 6 * body + 6):
-            far = max(far, abs(q[i]))
-            counts = counts or m.hold[i] == 0.0 or load[i] != 0.0
-        every = max(every, far)
-        if counts:
-            found = max(found, far)
-    return max(found if found > 0.0 else every, 1e-300)

@@ -4,33 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from typing import ParamSpec, TypeVar
+from functools import cached_property
 
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, frozen
-from holdfast.base.compiled import machine_code
-from holdfast.base.parallel import free_threads, in_parallel, left_if_stopped
+from holdfast.base.parallel import free_threads, in_parallel
 from holdfast.base.progress import report
 from holdfast.elastic.fronts import fronts_of
-from holdfast.elastic.linear import Work, make_work
 from holdfast.elastic.model import Elastic
 from holdfast.elastic.ordering import Fronts
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.path import PathResult, follow_each, loads_nearby, rests_near
-from holdfast.elastic.resting import EXACT, MOST_STEPS, bond_all, lessen_drag, move
+from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import MOST_DENSE
 from holdfast.elastic.step_control import BRIEF, QUICK, StepControl
-from holdfast.elastic.stepper import make_stepper
+from holdfast.native import core
 
-P = ParamSpec("P")
-R = TypeVar("R")
-
+EXACT = 1e-11  # unbalance of a state of rest, each body's in units of its own weight
+MOST_STEPS = 6000  # largest number of Newton steps along the motion; half as many while the drag decreases
 LEAST_COLUMNS = 3  # smallest number of columns for which a further thread pays off, unless they take long
 SHARES = 3  # blocks of columns for each thread, since some blocks take longer than others
 MOST_COLUMNS = 64  # largest number of columns in a block, between which the work can be stopped
-LONG = 60  # displacements from which a search for rest, or a path, may keep a user who stops it waiting
+LONG = 60  # displacements from which a path may keep a user who stops it waiting
 STAGE = "load paths"
 
 
@@ -84,7 +79,7 @@ class System:
     def stuck(self) -> Float:
         """The displacement (n,) under the wrench, if every contact sticks."""
         q = np.zeros(len(self.model.wrench))
-        machine_code(bond_all)(self.model, make_work(self.model, self.fronts), self.model.wrench, q, self.fronts)
+        core.bond_all(self.model, core.Work(self.model, self.fronts), self.model.wrench, q, self.fronts)
         return frozen(q)
 
     def under(self, wrench: Float) -> System:
@@ -101,21 +96,20 @@ class System:
         Every search gives up after ``most`` steps of Newton's method, or half as many. At rest the unbalance is at most
         ``exact``, each body's in units of its own weight.
         """
-        n, work = len(self.model.wrench), make_work(self.model, self.fronts)
-        lessen, travel = (self._patiently(machine_code(one)) for one in (lessen_drag, move))
+        n, work = len(self.model.wrench), core.Work(self.model, self.fronts)
         q, drift = np.zeros(n), np.zeros(n)
         if near is not None:
             q[:] = near
-            found = travel(self.model, work, 1.0, q, drift, exact, most, self.fronts)
-            if found.outcome is not RestOutcome.LOST:
-                return Settled(found.outcome, q, drift, found.steps, found.drag)
+            found = core.move(self.model, work, 1.0, q, drift, exact, most, self.fronts)
+            if found.outcome != RestOutcome.LOST:
+                return Settled(RestOutcome(found.outcome), q, drift, found.steps, found.drag)
         q[:] = bonded = self.stuck
-        found = lessen(self.model, work, 1.0, q, drift, exact, most // 2, self.fronts)
-        if found.outcome is not RestOutcome.LOST:
-            return Settled(found.outcome, q, drift, found.steps, found.drag)
+        found = core.lessen_drag(self.model, work, 1.0, q, drift, exact, most // 2, self.fronts)
+        if found.outcome != RestOutcome.LOST:
+            return Settled(RestOutcome(found.outcome), q, drift, found.steps, found.drag)
         q[:] = bonded
-        moved = travel(self.model, work, 1.0, q, drift, exact, most, self.fronts)
-        return Settled(moved.outcome, q, drift, found.steps + moved.steps, moved.drag)
+        moved = core.move(self.model, work, 1.0, q, drift, exact, most, self.fronts)
+        return Settled(RestOutcome(moved.outcome), q, drift, found.steps + moved.steps, moved.drag)
 
     def paths(
         self,
@@ -133,11 +127,11 @@ class System:
         count, n = loads.shape
         pace = pace or (QUICK if self.fronts is None else BRIEF)
         farthest = np.full(count, np.inf) if most is None else np.ascontiguousarray(most)
-        found, stuck = PathResult.lost(count, n), self.stuck
+        found, stuck, loads = PathResult.lost(count, n), self.stuck, np.ascontiguousarray(loads)
 
-        def run(rows: Int, work: Work) -> None:
-            stepper = make_stepper(stuck, pace)
-            follow_each(self.model, work, stepper, start, loads, found, rows, farthest, self.fronts)
+        def run(rows: Int, work: core.Work) -> None:
+            stepper = core.Stepper(stuck, pace)
+            core.follow_each(self.model, work, stepper, start, loads, found, rows, farthest, self.fronts)
 
         self._in_threads(count, run)
         return found.sealed()
@@ -147,10 +141,10 @@ class System:
 
         ``loads`` (k, n); points ``s`` (k,) at ``q`` (k, n), across ``plane`` (k, n) of which the load is sought.
         """
-        found = np.full(len(s), -1.0)
+        found, loads, q, plane = np.full(len(s), -1.0), *map(np.ascontiguousarray, (loads, q, plane))
 
-        def run(rows: Int, work: Work) -> None:
-            loads_nearby(self.model, work, loads, s, q, plane, found, rows, self.fronts)
+        def run(rows: Int, work: core.Work) -> None:
+            core.loads_nearby(self.model, work, loads, s, q, plane, found, rows, self.fronts)
 
         self._in_threads(len(s), run)
         return found
@@ -158,13 +152,9 @@ class System:
     def rest_near(self, q: Float) -> Float | None:
         """Return the displacement (n,) of a state of rest near ``q`` (n,), without any motion to it, or None."""
         found = q.copy()
-        return found if rests_near(self.model, make_work(self.model, self.fronts), found, self.fronts) else None
+        return found if core.rests_near(self.model, core.Work(self.model, self.fronts), found, self.fronts) else None
 
-    def _patiently(self, function: Callable[P, R]) -> Callable[P, R]:
-        """The function as it is to be called where it may take long: machine code in a thread that can be left."""
-        return partial(left_if_stopped, function) if self.long else function
-
-    def _in_threads(self, count: int, run: Callable[[Int, Work], None]) -> None:
+    def _in_threads(self, count: int, run: Callable[[Int, core.Work], None]) -> None:
         """Run over ``count`` rows, in threads with memory of their own: machine code holds no lock.
 
         A single thread is enough for few rows, and none is needed where they do not take long. Those are run in blocks:
@@ -173,11 +163,11 @@ class System:
         if not count:
             return
         threads = self.threads(count)
-        works = [make_work(self.model, self.fronts) for _ in range(threads)]
+        works = [core.Work(self.model, self.fronts) for _ in range(threads)]
         size = 1 if self.long else min(max(count // (SHARES * threads), 1), MOST_COLUMNS)
         blocks = [np.arange(first, min(first + size, count)) for first in range(0, count, size)]
 
-        def work_through(numbers: Iterable[int], work: Work) -> None:
+        def work_through(numbers: Iterable[int], work: core.Work) -> None:
             for number in numbers:
                 run(blocks[number], work)
 

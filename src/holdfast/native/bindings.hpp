@@ -3,13 +3,15 @@
 #pragma once
 
 #include "border.hpp"
+#include "lock.hpp"
 
 namespace holdfast {
 
 using namespace nanobind::literals;
-using nogil = nanobind::call_guard<nanobind::gil_scoped_release>;  // other threads run while one computes
+using nogil = nanobind::call_guard<Unlocked>;  // other threads run while one computes
 
 void bind_elastic(nanobind::module_&);
+void bind_walk(nanobind::module_&);
 void bind_trees(nanobind::module_&);
 void bind_engines(nanobind::module_&);
 void bind_geometry(nanobind::module_&);

@@ -8,12 +8,11 @@ from engine_scenes import X, block, floor, shipped
 import holdfast as hf
 from bench.suites.reliability import random_pushes
 from holdfast import Status, stability
-from holdfast.elastic.linear import make_work
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.elastic.resting import lessen_drag, move
 from holdfast.engines.compliant.bisection import with_bisected_peaks
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.rest_verdict import balanced_forces, unbalanced
+from holdfast.native import core
 from holdfast.queries.request import push_columns
 
 
@@ -71,9 +70,9 @@ def test_rest_does_not_depend_on_the_way_there(name: str) -> None:
     system = hf.Compliant().prepare(shipped(name)).grid.system
     n = len(system.model.wrench)
     q, drift = np.zeros(n), np.zeros(n)
-    work = make_work(system.model, system.fronts)
-    end = lessen_drag(system.model, work, 1.0, q, drift, 1e-11, 3000, None)  # from no displacement at all
-    assert end.outcome is RestOutcome.RESTS
+    work = core.Work(system.model, system.fronts)
+    end = core.lessen_drag(system.model, work, 1.0, q, drift, 1e-11, 3000, None)  # from no displacement at all
+    assert end.outcome == RestOutcome.RESTS
     np.testing.assert_allclose(q, system.come_to_rest().q, atol=1e-6 * np.abs(q).max())
 
 
@@ -86,13 +85,13 @@ def test_the_motion_itself_rests_below_the_peak_and_drifts_above(name: str) -> N
     paths = grid.paths(W)
     pushed = np.flatnonzero(paths.outcome == PathOutcome.PEAK)[:3]
     assert len(pushed) == 3
-    m, work = grid.system.model, make_work(grid.system.model, grid.system.fronts)
+    m, work = grid.system.model, core.Work(grid.system.model, grid.system.fronts)
     loads = grid.loads(W)
     for k in pushed:
         for share, end in ((0.97, RestOutcome.RESTS), (1.03, RestOutcome.DRIFTS)):
             q, drift = grid.settled.q.copy(), np.zeros(len(m.wrench))
             loaded = m._replace(wrench=m.wrench + share * paths.peak[k] * loads[k])
-            assert move(loaded, work, 1.0, q, drift, 1e-11, 6000, None).outcome is end
+            assert core.move(loaded, work, 1.0, q, drift, 1e-11, 6000, None).outcome == end
             if end is RestOutcome.DRIFTS:  # the load does work on it
                 assert drift @ (m.wrench + share * paths.peak[k] * loads[k]) > 0
 

@@ -11,9 +11,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from holdfast.elastic.step_control import SLID
 from holdfast.engines.amendments.amendment import MATTERS, Amendment, Asked
 from holdfast.engines.answers import Answers
+from holdfast.native import core
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class Sliding(Amendment):
     """Lowers the bounds of answers that are reached only after sliding SLID times as far as contacts give."""
 
     name: ClassVar[str] = "sliding far"
-    why: ClassVar[str] = f"what holds only after sliding {SLID:g} times as far as contacts give is not promised"
+    why: ClassVar[str] = f"what holds only after sliding {core.SLID:g} times as far as contacts give is not promised"
 
     def applies(self, asked: Asked) -> bool:
         """Tell whether some path slides far before its bound is reached.
@@ -44,5 +44,6 @@ class Sliding(Amendment):
         telling = int((most < (1 - MATTERS) * found.lower[loaded]).sum())
         lower = np.array(found.lower)
         lower[loaded] = most
-        words = f"{telling} of {len(found)} answers hold more only after sliding {SLID:g} times as far as contacts give"
+        far = f"{core.SLID:g} times as far as contacts give"
+        words = f"{telling} of {len(found)} answers hold more only after sliding {far}"
         return replace(found, lower=lower, notes=(*found.notes, words) if telling else found.notes)

@@ -1,4 +1,4 @@
-"""The elastic model of an assembly on the places of its contacts, in the units of ``elastic/law.py``.
+"""The elastic model of an assembly on the places of its contacts, in the units of ``elastic/model.py``.
 
 Displacements and loads are along the assembly's own axes and rounded as the places are (sheets.py).
 """

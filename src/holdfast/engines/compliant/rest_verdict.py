@@ -11,7 +11,6 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.outcome import RestOutcome
-from holdfast.elastic.step_control import SPRING_SHARE
 from holdfast.elastic.system import Settled
 from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import on_an_edge
@@ -54,7 +53,7 @@ def at_rest(grid: Grid) -> AtRest | None:
     found = balanced_forces(grid, end.q) if end.outcome is RestOutcome.RESTS else None
     if found is None:
         return None
-    unstiff = unstiff_at(grid.system.model, end.q, SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
+    unstiff = unstiff_at(grid.system.model, end.q, core.SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
     verdict = _stands(grid.assembly, grid.nodes, *found)
     return AtRest(verdict, unstiff, on_an_edge(grid.assembly, grid.nodes, found[0], grid.wrench))
 
@@ -72,7 +71,7 @@ def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Fl
         forces[:, 0] += model.k * model.apart + grid.nodes.pull / grid.unit
     forces *= grid.unit
     total, each = unbalanced(grid.places, forces, grid.wrench + load)
-    most, most_each = (SPRING_SHARE, SPRING_SHARE) if grid.hold is not None else (BALANCED, BALANCED_EACH)
+    most, most_each = (core.SPRING_SHARE, core.SPRING_SHARE) if grid.hold is not None else (BALANCED, BALANCED_EACH)
     return None if total > most or each > most_each else (forces, total)
 
 
