@@ -21,7 +21,6 @@ from bench.baselines.search import Peak, Trial, grid_nodes, no_peak, push
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import compiled
 
 SIDE = 7  # nodes along a side unless given
 SINK = 1e-6  # compression of contacts under the weight, in sizes of the assembly; verdicts do not depend on it
@@ -216,26 +215,22 @@ def extent(model: Blocks, state: State) -> float:
     return float(apart(model, state.q, np.zeros_like(state.q)))
 
 
-@compiled
+def matrix(m: Blocks) -> Float:
+    """What makes the relative displacements (3, I) of all nodes, one row after the other, of displacements (6J,)."""
+    count = len(m.k)
+    found = np.zeros((3, count, m.inverse.shape[0], 6))
+    for body, on in ((m.a, m.on_a), (m.b, m.on_b)):
+        for i in np.flatnonzero(body >= 0):
+            found[:, i, body[i]] += on[i]
+    return found.reshape(3 * count, -1)
+
+
 def apart(m: Blocks, q: Float, other: Float) -> float:
     """The largest relative displacement [m] of a node between displacements q and ``other`` (J, 6)."""
-    most = 0.0
-    for i in range(len(m.k)):
-        total = 0.0
-        for x in range(3):
-            u = 0.0
-            if m.a[i] >= 0:
-                for r in range(6):
-                    u += m.on_a[i, x, r] * (q[m.a[i], r] - other[m.a[i], r])
-            if m.b[i] >= 0:
-                for r in range(6):
-                    u += m.on_b[i, x, r] * (q[m.b[i], r] - other[m.b[i], r])
-            total += u * u
-        most = max(most, total)
-    return float(np.sqrt(most))
+    u = (matrix(m) @ (q - other).ravel()).reshape(3, -1)
+    return float(np.sqrt((u * u).sum(0).max(initial=0.0)))
 
 
-@compiled
 def run(
     m: Blocks, wrench: Float, q: Float, v: Float, z: Float, balanced: float, far: float, most: int, outcome: Float
 ) -> int:
@@ -245,55 +240,25 @@ def run(
 
     ``outcome`` (3,) is filled with drift [m], speed [m/s] and time steps.
     """
-    start = q.copy()
-    count = len(q)
-    F = np.empty((count, 6))
-    u, w = np.empty(3), np.empty(3)
-    kind = NEITHER
-    quiet = 0
+    start, B, count = q.copy(), matrix(m), len(m.k)
+    stiff, kind, quiet, step = m.ratio * m.k, NEITHER, 0, 0
+    slid = np.ascontiguousarray(z.T)
     for step in range(1, most + 1):
-        F[:] = wrench
-        for i in range(len(m.k)):
-            a, b = m.a[i], m.b[i]
-            for x in range(3):
-                u[x] = w[x] = 0.0
-                if a >= 0:
-                    for r in range(6):
-                        u[x] += m.on_a[i, x, r] * q[a, r]
-                        w[x] += m.on_a[i, x, r] * v[a, r]
-                if b >= 0:
-                    for r in range(6):
-                        u[x] += m.on_b[i, x, r] * q[b, r]
-                        w[x] += m.on_b[i, x, r] * v[b, r]
-            u[0] += m.apart[i]
-            normal = -m.k[i] * u[0] - m.c[i] * w[0]
-            if u[0] >= 0 or normal <= 0:
-                z[i, 0] = z[i, 1] = 0.0
-                continue
-            z[i, 0] += w[1] * m.dt
-            z[i, 1] += w[2] * m.dt
-            stiff = m.ratio * m.k[i]
-            f1, f2 = -stiff * z[i, 0] - m.c[i] * w[1], -stiff * z[i, 1] - m.c[i] * w[2]
-            wanted = np.sqrt(f1 * f1 + f2 * f2)
-            if wanted > m.mu[i] * normal:
-                f1 *= m.mu[i] * normal / wanted
-                f2 *= m.mu[i] * normal / wanted
-                z[i, 0], z[i, 1] = -f1 / stiff, -f2 / stiff
-            for r in range(6):
-                if a >= 0:
-                    F[a, r] += m.on_a[i, 0, r] * normal + m.on_a[i, 1, r] * f1 + m.on_a[i, 2, r] * f2
-                if b >= 0:
-                    F[b, r] += m.on_b[i, 0, r] * normal + m.on_b[i, 1, r] * f1 + m.on_b[i, 2, r] * f2
-        worst = 0.0
-        for j in range(count):
-            for r in range(6):
-                worst = max(worst, abs(F[j, r]) * m.lever[r])
-                F[j, r] -= DAMPING * abs(F[j, r]) * np.sign(v[j, r])
-            for r in range(6):
-                for c in range(6):
-                    v[j, r] += m.dt * m.inverse[j, r, c] * F[j, c]
-            for r in range(6):
-                q[j, r] += m.dt * v[j, r]
+        u, w = B[:count] @ q.ravel() + m.apart, (B @ v.ravel()).reshape(3, count)
+        normal = -m.k * u - m.c * w[0]
+        touching = (u < 0) & (normal > 0)
+        slid = np.where(touching, slid + m.dt * w[1:], 0.0)
+        along = -stiff * slid - m.c * w[1:]
+        wanted, most_held = np.hypot(*along), m.mu * normal
+        slides = touching & (wanted > most_held)
+        along *= np.where(slides, most_held / np.where(slides, wanted, 1.0), 1.0)
+        slid = np.where(slides, -along / stiff, slid)
+        forces = np.where(touching, np.vstack([normal, along]), 0.0)
+        F = wrench + (B.T @ forces.ravel()).reshape(-1, 6)
+        worst = float((np.abs(F) * m.lever).max())
+        F -= DAMPING * np.abs(F) * np.sign(v)
+        v += m.dt * (m.inverse @ F[..., None])[..., 0]
+        q += m.dt * v
         quiet = quiet + 1 if worst <= balanced else 0
         if quiet >= CHECK:
             kind = REST
@@ -301,5 +266,6 @@ def run(
         if step % CHECK == 0 and apart(m, q, start) > far:
             kind = MOVES
             break
-    outcome[0], outcome[1], outcome[2] = apart(m, q, start), apart(m, v, np.zeros_like(v)), step
+    z[:] = slid.T
+    outcome[:] = apart(m, q, start), apart(m, v, np.zeros_like(v)), step
     return kind

@@ -30,7 +30,8 @@ FLOORS = (
 )
 FRONT = {"answers", "errors", "plugins", "readers", "sets"}  # modules of public names, whose stubs say where these are
 FLOOR = {package: number for number, packages in enumerate(FLOORS) for package in packages}
-ONLY = {"conic": {"base"}, "elastic": {"base", "native"}, "drawing": {"base", "geometry", "native"}}  # besides themselves
+# Besides themselves
+ONLY = {"conic": {"base"}, "elastic": {"base", "native"}, "drawing": {"base", "geometry", "native"}}
 ROOT = Path(holdfast.__file__).parent
 BENCH = Path(__file__).parents[2] / "bench"
 

@@ -13,11 +13,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.compiled import by_reference
 from holdfast.native import core
 
 
-@by_reference
 class Runs(NamedTuple):
     """R runs of a few nodes each, that lie together, of P sheets: where none of them presses, none is looked at.
 
@@ -35,7 +33,6 @@ class Runs(NamedTuple):
         return cls(*core.cut(first, x, y, apart))
 
 
-@by_reference
 class Elastic(NamedTuple):
     """P sheets of I nodes between J bodies, in the units of this module.
 

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Int
-from holdfast.base.compiled import by_reference
 
 MOST_OWNED = 6  # largest number of bodies that one front eliminates
 WASTE = 0.3  # share of its blocks that may be zero in a front made of two
@@ -19,7 +18,6 @@ TRIES, SEED = 8, 0  # number of orders tried, with ties broken at random, and th
 MOST_TRIED = 2500
 
 
-@by_reference
 class Fronts(NamedTuple):
     """The fronts of a model in the order of elimination, children first, and all of its sheets, each in one front.
 
