@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import contact_nodes
@@ -61,6 +60,8 @@ def node_motion(assembly: Assembly, contacts: Sequence[Interface], points: Float
 
 def displaced(pose: Float, twist: Float, origin: Float) -> Float:
     """Return a ``pose`` (4, 4) after the small motion ``twist`` (6,) [m, rad] about ``origin`` (3,), world axes."""
+    from scipy.spatial.transform import Rotation  # only here, as it takes long to import
+
     found, turned = np.eye(4), Rotation.from_rotvec(twist[3:]).as_matrix()
     found[:3, :3] = turned @ pose[:3, :3]
     found[:3, 3] = origin + turned @ (pose[:3, 3] - origin) + twist[:3]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import nnls
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Int
@@ -53,6 +52,8 @@ def not_pressing(assembly: Assembly, name: str, points: Float, directions: Float
 
     What does is against the normal of the face there, and at edges and corners between those of several faces.
     """
+    from scipy.optimize import nnls  # only here, as it takes long to import
+
     body = assembly.scene.body(name)
     surface, off = body.surface_world, distance_to_surface(points, body.surface_world)
     near = min(assembly.tolerances.of(body), surface.thickness / 4) + body.shape.surface.sagitta

@@ -9,7 +9,6 @@ from typing import Literal
 
 import manifold3d
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
@@ -281,6 +280,8 @@ def _apart(one: Surface, other: Surface) -> float:
     axes: Float = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
     known = farthest(np.vstack([axes, one.normals[:MOST_WAYS], -other.normals[:MOST_WAYS]]))
     while True:
+        from scipy.spatial import ConvexHull  # only here, as it takes long to import
+
         faces = ConvexHull(known, qhull_options="QJ Pp").equations
         faces = faces[np.argsort(-faces[:, 3])[:MOST_WAYS]]
         beyond = farthest(faces[:, :3])

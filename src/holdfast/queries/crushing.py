@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
-from scipy.optimize import brentq
 
 from holdfast.base.arrays import Float, objects
 from holdfast.base.progress import reported
@@ -130,6 +129,8 @@ class _Loads:
         not known far enough, the factor is where a straight line through those that are known leads to, and the bound
         ends with them.
         """
+        from scipy.optimize import brentq  # only here, as it takes long to import
+
         if names not in self.rest:
             self.rest[names] = self.share(k, 0.0, names)
         rest, first = self.rest[names]

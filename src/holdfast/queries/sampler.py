@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.arrays import Float, objects
@@ -83,6 +82,8 @@ class Sampler:
         and with uncertain poses, and vice versa. Each uncertain contact takes one more number. Masses have a stream of
         their own.
         """
+        from scipy.spatial.transform import Rotation  # only here, as it takes long to import
+
         rng, masses = np.random.default_rng(self.seed), np.random.default_rng(self.seed).spawn(1)[0]
         uncertain = self.absences.uncertain
         for _ in range(self.samples):
