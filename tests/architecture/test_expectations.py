@@ -20,10 +20,11 @@ import pytest
 
 TESTS = Path(__file__).parents[1]
 CAPITALS = re.compile(r"[A-Z][A-Z0-9_]*")
-# Numbers that are names: codes of colours, of kinds of lines, of chunks of a file and of an exit; and a unit
+# Numbers that are names: codes of colours, of kinds of lines, of chunks of a file and of an exit; a unit; and settings
+# that are handed over
 NAMES = re.compile(
     r"holdfast\.(drawing\.(colours|raster)\.[A-Z]+|geometry\.gltf\.[A-Z]+_CHUNK|cli\.stopping\.STOPPED"
-    r"|base\.borders\.outcomes\.MEGABYTE)"
+    r"|base\.borders\.outcomes\.MEGABYTE|elastic\.step_control\.(QUICK|BRIEF|CLOSE))"
 )
 
 
