@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "bed.hpp"
+#include "canonical.hpp"
 #include "first_exit.hpp"
 #include "frame.hpp"
 #include "hull.hpp"
-#include "polygon.hpp"
 
 namespace holdfast {
 
@@ -45,24 +45,13 @@ inline bool add_bed(const ContactFaces& all, Int begin, Int end, ManyBeds& beds)
     Axis normal{}, origin{};
     double most = -1.0, total = 0.0;
     std::vector<Axis> normals;
-    std::vector<double> flat;
     for (Int f = begin; f < end; ++f) {  // areas and centroids as those of a patch (contacts/interface.py)
         const Axis own{all.normal(f, 0), all.normal(f, 1), all.normal(f, 2)};
         const auto axes = frame_on(own);
-        const InMat outline = all.corners.part(all.corner[all.ring[f]], all.corner[all.ring[f] + 1]);
-        std::array<double, 6> moments{};
-        for (Int r = all.ring[f]; r < all.ring[f + 1]; ++r) {
-            const InMat ring = all.corners.part(all.corner[r], all.corner[r + 1]);
-            flat.clear();
-            for (Int i = 0; i < ring.size(); ++i) {
-                const double x = ring(i, 0) - outline(0, 0), y = ring(i, 1) - outline(0, 1),
-                             z = ring(i, 2) - outline(0, 2);
-                for (int k = 0; k < 2; ++k) flat.push_back(x * axes[k][0] + y * axes[k][1] + z * axes[k][2]);
-            }
-            add_moments(InMat(flat.data(), {ring.size(), 2}), Vec(moments.data(), {6}));
-        }
-        const double area = moments[0], u = moments[1] / area, v = moments[2] / area;
-        for (int k = 0; k < 3; ++k) origin[k] += area * (outline(0, k) + (u * axes[0][k] + v * axes[1][k]));
+        const auto moments = face_moments(all.corners, all.corner.part(all.ring[f], all.ring[f + 1] + 1), axes);
+        const Axis centroid = face_centroid(all.corners[all.corner[all.ring[f]]], axes, moments);
+        const double area = moments[0];
+        for (int k = 0; k < 3; ++k) origin[k] += area * centroid[k];
         total += area;
         normals.push_back({all.side[f] * own[0], all.side[f] * own[1], all.side[f] * own[2]});
         if (area > most) {

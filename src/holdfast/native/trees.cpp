@@ -33,27 +33,6 @@ Array<double> array_of(const Triple& numbers) {
     return found;
 }
 
-// An array that takes over these numbers
-template <class T, std::size_t N>
-Array<T, static_cast<int>(N)> array_of(std::vector<T>&& numbers, const std::array<Int, N>& sizes) {
-    Array<T, static_cast<int>(N)> found;
-    found.numbers = std::move(numbers);
-    found.sizes = sizes;
-    return found;
-}
-
-template <class T>
-Array<T> array_of(std::vector<T>&& numbers) {
-    const std::array<Int, 1> sizes{static_cast<Int>(numbers.size())};
-    return array_of(std::move(numbers), sizes);
-}
-
-// Where things begin that there are ``count`` of, and where the last of them ends
-void expect_begins(InInts begin, Int groups, Int count, const char* what) {
-    expect(begin.size() == groups + 1 && begin[0] == 0 && begin[groups] == count, what);
-    for (Int k = 0; k < groups; ++k) expect(begin[k] <= begin[k + 1], what);
-}
-
 void expect_faces(const ContactFaces& faces) {
     const Int count = faces.normal.size(), contacts = faces.face.size() - 1, rings = faces.corner.size() - 1;
     expect(faces.corners.size(1) == 3 && faces.normal.size(1) == 3, "corners and normals of three numbers");

@@ -110,7 +110,7 @@ class Forest:
     @cached_property
     def _table(self) -> _Table:
         """The plane contacts that are bridges, those nearer to the support first."""
-        return _table_of(self.assembly)
+        return _table_of(self.assembly, Cuts.of(self.assembly))
 
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:
@@ -218,6 +218,26 @@ def forest_of(assembly: Assembly, wrench: Float) -> Forest:
     return assembly.memory.recalled(key, len(assembly.movable), lambda: Forest(assembly, wrench))
 
 
+class Cuts(NamedTuple):
+    """The B bridges of the graph of contacts (native/cuts.hpp), those nearer to the support first.
+
+    Bridge k leads from body ``root[k]`` to those ``beyond[begin[k]:begin[k + 1]]``, the first of which it touches by
+    ``interfaces[since[k]:since[k + 1]]``.
+    """
+
+    root: Int
+    begin: Int
+    beyond: Int
+    since: Int
+    interfaces: Int
+
+    @classmethod
+    def of(cls, assembly: Assembly) -> Cuts:
+        """Return those of an assembly; all its fixed bodies are one."""
+        ends = np.array(assembly.ends, dtype=np.int64).reshape(-1, 2)
+        return cls(*core.cuts_of(len(assembly.movable), ends))
+
+
 class _Table(NamedTuple):
     """The ``roots`` and ``interfaces`` of bridges, and their ``beds``."""
 
@@ -226,10 +246,9 @@ class _Table(NamedTuple):
     beds: Beds
 
 
-def _table_of(assembly: Assembly) -> _Table:
-    """Return the bridges of an assembly that are plane."""
-    ends = np.array(assembly.ends, dtype=np.int64).reshape(-1, 2)
-    roots, begin, beyond, since, numbers = (each.tolist() for each in core.cuts_of(len(assembly.movable), ends))
+def _table_of(assembly: Assembly, cuts: Cuts) -> _Table:
+    """Return those bridges of an assembly that are plane."""
+    roots, begin, beyond, since, numbers = (each.tolist() for each in cuts)
     joins, mu, interfaces = strengths_of(assembly), assembly.mu, assembly.interfaces
     found, faces, normals = list[tuple[int, tuple[int, ...], list[int]]](), list[tuple[float, float]](), list[Float]()
     corners, rings, first = [np.empty((0, 3))], [0], [0]
