@@ -201,14 +201,15 @@ def contact_nodes(
     for first, pulls in pulled:
         pull[first : first + len(pulls)] = pulls
     interface_of = np.repeat(owner, sizes)
-    ends = np.ascontiguousarray(np.array(assembly.ends, dtype=np.int64)[interface_of].T)
+    a, b = np.ascontiguousarray(np.array(assembly.ends, dtype=np.int64)[interface_of].T)
     return ContactNodes(
         np.vstack(points),
         axes,
         np.array(assembly.mu)[interface_of],
         np.concatenate(weights),
         interface_of,
-        *ends,
+        a,
+        b,
         pull,
     )
 
@@ -256,8 +257,8 @@ def asked_of(nodes: ContactNodes, blocks: Float) -> Float:
 
 def wrenches_of(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Float:
     """Return the wrenches (6J,) of local contact ``forces`` (I, 3) [N] on the bodies: G f, without the matrix G."""
-    whole = (nodes.points, nodes.axes, nodes.a, nodes.b, assembly.com, forces)
-    return core.node_wrenches(*map(np.ascontiguousarray, whole))
+    a, b, forces = np.ascontiguousarray(nodes.a), np.ascontiguousarray(nodes.b), np.ascontiguousarray(forces)
+    return core.node_wrenches(nodes.points, nodes.axes, a, b, assembly.com, forces)
 
 
 def held_velocity(nodes: ContactNodes, motion: Float) -> Float:

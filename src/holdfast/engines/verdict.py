@@ -152,7 +152,9 @@ class Verdict(Value):
         self_stress: Callable[[], bool | None],
     ) -> Verdict:
         """Return this verdict with three fields that are worked out when they are first read."""
-        return replace(self, forces=forces, residual=residual, self_stress=self_stress)  # type: ignore[arg-type]
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__, _forces=forces, _residual=residual, _self_stress=self_stress)
+        return other
 
     @property
     def explained(self) -> str:
