@@ -279,7 +279,7 @@ class Groups:
         return held
 
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
-        return sorted({int(number) for number in self.assembly.group_of[list(bodies)]})
+        return sorted(set(self.assembly.group_of[list(bodies)].tolist()))
 
     def _answers(self, group: Group, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers of one group for columns W (6J, n), with mechanisms of the whole assembly."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -269,7 +270,7 @@ def _table_of(assembly: Assembly, cuts: Cuts) -> _Table:
     kept, edge, side, edges, hull, size, frame, origin = core.beds_of(
         (
             np.concatenate(corners),
-            np.cumsum([len(ring) for ring in corners]),
+            np.array([*accumulate(map(len, corners))]),
             np.array(rings),
             np.array(normals).reshape(-1, 3),
             *np.array(faces).reshape(-1, 2).T.copy(),
@@ -278,7 +279,7 @@ def _table_of(assembly: Assembly, cuts: Cuts) -> _Table:
     )
     plane = [found[k] for k in kept.tolist()]
     behind = [bodies for *_, bodies in plane]
-    begins = np.cumsum([0, *map(len, behind)])
+    begins = np.array([0, *accumulate(map(len, behind))])
     bodies = np.array([body for each in behind for body in each], dtype=np.int64)
     beds = Beds(edge, side, edges, hull, size, frame, origin, begins, bodies)
     return _Table([root for root, *_ in plane], [own for _, own, _ in plane], beds)
