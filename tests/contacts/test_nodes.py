@@ -156,7 +156,7 @@ def test_a_grid_has_nodes_along_straight_edges_and_at_the_corners_of_a_rim(side:
 
 def test_nodes_are_kept_with_their_interface_and_go_with_it() -> None:
     square = interface("square")
-    assert interface_nodes(square, 9, "quadrature") is interface_nodes(square, 9, "quadrature")
+    assert interface_nodes(square, 9, "hull") is interface_nodes(square, 9, "hull")
     gone = weakref.ref(square)
     del square
     gc.collect()

@@ -35,6 +35,7 @@ from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, nearest_outside
 from holdfast.contacts.sharp_contacts import meeting_sharply, sharp_interface
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
+from holdfast.geometry.roughness import NONE
 from holdfast.scene.body import Body
 from holdfast.scene.hold import AnyHold, hold_ends, jointed
 from holdfast.scene.pairs import checked_pairs
@@ -272,9 +273,12 @@ class Assembly(Value):
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """A note that lists the pairs with wider tolerances because of rough surfaces; empty if there are none."""
+        rough = {body.name for body in self.bodies if body.shape.surface.roughness != NONE}
+        if not rough:
+            return ()
         plain = replace(self.tolerances, rough=False)
         wider = []
-        for pair in dict.fromkeys(interface.bodies for interface in self.interfaces):
+        for pair in dict.fromkeys(one.bodies for one in self.interfaces if not rough.isdisjoint(one.bodies)):
             own, exact = self._between(pair), plain.between(*(self.scene.body(name) for name in pair))
             if own.gap > exact.gap or own.angle > exact.angle:
                 wider.append(f"{'-'.join(sorted(pair))} {own.gap * 1e3:.2g} mm and {own.angle:.2g} degrees")

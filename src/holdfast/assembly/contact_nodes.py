@@ -19,8 +19,9 @@ from holdfast.base.kinds import shaped
 from holdfast.base.rigid import cross
 from holdfast.base.values import Value, seal
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.patch_nodes import Sampling, interface_nodes
+from holdfast.contacts.patch_nodes import Sampling, nodes_of
 from holdfast.contacts.weights import corrected
+from holdfast.native import core
 
 
 @archived
@@ -168,21 +169,25 @@ def contact_nodes(
     """
     strengths = strengths_of(assembly)
     counts = np.broadcast_to(count, len(assembly.interfaces)).tolist()
-    chosen = range(len(counts)) if among is None else among
-    points, weights, bent, pulls = [], [], [], []
+    chosen = list(range(len(counts)) if among is None else among)
+    interfaces, seeds = [assembly.interfaces[k] for k in chosen], [seed + k for k in chosen]
+    samples = nodes_of(interfaces, [counts[k] for k in chosen], sampling, seeds)
+    points, weights, bent, pulled = [], [], [], []
     owner: list[int] = []
     sizes: list[int] = []
-    for number in chosen:
-        interface = assembly.interfaces[number]
-        samples = interface_nodes(interface, counts[number], sampling, seed + number)
-        for patch, (nodes, areas) in zip(interface.patches, samples, strict=True):
+    last = 0
+    for number, interface, own in zip(chosen, interfaces, samples, strict=True):
+        tension = strengths[number].tension
+        for patch, (nodes, areas) in zip(interface.patches, own, strict=True):
             if patch.bent:
-                bent.append((sum(sizes), patch.normals_at(nodes)))
+                bent.append((last, patch.normals_at(nodes)))
+            if tension > 0:
+                pulled.append((last, _pull(patch, nodes, areas, tension)))
             points.append(nodes)
             weights.append(areas)
-            pulls.append(_pull(patch, nodes, areas, strengths[number].tension))
             owner.append(number)
             sizes.append(len(nodes))
+            last += len(nodes)
     if not points:
         return NO_NODES
     axes = assembly.patch_axes
@@ -192,17 +197,20 @@ def contact_nodes(
     axes = np.repeat(axes, sizes, axis=0)
     for first, normals in bent:
         axes[first : first + len(normals)] = contact_axes(assembly.axes, normals)
+    pull = np.zeros(last)
+    for first, pulls in pulled:
+        pull[first : first + len(pulls)] = pulls
     interface_of = np.repeat(owner, sizes)
-    ends = np.array(assembly.ends, dtype=np.int64)[interface_of]
+    a, b = np.ascontiguousarray(np.array(assembly.ends, dtype=np.int64)[interface_of].T)
     return ContactNodes(
         np.vstack(points),
         axes,
         np.array(assembly.mu)[interface_of],
         np.concatenate(weights),
         interface_of,
-        ends[:, 0],
-        ends[:, 1],
-        np.concatenate(pulls),
+        a,
+        b,
+        pull,
     )
 
 
@@ -249,13 +257,8 @@ def asked_of(nodes: ContactNodes, blocks: Float) -> Float:
 
 def wrenches_of(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Float:
     """Return the wrenches (6J,) of local contact ``forces`` (I, 3) [N] on the bodies: G f, without the matrix G."""
-    count, world = len(assembly.movable), nodes.world(forces)
-    found = np.zeros(6 * (count + 1))  # the last row collects fixed bodies, whose number FIXED is -1
-    for body, sign in ((nodes.b, 1.0), (nodes.a, -1.0)):
-        acting = np.hstack([world, cross(arms(assembly, nodes, body), world)])
-        rows = 6 * (body % (count + 1))[:, None] + np.arange(6)
-        found += sign * np.bincount(rows.ravel(), acting.ravel(), len(found))
-    return found[: 6 * count]
+    a, b, forces = np.ascontiguousarray(nodes.a), np.ascontiguousarray(nodes.b), np.ascontiguousarray(forces)
+    return core.node_wrenches(nodes.points, nodes.axes, a, b, assembly.com, forces)
 
 
 def held_velocity(nodes: ContactNodes, motion: Float) -> Float:

@@ -11,7 +11,7 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.axes import by_place, own_frame
 from holdfast.base.arrays import Bool, Int, frozen
 from holdfast.base.memory import Same
-from holdfast.base.rigid import Frame
+from holdfast.contacts.canonical import canonical
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body, materials_of
@@ -123,35 +123,33 @@ def _canonical(
     com = np.array([body.com_world for body in moving])
     order = by_place(com, np.array([body.mass for body in moving], dtype=np.float64), up, frame.axes)
     rank = {moving[k].name: place for place, k in enumerate(order.tolist())}
-    found = []
-    for k, interface in enumerate(interfaces):
-        flipped = rank.get(interface.bodies[0], FIXED) > rank.get(interface.bodies[1], FIXED)
-        same = interface.canonical(frame, flipped=flipped)
-        found.append((*_place(same, rank, frame), k, flipped, same))
-    found.sort(key=lambda entry: entry[:-1])
+    ranks = [tuple(rank.get(name, FIXED) for name in interface.bodies) for interface in interfaces]
+    flipped = [a > b for a, b in ranks]
+    same = canonical(interfaces, flipped, frame)
+    places = frame.seen(np.array([one.patches[0].centroid for one in same]).reshape(-1, 3)).tolist()
+    keys = [(min(ranks[k]), max(ranks[k]), float(one.area), places[k], k) for k, one in enumerate(same)]
+    kept = np.array([key[-1] for key in sorted(keys)], dtype=np.int64)
     overlaps, occluded, table, excluded, holds = about
     bodies = [*still, *(moving[k] for k in order.tolist())]
     scene = Scene(bodies, table, whole.scene.gravity, whole.scene.name, excluded, holds=holds)
-    kept = tuple(entry[-1] for entry in found)
-    part = Assembly(scene, kept, whole.tolerances.on(scene), overlaps, occluded, whole.detected, whole.known_names)
+    part = Assembly(
+        scene,
+        tuple(same[k] for k in kept.tolist()),
+        whole.tolerances.on(scene),
+        overlaps,
+        occluded,
+        whole.detected,
+        whole.known_names,
+    )
     part.__dict__["axes"] = frame.axes
     return _Canonical(
         part,
         order,
-        np.array([entry[-3] for entry in found], dtype=np.int64),
-        np.asarray(frozen(np.array([entry[-2] for entry in found], dtype=bool))),
+        kept,
+        np.asarray(frozen(np.array(flipped, dtype=bool)[kept])),
     )
 
 
 def _still(whole: Assembly, pair: tuple[str, str], names: set[str]) -> bool:
     """Tell whether both bodies of a pair are in the group or fixed."""
     return all(name in names or whole.index[name] == FIXED for name in pair)
-
-
-def _place(
-    interface: Interface, rank: dict[str, int], frame: Frame
-) -> tuple[tuple[int, int], float, tuple[float, ...]]:
-    """Return the sort key of an interface: the ranks of its bodies, its area, and the place of its first patch."""
-    a, b = (rank.get(name, FIXED) for name in interface.bodies)
-    patch = interface.patches[0]
-    return (a, b), float(interface.area), tuple(frame.seen(patch.centroid).tolist())

@@ -15,7 +15,7 @@ from holdfast.base.errors import GeometryError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.memory import Memory
 from holdfast.base.ranges import FRICTION, PLACE
-from holdfast.base.rigid import Frame, snapped, tangents
+from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import Value
 from holdfast.contacts.spots import Spots
@@ -26,8 +26,6 @@ from holdfast.geometry.spatial import search_tree
 FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size
 
 MOST_CACHED = 100  # sets of nodes that are kept with an interface
-BITS = 40  # binary digits of the coordinates of a patch in canonical form, about twelve decimal digits
-FIRST = 30  # binary digits of coordinates that decide at which corner an outline begins
 
 PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
@@ -197,22 +195,6 @@ class Patch(Value):
         axes, low, high = smallest_rectangle(hull)
         return frozen(axes), frozen(low), frozen(high), frozen(hull)
 
-    def canonical(self, frame: Frame) -> Patch:
-        """Return the patch with coordinates rounded in ``frame``; each ring begins at its lowest corner there."""
-        size = float(np.abs(frame.seen(self.polygon)).max())
-        seen = [snapped(frame.seen(ring), size, BITS) for ring in (self.polygon, *self.holes)]
-        first = [int(np.lexsort(snapped(ring, size, FIRST).T[::-1])[0]) for ring in seen]
-        outline, *holes = (flat.turned(ring, k) for ring, k in zip(seen, first, strict=True))
-        holes.sort(key=lambda ring: ring[0].tolist())
-        normal = snapped(self.normal @ frame.axes.T, 1.0, BITS) @ frame.axes
-        return replace(
-            self,
-            polygon=frame.world(outline),
-            normal=unit(normal),
-            holes=tuple(frame.world(ring) for ring in holes),
-            spots=None if self.spots is None else self.spots.canonical(frame, BITS),
-        )
-
     def flipped(self) -> Patch:
         """Return the same patch seen from the other body, with the normal reversed."""
         holes = tuple(hole[::-1] for hole in self.holes)
@@ -272,40 +254,14 @@ class Interface(Value):
         own = None if mu is None else checked_number(mu, f"{where}: mu", minimum=0, within=FRICTION)
         set_(self, "mu", own)
 
-    def canonical(self, frame: Frame, *, flipped: bool = False) -> Interface:
-        """Return the same contact in canonical form, which does not depend on how it was found.
-
-        Coordinates in ``frame`` are rounded, far below their accuracy. Every outline begins at its first corner in the
-        order of these coordinates, and patches are in the order of these corners. If ``flipped``, the contact is seen
-        from the other body: the order of the bodies and all normals are reversed.
-        """
-        key = (frame.origin.tobytes(), frame.axes.tobytes(), flipped)
-        known = self._canonical.get(key)
-        if known is None:
-            patches = [(patch.flipped() if flipped else patch).canonical(frame) for patch in self.patches]
-            if len(patches) > 1:
-                places = np.array([frame.seen(patch.polygon[0]) for patch in patches])
-                order = np.lexsort(snapped(places, float(np.abs(places).max()), FIRST).T[::-1])
-                patches = [patches[k] for k in order.tolist()]
-            known = Interface(
-                self.bodies[::-1] if flipped else self.bodies,
-                patches=patches,
-                status=self.status,
-                flags=self.flags,
-                certain=self.certain,
-                mu=self.mu,
-            )
-            self._canonical.clear()  # bodies belong to one group at a time
-            self._canonical[key] = known
-        return known
-
     @cached_property
     def memory(self) -> Memory:
         """Nodes on it that may be asked for again; they go with it."""
         return Memory(MOST_CACHED)
 
     @cached_property
-    def _canonical(self) -> dict[tuple[bytes, bytes, bool], Interface]:
+    def canonical(self) -> dict[tuple[bytes, bytes, bool], Interface]:
+        """The same contact in canonical form, by what it was made for (canonical.py)."""
         return {}
 
     @property

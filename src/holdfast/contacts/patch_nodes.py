@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -16,6 +17,7 @@ from holdfast.contacts.spots import Spots, nearest_spot
 from holdfast.contacts.weights import LEAST, corrected
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.spatial import search_tree
+from holdfast.native import core
 
 Sampling = Literal["hull", "quadrature", "corners", "paper"]
 
@@ -37,14 +39,31 @@ def interface_nodes(interface: Interface, count: int, sampling: Sampling, seed: 
     only the corners of the hull; with "paper", random points from ``seed``, each the farthest of ten candidates, with
     equal weights. Raises HoldfastError for another ``sampling`` or fewer than four nodes.
     """
+    return nodes_of([interface], [count], sampling, [seed])[0]
+
+
+def nodes_of(
+    interfaces: Sequence[Interface], counts: Sequence[int], sampling: Sampling, seeds: Sequence[int]
+) -> list[list[tuple[Float, Float]]]:
+    """Return what ``interface_nodes`` does of each interface, for all in one go; others than grids are kept with it."""
     if not isinstance(sampling, str) or sampling not in get_args(Sampling):
         raise HoldfastError(
             message("nodes", f"sampling = {sampling!r}", f"needs one of {', '.join(get_args(Sampling))}")
         )
-    if count < 4:
-        raise HoldfastError(message("nodes", f"{count} nodes an interface", "needs at least 4"))
-    key = count, sampling, seed
-    return interface.memory.recalled(key, 1, lambda: _sampled(interface, count, sampling, seed))
+    if min(counts, default=4) < 4:
+        raise HoldfastError(message("nodes", f"{min(counts)} nodes an interface", "needs at least 4"))
+    grids: list[tuple[Float, Float] | None] = [None] * len(interfaces)
+    if sampling == "quadrature":
+        alone = [k for k, interface in enumerate(interfaces) if len(interface.patches) == 1]
+        found = _grids([interfaces[k].patches[0] for k in alone], [counts[k] for k in alone])
+        for k, grid in zip(alone, found, strict=True):
+            grids[k] = grid
+    return [
+        [grid]
+        if grid is not None
+        else one.memory.recalled((count, sampling, seed), 1, partial(_sampled, one, count, sampling, seed))
+        for one, count, seed, grid in zip(interfaces, counts, seeds, grids, strict=True)
+    ]
 
 
 def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) -> list[tuple[Float, Float]]:
@@ -59,12 +78,41 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
         if patch.kind != "face":
             result.append(thin_sample(patch, share))
             continue
+        grid = _grids([patch], [share])[0] if sampling == "quadrature" else None
+        if grid is not None:
+            result.append(grid)
+            continue
         if random is not None:
             points, weights = paper_sample(patch, share, random)
         else:
             points, weights = _SAMPLES[sampling](patch, share)
         result.append((frozen(patch.lifted(points)), frozen(np.array(weights))))
     return result
+
+
+def _grids(patches: Sequence[Patch], counts: Sequence[int]) -> list[tuple[Float, Float] | None]:
+    """Return grids of about ``counts`` nodes over patches that fill their smallest rectangles; None of others.
+
+    The boundary is included, and the weights are close to Simpson's.
+    """
+    found: list[tuple[Float, Float] | None] = [None] * len(patches)
+    flat = [k for k, one in enumerate(patches) if one.kind == "face" and one.spots is None and not one.holes]
+    if not flat:
+        return found
+    outlines = [patches[k].polygon for k in flat]
+    first, normals = np.cumsum([0, *map(len, outlines)]), np.array([patches[k].normal for k in flat])
+    sides, aspects, points = core.grids_over(
+        np.concatenate(outlines), first, normals, np.array([counts[k] for k in flat], dtype=np.int64)
+    )
+    frozen(points)
+    last = 0
+    for k, (across, along), aspect in zip(flat, sides.tolist(), aspects.tolist(), strict=True):
+        if across:
+            begin, last = last, last + across * along
+            # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
+            shares = _grid_shares(across, along, CELLS if counts[k] < MANY else FEW_CELLS, _rounded(aspect))
+            found[k] = points[begin:last], frozen(shares * patches[k].area)
+    return found
 
 
 def corner_sample(patch: Patch, count: int) -> tuple[Float, Float]:
@@ -184,8 +232,8 @@ class _Sheet:
 
     @property
     def aspect(self) -> float:
-        """The shorter side over the longer one, rounded so that equal rectangles in any pose have the same aspect."""
-        return float(f"{self.size[1] / self.size[0]:.12g}")
+        """The shorter side over the longer one, rounded."""
+        return _rounded(self.size[1] / self.size[0])
 
     @cached_property
     def lattice(self) -> Float:
@@ -237,12 +285,11 @@ def _hull_shares(unit: tuple[float, ...], aspect: float) -> Float:
 
 
 def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
-    """Return a grid of about ``count`` nodes over the smallest rectangle around the patch, its boundary included.
+    """Return a grid of about ``count`` nodes over the smallest rectangle around a patch that does not fill it.
 
-    On a rectangle the weights are close to Simpson's. On other patches, nodes are also at the corners of the hull and
-    along its straight edges, a grid step apart (if there are too many, only those farthest from each other). A body
-    tips over these edges, and it must twist on the whole edge, not only on its two ends. On a merged patch the nodes
-    are chosen from its spots.
+    Nodes are also at the corners of the hull and along its straight edges, a grid step apart (if there are too many,
+    only those farthest from each other). A body tips over these edges, and it must twist on the whole edge, not only on
+    its two ends. On a merged patch the nodes are chosen from its spots.
     """
     if patch.spots is not None:
         return hull_sample(patch, count)
@@ -253,8 +300,6 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
     between = CELLS if count < MANY else FEW_CELLS
     grid = _grid(across, along)
-    if sheet.whole:
-        return sheet.flat(grid), _grid_shares(across, along, between, sheet.aspect) * patch.measure
     steps = np.array([across - 1, along - 1])
     edge = sheet.outline(steps)
     if len(edge) > count // 2:
@@ -264,6 +309,11 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     nodes = np.vstack([edge, inner[apart]])
     cells = sheet.spread(between * (across - 1), between * (along - 1))
     return sheet.flat(nodes), _weights(sheet, nodes, _owned(nodes, cells))
+
+
+def _rounded(aspect: float) -> float:
+    """Return an aspect rounded so that equal rectangles in any pose have the same."""
+    return float(f"{aspect:.12g}")
 
 
 def _middles(along: int, across: int) -> Float:

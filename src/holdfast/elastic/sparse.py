@@ -19,6 +19,7 @@ from holdfast.native import core
 NO_RESISTANCE = 1e-9
 WEAKEST_SPRING = 1e-11  # the same where bodies move far, so that the springs carry next to nothing there, too
 MOST_DENSE = 90  # displacements up to which dense elimination is faster, in compiled code and in SciPy
+LEAST_PIVOT = 0.01  # share of the largest entry in its column from which one on the diagonal is taken as pivot
 NEAR_SINGULAR = 1e-12  # added to the diagonal so that a singular stiffness can be factored, in the same units
 
 
@@ -62,7 +63,9 @@ def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Call
         lu, order, _ = dgetrf(A + NEAR_SINGULAR * np.eye(n))
         return A, lambda x: dgetrs(lu, order, x)[0]
     B = sparse.csc_matrix((values, (rows, columns)), shape=(n, n))
-    return B, splu(B + NEAR_SINGULAR * sparse.eye(n, format="csc")).solve
+    C = B + NEAR_SINGULAR * sparse.eye(n, format="csc")  # whatever slips, rows and columns have the same places
+    order = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": LEAST_PIVOT, "options": {"SymmetricMode": True}}
+    return B, splu(C, **order).solve
 
 
 def held(m: Elastic, bodies: Bool | None = None, stiffness: float = NO_RESISTANCE) -> Elastic:

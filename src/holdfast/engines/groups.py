@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import RLock
+from typing import cast
 
 import numpy as np
 
@@ -150,9 +151,9 @@ class Groups:
     @cached_property
     def _firm(self) -> dict[int, GroupVerdict]:
         """The groups that rest as equilibrium alone tells (trees), by number. The engine gives their forces alone."""
-        if not isinstance(self.engine, Judging):
+        if not hasattr(self.engine, "firm"):  # a protocol that is asked of takes longer than the rest of a verdict
             return {}
-        rests, verdict = self.engine.firm(self.assembly, self._wrench)
+        rests, verdict = cast(Judging, self.engine).firm(self.assembly, self._wrench)
         doubtful = {name for overlap in self.assembly.overlaps for name in overlap.bodies}
         doubtful |= held_names(self.assembly.scene.holds)
         firm = np.ones(len(self.assembly.groups), dtype=bool)
@@ -278,7 +279,7 @@ class Groups:
         return held
 
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
-        return sorted({int(number) for number in self.assembly.group_of[list(bodies)]})
+        return sorted(set(self.assembly.group_of[list(bodies)].tolist()))
 
     def _answers(self, group: Group, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers of one group for columns W (6J, n), with mechanisms of the whole assembly."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum, auto
 from typing import Any
 
@@ -143,7 +143,7 @@ class Verdict(Value):
         The steps of the verdict ``before``, whose place it takes, come first.
         """
         earlier = self.steps if before is None else before.steps
-        return replace(self, steps=(*earlier, Look(at, found or self.reason)))
+        return self._with(steps=(*earlier, Look(at, found or self.reason)))
 
     def with_evidence(
         self,
@@ -152,7 +152,13 @@ class Verdict(Value):
         self_stress: Callable[[], bool | None],
     ) -> Verdict:
         """Return this verdict with three fields that are worked out when they are first read."""
-        return replace(self, forces=forces, residual=residual, self_stress=self_stress)  # type: ignore[arg-type]
+        return self._with(_forces=forces, _residual=residual, _self_stress=self_stress)
+
+    def _with(self, **content: object) -> Verdict:
+        """Return this verdict with other contents, by the names they are kept under; what was not read is not."""
+        other = object.__new__(Verdict)
+        other.__dict__.update(self.__dict__, **content)
+        return other
 
     @property
     def explained(self) -> str:

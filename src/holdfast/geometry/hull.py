@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, unit
-from holdfast.geometry.polygon import without_collinear
 from holdfast.geometry.spatial import qhull
 from holdfast.native import core
 
@@ -19,21 +18,7 @@ def convex_hull(points: Float, tolerance: float) -> Float:
 
     Corners within ``tolerance`` of the line through their neighbours are dropped.
     """
-    order = points[np.lexsort((points[:, 1], points[:, 0]))].tolist()
-
-    def chain(sequence: list[list[float]]) -> list[list[float]]:
-        result: list[list[float]] = []
-        for x, y in sequence:
-            while len(result) >= 2:
-                (ax, ay), (bx, by) = result[-2], result[-1]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
-                    break
-                result.pop()
-            result.append([x, y])
-        return result
-
-    lower, upper = chain(order), chain(order[::-1])
-    return without_collinear(np.array(lower[:-1] + upper[:-1]), tolerance)
+    return core.convex_hull(np.ascontiguousarray(points), tolerance)
 
 
 def smallest_rectangle(hull: Float) -> tuple[Float, Float, Float]:

@@ -1,16 +1,26 @@
 // What Python calls of contacts; sizes and indices are checked here.
 
 #include "bindings.hpp"
+#include "canonical.hpp"
 #include "clipping.hpp"
 #include "cuboids.hpp"
 #include "features.hpp"
+#include "grids.hpp"
 #include "meshes.hpp"
 #include "search_mesh.hpp"
 
 namespace holdfast {
 
+namespace {
+
+constexpr Int MOST_NODES = 1'000'000'000;  // of a face, so that their number is an integer
+
+}  // namespace
+
 void bind_contacts(nanobind::module_& m) {
     m.attr("LARGE_BOX") = LARGE_BOX;
+    m.attr("CANONICAL") = CANONICAL;
+    m.attr("FIRST") = FIRST;
     m.attr("FLAT") = FLAT;
     m.attr("SMOOTH") = SMOOTH;
     m.attr("NEAR_PARALLEL") = NEAR_PARALLEL;
@@ -59,6 +69,40 @@ void bind_contacts(nanobind::module_& m) {
             return touching_features(a, b, pairs, limits);
         },
         "a"_a, "b"_a, "pairs"_a, "limits"_a, nogil());
+    m.def(
+        "canonical",
+        [](const Patches& patches, In origin, InMat axes) {
+            const Int count = patches.normal.size(), rings = patches.corner.size() - 1;
+            expect(patches.corners.size(1) == 3 && patches.normal.size(1) == 3, "corners and normals of three numbers");
+            expect(origin.size() == 3 && axes.sizes() == std::array<Int, 2>{3, 3}, "a frame");
+            expect(rings >= 0 && patches.flipped.size() == count, "where rings begin, and whether each is flipped");
+            expect_begins(patches.ring, count, rings, "where the rings of each patch begin");
+            expect_begins(patches.corner, rings, patches.corners.size(), "where the corners of each ring begin");
+            for (Int k = 0; k < count; ++k) expect(patches.ring[k] < patches.ring[k + 1], "patches with rings");
+            for (Int k = 0; k < rings; ++k) expect(patches.corner[k] < patches.corner[k + 1], "rings with corners");
+            CanonicalPatches found = canonical(patches, origin, axes);
+            return std::tuple{array_of(std::move(found.corners), std::array<Int, 2>{patches.corners.size(), 3}),
+                              array_of(std::move(found.corner)),
+                              array_of(std::move(found.normal), std::array<Int, 2>{count, 3}),
+                              array_of(std::move(found.moments), std::array<Int, 2>{count, 6}),
+                              array_of(std::move(found.centroid), std::array<Int, 2>{count, 3})};
+        },
+        "patches"_a, "origin"_a, "axes"_a, nogil());
+    m.def(
+        "grids_over",
+        [](InMat corners, InInts first, InMat normal, InInts count) {
+            expect(corners.size(1) == 3 && normal.size(1) == 3, "corners and normals of three numbers");
+            expect(count.size() == normal.size(), "a number of nodes for each face");
+            expect_begins(first, normal.size(), corners.size(), "where the corners of each face begin");
+            for (Int k = 0; k < normal.size(); ++k) expect(first[k] < first[k + 1], "faces with corners");
+            for (const Int each : count) expect(each >= 4 && each <= MOST_NODES, "at least 4 nodes");
+            Grids found = grids_over(corners, first, normal, count);
+            const Int nodes = static_cast<Int>(found.points.size()) / 3;
+            return std::tuple{array_of(std::move(found.sides), std::array<Int, 2>{normal.size(), 2}),
+                              array_of(std::move(found.aspect)),
+                              array_of(std::move(found.points), std::array<Int, 2>{nodes, 3})};
+        },
+        "corners"_a, "first"_a, "normal"_a, "count"_a, nogil());
     m.def(
         "flush_faces",
         [](InTen bodies, InIntMat pairs, InIntMat along, In same) {

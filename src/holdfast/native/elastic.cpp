@@ -9,6 +9,7 @@
 #include "expected.hpp"
 #include "fronts.hpp"
 #include "law.hpp"
+#include "ordering.hpp"
 #include "runs.hpp"
 #include "sparse.hpp"
 
@@ -172,6 +173,20 @@ void bind_law(nanobind::module_& m) {
 }
 
 void bind_systems(nanobind::module_& m) {
+    m.def(
+        "order_fronts",
+        [](Int count, InInts a, InInts b, InIntMat ranks) {
+            expect(count >= 0 && a.size() == b.size(), "two bodies for each sheet");
+            expect_indices(a, count, "a known body", -1);
+            expect_indices(b, count, "a known body", -1);
+            expect(ranks.size(1) == count, "a rank for each body");
+            OrderedFronts f = order_fronts(count, a, b, ranks);
+            return std::tuple{array_of(std::move(f.first)),  array_of(std::move(f.body)),  array_of(std::move(f.owned)),
+                              array_of(std::move(f.onward)), array_of(std::move(f.begin)), array_of(std::move(f.child)),
+                              array_of(std::move(f.since)),  array_of(std::move(f.sheet)), array_of(std::move(f.at_a)),
+                              array_of(std::move(f.at_b))};
+        },
+        "count"_a, "a"_a, "b"_a, "ranks"_a, nogil());
     m.def(
         "write_entries",
         [](const Elastic& model, InTen K, Ints rows, Ints columns, Vec values) {

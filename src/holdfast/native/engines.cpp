@@ -5,6 +5,7 @@
 #include "bindings.hpp"
 #include "combination.hpp"
 #include "graph_slip.hpp"
+#include "node_wrenches.hpp"
 #include "peeling.hpp"
 #include "sheets.hpp"
 #include "topple.hpp"
@@ -36,6 +37,19 @@ void bind_engines(nanobind::module_& m) {
     m.attr("ON_AXIS") = ON_AXIS;
     m.def("node_slip", &node_slip, "fn"_a, "f1"_a, "f2"_a, "mu"_a, "en"_a, "e1"_a, "e2"_a,
           "Return R_k, the largest push along (en, e1, e2) that the force (fn, f1, f2) leaves within its cone.");
+    m.def(
+        "node_wrenches",
+        [](InMat points, InTen axes, InInts a, InInts b, InMat com, InMat forces) {
+            const Int nodes = points.size();
+            expect(points.size(1) == 3 && com.size(1) == 3, "points of three numbers");
+            expect(forces.sizes() == points.sizes(), "a force for each node");
+            expect(axes.sizes() == std::array<Int, 3>{nodes, 3, 3}, "axes for each node");
+            expect(a.size() == nodes && b.size() == nodes, "two bodies for each node");
+            expect_indices(a, com.size(), "a known body", -1);
+            expect_indices(b, com.size(), "a known body", -1);
+            return node_wrenches(points, axes, a, b, com, forces);
+        },
+        "points"_a, "axes"_a, "a"_a, "b"_a, "com"_a, "forces"_a, nogil());
     m.def(
         "arc_capacities",
         [](InMat forces, InTen axes, In mu, InInts owner, Int count, In direction) {

@@ -7,12 +7,6 @@
 
 namespace holdfast {
 
-// Where each of several things begins among ``count`` others, and where the last one ends
-inline void expect_begins(InInts first, Int things, Int count, const char* what) {
-    expect(first.size() == things + 1 && first[0] == 0 && first[things] == count, what);
-    for (Int i = 0; i < things; ++i) expect(first[i] <= first[i + 1], what);
-}
-
 inline void expect_runs(const Runs& runs, Int sheets, Int nodes) {
     expect(runs.node.size() > 0 && runs.box.size() == runs.node.size() - 1 && runs.box.size(1) == 5,
            "a box of five numbers for each run");

@@ -38,6 +38,18 @@ void bind_geometry(nanobind::module_& m) {
         },
         "hull"_a, nogil());
     m.def(
+        "convex_hull",
+        [](InMat points, double tolerance) {
+            expect(points.size() > 0 && points.size(1) == 2, "points of two numbers");
+            std::vector<Place> all(static_cast<std::size_t>(points.size()));
+            for (Int k = 0; k < points.size(); ++k) all[k] = {points(k, 0), points(k, 1)};
+            const auto found = convex_hull(std::move(all), tolerance);
+            Array<double, 2> corners({static_cast<Int>(found.size()), 2});
+            for (std::size_t k = 0; k < found.size(); ++k) std::copy_n(found[k].data(), 2, &corners.numbers[2 * k]);
+            return corners;
+        },
+        "points"_a, "tolerance"_a, nogil());
+    m.def(
         "corner_numbers",
         [](InMat points, InInts order) {
             expect(points.size(1) == 2, "points of two numbers");

@@ -1,9 +1,12 @@
-// Convex hulls of points in a plane: the smallest rectangle around one, and the numbers of its corners.
+// Convex hulls of points in a plane: within a tolerance, the smallest rectangle around one, and the numbers of its
+// corners.
 
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <vector>
 
@@ -13,6 +16,54 @@ namespace holdfast {
 
 constexpr double SAME_CORNER = 1e-7;  // in a unit square: closer points are the same corner; a corner that spans less
                                       // area is dropped
+
+using Place = std::array<double, 2>;
+
+// Drop the corners of a ring that are within ``tolerance`` of the line through their neighbours, as
+// ``without_collinear`` of geometry/polygon.py does
+inline void drop_collinear(std::vector<Place>& ring, double tolerance) {
+    std::size_t i = 0;
+    while (i < ring.size() && ring.size() > 3) {
+        const auto [ax, ay] = ring[i == 0 ? ring.size() - 1 : i - 1];
+        const auto [bx, by] = ring[i];
+        const auto [cx, cy] = ring[i + 1 < ring.size() ? i + 1 : 0];
+        const double length = std::hypot(cx - ax, cy - ay);
+        const double height = length > 0.0 ? std::abs((cx - ax) * (by - ay) - (cy - ay) * (bx - ax)) / length : 0.0;
+        if (height > tolerance && std::hypot(bx - ax, by - ay) > tolerance) {
+            ++i;
+            continue;
+        }
+        ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(i));
+        i = i == ring.size() || i == 0 ? 0 : i - 1;  // only the corner before has a new neighbour
+    }
+}
+
+// The corners of the convex hull of at least one point, counter-clockwise (monotone chain). Those within ``tolerance``
+// of the line through their neighbours are dropped.
+inline std::vector<Place> convex_hull(std::vector<Place> points, double tolerance) {
+    const auto less = [](double a, double b) { return a < b || (a == a && b != b); };  // an order for NaN, too
+    std::sort(points.begin(), points.end(), [&](const Place& a, const Place& b) {
+        return less(a[0], b[0]) || (!less(b[0], a[0]) && less(a[1], b[1]));
+    });
+    std::vector<Place> found;
+    found.reserve(points.size() + 2);
+    for (int side = 0; side < 2; ++side) {
+        const std::size_t floor = found.size();
+        for (const auto& [x, y] : points) {
+            while (found.size() >= floor + 2) {
+                const auto [ax, ay] = found[found.size() - 2];
+                const auto [bx, by] = found.back();
+                if ((bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0) break;
+                found.pop_back();
+            }
+            found.push_back({x, y});
+        }
+        found.pop_back();
+        std::reverse(points.begin(), points.end());
+    }
+    drop_collinear(found, tolerance);
+    return found;
+}
 
 // The extent of the hull along (x, y)
 inline double extent(InMat hull, double x, double y) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace holdfast {
@@ -116,6 +117,21 @@ struct Array {
     Span<const T, N> view() const { return Span<const T, N>(numbers.data(), sizes); }
 };
 
+// An array that takes over these numbers
+template <class T, std::size_t N>
+Array<T, static_cast<int>(N)> array_of(std::vector<T>&& numbers, const std::array<Int, N>& sizes) {
+    Array<T, static_cast<int>(N)> found;
+    found.numbers = std::move(numbers);
+    found.sizes = sizes;
+    return found;
+}
+
+template <class T>
+Array<T> array_of(std::vector<T>&& numbers) {
+    const std::array<Int, 1> sizes{static_cast<Int>(numbers.size())};
+    return array_of(std::move(numbers), sizes);
+}
+
 using Vec = Span<double>;  // written to
 using Mat = Span<double, 2>;
 using Ten = Span<double, 3>;
@@ -135,6 +151,12 @@ inline void expect(bool holds, const char* what) {
 // Indices of anything that there are ``count`` of; ``least`` is -1 where that stands for none
 inline void expect_indices(InInts index, Int count, const char* what, Int least = 0) {
     for (Int i : index) expect(i >= least && i < count, what);
+}
+
+// Where each of several things begins among ``count`` others, and where the last one ends
+inline void expect_begins(InInts first, Int things, Int count, const char* what) {
+    expect(first.size() == things + 1 && first[0] == 0 && first[things] == count, what);
+    for (Int i = 0; i < things; ++i) expect(first[i] <= first[i + 1], what);
 }
 
 }  // namespace holdfast

@@ -1,10 +1,14 @@
 // What Python calls of trees; sizes and indices are checked here.
 
+#include <array>
 #include <optional>
 #include <tuple>
 #include <utility>
+#include <vector>
 
+#include "bed_of.hpp"
 #include "bindings.hpp"
+#include "cuts.hpp"
 #include "first_exit.hpp"
 #include "limit_surface.hpp"
 
@@ -29,6 +33,30 @@ Array<double> array_of(const Triple& numbers) {
     return found;
 }
 
+void expect_faces(const ContactFaces& faces) {
+    const Int count = faces.normal.size(), contacts = faces.face.size() - 1, rings = faces.corner.size() - 1;
+    expect(faces.corners.size(1) == 3 && faces.normal.size(1) == 3, "corners and normals of three numbers");
+    expect(faces.mu.size() == count && faces.side.size() == count, "friction and a side for each face");
+    expect(contacts >= 0 && rings >= 0, "where contacts and rings begin");
+    expect_begins(faces.face, contacts, count, "where the faces of each contact begin");
+    expect_begins(faces.ring, count, rings, "where the rings of each face begin");
+    expect_begins(faces.corner, rings, faces.corners.size(), "where the corners of each ring begin");
+    for (Int k = 0; k < contacts; ++k) expect(faces.face[k] < faces.face[k + 1], "contacts with faces");
+    for (Int k = 0; k < count; ++k) expect(faces.ring[k] < faces.ring[k + 1], "faces with rings");
+    for (Int k = 0; k < rings; ++k) expect(faces.corner[k] < faces.corner[k + 1], "rings with corners");
+}
+
+void expect_beds(const Beds& beds, Int bodies) {
+    const Int count = beds.size.size();
+    expect(beds.size.size(1) == 2 && beds.edges.size(1) == 5 && beds.hull.size(1) == 3, "edges, hulls and sizes");
+    expect(beds.frame.sizes() == std::array<Int, 3>{count, 3, 3}, "a frame for each bed");
+    expect(beds.origin.sizes() == std::array<Int, 2>{count, 3}, "an origin for each bed");
+    expect_begins(beds.edge, count, beds.edges.size(), "where the edges of each bed begin");
+    expect_begins(beds.side, count, beds.hull.size(), "where the hull of each bed begins");
+    expect_begins(beds.begin, count, beds.beyond.size(), "where the bodies beyond each bed begin");
+    expect_indices(beds.beyond, bodies, "a known body");
+}
+
 }  // namespace
 
 void bind_trees(nanobind::module_& m) {
@@ -36,6 +64,46 @@ void bind_trees(nanobind::module_& m) {
     m.attr("TIPS") = TIPS;
     m.attr("SLIDES") = SLIDES;
     m.attr("UNKNOWN") = UNKNOWN;
+    m.def(
+        "cuts_of",
+        [](Int count, InIntMat ends) {
+            expect(count >= 0 && ends.size(1) == 2, "two ends of each interface");
+            for (Int k = 0; k < ends.size(); ++k) expect_indices(ends[k], count, "a known body", -1);
+            Cuts found = cuts_of(count, ends);
+            return std::tuple{array_of(std::move(found.root)), array_of(std::move(found.begin)),
+                              array_of(std::move(found.beyond)), array_of(std::move(found.since)),
+                              array_of(std::move(found.interface))};
+        },
+        "count"_a, "ends"_a, nogil(),
+        "Return the bridges (B,) between bodies, as ``Cuts`` has them: the body before each, where the bodies beyond "
+        "begin (B + 1,), these, where the interfaces begin (B + 1,), and these.");
+    m.def(
+        "beds_of",
+        [](const ContactFaces& faces) {
+            expect_faces(faces);
+            ManyBeds found = beds_of(faces);
+            const Int count = static_cast<Int>(found.kept.size()), edges = found.edge.back(), sides = found.side.back();
+            return std::tuple{array_of(std::move(found.kept)),
+                              array_of(std::move(found.edge)),
+                              array_of(std::move(found.side)),
+                              array_of(std::move(found.edges), std::array<Int, 2>{edges, 5}),
+                              array_of(std::move(found.hull), std::array<Int, 2>{sides, 3}),
+                              array_of(std::move(found.size), std::array<Int, 2>{count, 2}),
+                              array_of(std::move(found.frame), std::array<Int, 3>{count, 3, 3}),
+                              array_of(std::move(found.origin), std::array<Int, 2>{count, 3})};
+        },
+        "faces"_a, nogil(), "Return the numbers of the contacts that are plane, and their beds, as ``ManyBeds`` does.");
+    m.def(
+        "carried_by",
+        [](const Beds& beds, InMat com, InMat wrenches) {
+            expect(com.size(1) == 3 && wrenches.size(1) == 6 && com.size() == wrenches.size(),
+                   "a wrench for each body");
+            expect_beds(beds, com.size());
+            Carried found = carried_by(beds, com, wrenches);
+            return std::tuple{std::move(found.carried), std::move(found.share), std::move(found.inside)};
+        },
+        "beds"_a, "com"_a, "wrenches"_a, nogil(),
+        "Return what beds carry (K, 6), the share (K,) of friction each uses, and how far inside (K,) of its hull.");
     m.def(
         "first_exits",
         [](const Bed& bed, In rest, InMat loads, In until) {

@@ -51,7 +51,7 @@ def number_between(pairs: Mapping[Pair, float], a: str, b: str, materials: Mappi
     It is looked up as ``names_between`` says. If both mixed pairs are given, the smaller number counts, whichever body
     comes first.
     """
-    for named in names_between(a, b, materials):
+    for named in names_between(a, b, materials) if pairs else ():
         found = [pairs[pair] for pair in named if pair in pairs]
         if found:
             return min(found)

@@ -71,10 +71,13 @@ def on_an_edge(assembly: Assembly, nodes: ContactNodes, forces: Float, wrench: F
     least = np.full(len(total), np.inf)
     np.minimum.at(least, nodes.interface, forces[:, 0])
     thin = np.array([one.area == 0 for one in assembly.interfaces], dtype=bool)
-    for k, own in enumerate(assembly.interfaces_of):
-        most = max(own, key=lambda number: total[number], default=-1)
-        if most < 0 or not (thin[most] or least[most] <= NO_FORCE * total[most]):
-            continue
+    touched = np.array(assembly.ends, dtype=np.int64).ravel()  # of interface k: 2k and 2k + 1
+    order = np.lexsort((-total.repeat(2), touched))
+    bodies, begin = np.unique(touched[order], return_index=True)
+    carries = order[begin] // 2  # that which carries most of each body, the first of equals
+    doubtful = (bodies >= 0) & (thin[carries] | (least[carries] <= NO_FORCE * total[carries]))
+    for k, most in zip(bodies[doubtful].tolist(), carries[doubtful].tolist(), strict=True):
+        own = assembly.interfaces_of[k]
         force, moment = np.array(wrench[6 * k : 6 * k + 3]), np.array(wrench[6 * k + 3 : 6 * k + 6])
         for number in own:
             if number != most and total[number] > MUCH * total[most]:

@@ -109,14 +109,8 @@ def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, flo
 
 
 def _stands(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float) -> Verdict:
-    return Verdict(
-        status=Status.STABLE,
-        reason=RESTS,
-        equilibrium_exists=True,
-        self_stress=False,
-        forces=contact_forces(assembly, nodes, forces),
-        residual=residual,
-    )
+    verdict = Verdict(status=Status.STABLE, reason=RESTS, equilibrium_exists=True)
+    return verdict.with_evidence(lambda: contact_forces(assembly, nodes, forces), lambda: residual, lambda: False)
 
 
 def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechanism:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, Int
 
 
 class Bed(NamedTuple):
@@ -19,3 +19,26 @@ class Bed(NamedTuple):
     edges: Float
     hull: Float
     size: Float
+
+
+class Beds(NamedTuple):
+    """The beds of K plane contacts, one after another, as native/bed_of.hpp makes them of the faces.
+
+    Bed k has ``edges[edge[k]:edge[k + 1]]``, ``hull[side[k]:side[k + 1]]``, ``size[k]``, the ``frame[k]`` and the
+    ``origin[k]`` (``Bridge``), and carries the bodies ``beyond[begin[k]:begin[k + 1]]``.
+    """
+
+    edge: Int
+    side: Int
+    edges: Float
+    hull: Float
+    size: Float
+    frame: Float
+    origin: Float
+    begin: Int
+    beyond: Int
+
+    def bed(self, number: int) -> Bed:
+        """Return one of them."""
+        edges = self.edges[self.edge[number] : self.edge[number + 1]]
+        return Bed(edges, self.hull[self.side[number] : self.side[number + 1]], self.size[number])

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -20,14 +21,11 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
-from holdfast.base.rigid import cross, tangents
-from holdfast.contacts.interface import Patch
-from holdfast.engines.trees.bed import Bed
-from holdfast.geometry.hull import convex_hull
+from holdfast.base.rigid import cross
+from holdfast.engines.trees.bed import Bed, Beds
 from holdfast.native import core
 from holdfast.scene.friction import NOTHING
 
-PLANE = 1e-6  # distance of corners from one plane, relative to the size of the contact, that is rounding
 TIED = 1e-7  # relative difference of θ up to which contacts give way at once: all that is beyond the first moves
 SPARE = 1e-6  # share of all friction below which what is left is rounding
 
@@ -59,11 +57,6 @@ class Cut(NamedTuple):
 
     root: int
     beyond: Int
-
-    @property
-    def pair(self) -> tuple[int, int]:
-        """The two bodies, the smaller number first."""
-        return min(self.root, int(self.beyond[0])), max(self.root, int(self.beyond[0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,48 +109,24 @@ class Forest:
     wrench: Float
 
     @cached_property
-    def _pairs(self) -> dict[tuple[int, int], tuple[int, ...]]:
-        """The interfaces between each two bodies, by number; all fixed bodies are FIXED."""
-        found: dict[tuple[int, int], list[int]] = {}
-        for k, (a, b) in enumerate(self.assembly.ends):
-            found.setdefault((min(a, b), max(a, b)), []).append(k)
-        return {pair: tuple(interfaces) for pair, interfaces in found.items()}
+    def _table(self) -> _Table:
+        """The plane contacts that are bridges, those nearer to the support first."""
+        return _table_of(self.assembly, Cuts.of(self.assembly))
 
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:
         """The plane contacts that are bridges, those nearer to the support first."""
-        found = (bridge_of(self.assembly, self._pairs[cut.pair], cut) for cut in self._cuts)
-        return tuple(bridge for bridge in found if bridge is not None)
-
-    @cached_property
-    def _cuts(self) -> list[Cut]:
-        """The pairs of bodies that are bridges, those nearer to the support first.
-
-        Depth first from the fixed bodies: a pair is a bridge if nothing behind it leads back past it (Tarjan, 1974).
-        """
-        near: dict[int, list[int]] = {body: [] for body in range(FIXED, len(self.assembly.movable))}
-        for a, b in self._pairs:
-            near[a].append(b)
-            near[b].append(a)
-        order, low = {FIXED: 0}, {FIXED: 0}
-        visited, cuts = [FIXED], list[tuple[int, Cut]]()
-        path = [(FIXED, FIXED, iter(near[FIXED]))]
-        while path:
-            body, before, left = path[-1]
-            other = next(left, None)
-            if other is None:
-                path.pop()
-                if path:
-                    low[before] = min(low[before], low[body])
-                    if low[body] > order[before]:
-                        cuts.append((order[body], Cut(before, np.array(visited[order[body] :], dtype=np.int64))))
-            elif other not in order:
-                order[other] = low[other] = len(visited)
-                visited.append(other)
-                path.append((other, body, iter(near[other])))
-            elif other != before:
-                low[body] = min(low[body], order[other])
-        return [cut for _, cut in sorted(cuts, key=lambda each: each[0])]
+        roots, interfaces, beds = self._table
+        return tuple(
+            Bridge(
+                Cut(root, beds.beyond[beds.begin[k] : beds.begin[k + 1]]),
+                interfaces[k],
+                beds.origin[k],
+                beds.frame[k],
+                beds.bed(k),
+            )
+            for k, root in enumerate(roots)
+        )
 
     @cached_property
     def decided(self) -> Bool:
@@ -166,25 +135,28 @@ class Forest:
         All contacts on its way to the support are plane bridges with the share SPARE of their friction to spare, and of
         their size between the centre of pressure and the edge of the hull.
         """
-        found = np.zeros(len(self.assembly.movable) + 1, dtype=bool)
-        found[FIXED] = True
-        for bridge, carried, share in zip(self.bridges, self._at_rest, self.shares, strict=True):
-            inside = (bridge.bed.hull @ carried[:3]).min() > SPARE * bridge.bed.size[0] * carried[0]
-            found[bridge.cut.beyond[0]] = found[bridge.cut.root] and 0 <= share < 1 - SPARE and inside
-        return found[:FIXED]
+        roots, _, beds = self._table
+        carried, shares, inside = self._carried
+        spare = (shares >= 0) & (shares < 1 - SPARE) & (inside > SPARE * beds.size[:, 0] * carried[:, 0])
+        found = [*[False] * len(self.assembly.movable), True]  # the last one is FIXED
+        for root, body, one in zip(roots, beds.beyond[beds.begin[:-1]].tolist(), spare.tolist(), strict=True):
+            found[body] = found[root] and one
+        return np.array(found[:FIXED], dtype=bool)
 
     @cached_property
+    def _carried(self) -> tuple[Float, Float, Float]:
+        """What each bridge (B, 6) carries at rest, the share of its friction, and how far inside (B,) its hull."""
+        return core.carried_by(self._table.beds, self.assembly.com, self.wrench.reshape(-1, 6))
+
+    @property
     def _at_rest(self) -> Float:
         """What each bridge (B, 6) carries at rest."""
-        wrench = self.wrench.reshape(1, -1, 6)
-        rows = [bridge.carried(self.assembly.com, wrench)[0] for bridge in self.bridges]
-        return np.array(rows).reshape(-1, 6)
+        return self._carried[0]
 
-    @cached_property
+    @property
     def shares(self) -> Float:
         """The share (B,) of its friction that each bridge uses at rest: 2 if it tips, -1 if not found."""
-        pairs = zip(self.bridges, self._at_rest, strict=True)
-        return np.array([core.share_at_rest(bridge.bed, rest) for bridge, rest in pairs])
+        return self._carried[1]
 
     def left_behind(self, sliding: Bridge) -> Int:
         """Return the bodies behind a ``sliding`` bridge that stay where they are, as no friction takes them along."""
@@ -247,38 +219,67 @@ def forest_of(assembly: Assembly, wrench: Float) -> Forest:
     return assembly.memory.recalled(key, len(assembly.movable), lambda: Forest(assembly, wrench))
 
 
-def bridge_of(assembly: Assembly, interfaces: tuple[int, ...], cut: Cut) -> Bridge | None:
-    """Return the contact of ``interfaces``, which is a ``cut``; None if not plane."""
-    joins, faces = strengths_of(assembly), list[tuple[Patch, bool, float]]()
-    for k in interfaces:
-        interface = assembly.interfaces[k]
-        if not interface.certain or joins[k] != NOTHING:
-            return None
-        into = assembly.ends[k][0] == cut.root
-        faces += [(patch, into, assembly.mu[k]) for patch in interface.patches]
-    if any(patch.kind != "face" or patch.spots is not None for patch, *_ in faces):
-        return None
-    normals = np.array([patch.normal if into else -patch.normal for patch, into, _ in faces])
-    areas = np.array([patch.area for patch, *_ in faces])
-    normal = normals[np.argmax(areas)]
-    origin = areas @ np.array([patch.centroid for patch, *_ in faces]) / areas.sum()
-    frame = np.array([*tangents(normal), normal])
-    edges, corners = [], []
-    for patch, into, mu in faces:
-        for ring in (patch.polygon, *patch.holes):
-            flat = ((ring if into else ring[::-1]) - origin) @ frame.T
-            corners.append(flat)
-            edges.append(np.column_stack([flat[:, :2], np.roll(flat[:, :2], -1, axis=0), np.full(len(flat), mu)]))
-    every = np.vstack(corners)
-    size = float(np.linalg.norm(every[:, :2], axis=1).max())
-    if np.abs(every[:, 2]).max() > PLANE * size or (normals @ normal).min() < 1 - PLANE:
-        return None
-    hull = convex_hull(every[:, :2], PLANE * size)
-    side = np.roll(hull, -1, axis=0) - hull
-    inward = np.column_stack([-side[:, 1], side[:, 0]]) / np.linalg.norm(side, axis=1)[:, None]
-    half_planes = np.column_stack([-(inward * hull).sum(axis=1), inward])
-    edge = np.vstack(edges)
-    edge = edge[(edge[:, :2] != edge[:, 2:4]).any(axis=1)]
-    mu_of_all = edge[0, 4] if (edge[:, 4] == edge[0, 4]).all() else 0.0
-    bed = Bed(np.ascontiguousarray(edge), half_planes, np.array([size, mu_of_all]))
-    return Bridge(cut, interfaces, origin, frame, bed)
+class Cuts(NamedTuple):
+    """The B bridges of the graph of contacts (native/cuts.hpp), those nearer to the support first.
+
+    Bridge k leads from body ``root[k]`` to those ``beyond[begin[k]:begin[k + 1]]``, the first of which it touches by
+    ``interfaces[since[k]:since[k + 1]]``.
+    """
+
+    root: Int
+    begin: Int
+    beyond: Int
+    since: Int
+    interfaces: Int
+
+    @classmethod
+    def of(cls, assembly: Assembly) -> Cuts:
+        """Return those of an assembly; all its fixed bodies are one."""
+        ends = np.array(assembly.ends, dtype=np.int64).reshape(-1, 2)
+        return cls(*core.cuts_of(len(assembly.movable), ends))
+
+
+class _Table(NamedTuple):
+    """The ``roots`` and ``interfaces`` of bridges, and their ``beds``."""
+
+    roots: list[int]
+    interfaces: list[tuple[int, ...]]
+    beds: Beds
+
+
+def _table_of(assembly: Assembly, cuts: Cuts) -> _Table:
+    """Return those bridges of an assembly that are plane."""
+    roots, begin, beyond, since, numbers = (each.tolist() for each in cuts)
+    joins, mu, interfaces = strengths_of(assembly), assembly.mu, assembly.interfaces
+    found, faces, normals = list[tuple[int, tuple[int, ...], list[int]]](), list[tuple[float, float]](), list[Float]()
+    corners, rings, first = [np.empty((0, 3))], [0], [0]
+    for k, root in enumerate(roots):
+        own = tuple(numbers[since[k] : since[k + 1]])
+        if not all(interfaces[number].certain and joins[number] == NOTHING for number in own):
+            continue
+        patches = [(patch, number) for number in own for patch in interfaces[number].patches]
+        if any(patch.kind != "face" or patch.spots is not None for patch, _ in patches):
+            continue
+        for patch, number in patches:
+            corners += [patch.polygon, *patch.holes]
+            rings.append(len(corners) - 1)
+            normals.append(patch.normal)
+            faces.append((mu[number], 1.0 if assembly.ends[number][0] == root else -1.0))
+        first.append(len(faces))
+        found.append((root, own, beyond[begin[k] : begin[k + 1]]))
+    kept, edge, side, edges, hull, size, frame, origin = core.beds_of(
+        (
+            np.concatenate(corners),
+            np.array([*accumulate(map(len, corners))]),
+            np.array(rings),
+            np.array(normals).reshape(-1, 3),
+            *np.array(faces).reshape(-1, 2).T.copy(),
+            np.array(first),
+        )
+    )
+    plane = [found[k] for k in kept.tolist()]
+    behind = [bodies for *_, bodies in plane]
+    begins = np.array([0, *accumulate(map(len, behind))])
+    bodies = np.array([body for each in behind for body in each], dtype=np.int64)
+    beds = Beds(edge, side, edges, hull, size, frame, origin, begins, bodies)
+    return _Table([root for root, *_ in plane], [own for _, own, _ in plane], beds)
