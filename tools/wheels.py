@@ -60,7 +60,12 @@ def main() -> int:
     failed = False
     for python in builders(found) if options.portable else [sys.executable]:
         begun = time.monotonic()
-        for package in built(python, folder, portable=options.portable):
+        try:
+            packages = built(python, folder, portable=options.portable)
+        except subprocess.CalledProcessError as error:
+            print(f"{python} builds none: {error.stdout[-3000:]}\n{error.stderr[-3000:]}", file=sys.stderr)
+            return 1
+        for package in packages:
             size = f"{package.stat().st_size / 1e6:.1f} MB in {time.monotonic() - begun:.0f} s"
             differing = different(package) if package.suffix == ".whl" else []
             failed |= bool(differing)
@@ -103,7 +108,9 @@ def builders(found: dict[str, str]) -> list[str]:
     by_minor = {version.rpartition(".")[0]: python for version, python in found.items()}
     chosen = [python for minor, python in by_minor.items() if int(minor.split(".")[1]) <= int(LATER.split(".")[1])]
     if LATER not in by_minor or len(chosen) < 2:
-        raise SystemExit(f"portable wheels need Python 3.11 and {LATER}: here are {', '.join(found)}")
+        raise SystemExit(
+            f"portable wheels need Python 3.11 and {LATER}, of which PYTHONS may name some: here are {', '.join(found)}"
+        )
     return chosen
 
 
