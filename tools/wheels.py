@@ -108,9 +108,7 @@ def builders(found: dict[str, str]) -> list[str]:
     by_minor = {version.rpartition(".")[0]: python for version, python in found.items()}
     chosen = [python for minor, python in by_minor.items() if int(minor.split(".")[1]) <= int(LATER.split(".")[1])]
     if LATER not in by_minor or len(chosen) < 2:
-        raise SystemExit(
-            f"portable wheels need Python 3.11 and {LATER}, of which PYTHONS may name some: here are {', '.join(found)}"
-        )
+        raise SystemExit(f"portable wheels need Python 3.11 and {LATER}, named by PYTHONS: here are {', '.join(found)}")
     return chosen
 
 

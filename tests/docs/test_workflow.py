@@ -32,7 +32,7 @@ def test_wheels_are_for_every_python_and_tried_with_both_ends_of_numpy() -> None
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert project["tool"]["cibuildwheel"]["build"] == "cp311-* cp312-*"  # the latter for all later ones, too
     assert project["tool"]["scikit-build"]["wheel"]["py-api"] == "cp312"
-    assert "numpy==2.0.*" in project["tool"]["cibuildwheel"]["test-command"]
+    assert any("numpy==2.0.*" in command for command in project["tool"]["cibuildwheel"]["test-command"])
 
 
 def test_the_own_check_calls_what_readme_knows() -> None:
