@@ -59,7 +59,8 @@ test: lint $(VENV)/.bench
 BREAKS ?=
 JOBS ?= 1
 mutants: $(VENV)/.bench
-	$(BIN)/python tools/mutants.py run --jobs $(JOBS) $(BREAKS)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt cmake ninja nanobind
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python tools/mutants.py run --jobs $(JOBS) $(BREAKS)
 
 # While working: closed forms, shapes, assemblies, what the conic solver and the checker of certificates say, and
 # golden answers of every engine and question; under 90 s on two cores (CONTRIBUTING.md)

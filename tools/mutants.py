@@ -17,7 +17,8 @@ The breaks are in tools/mutants/ROOM.toml. ``tests`` at the top are run for ever
 ``run`` first sees all tests pass in the unbroken copy (``--trust`` leaves this out). It prints a line for each break:
 ``caught NAME by K tests: ...``, where parameters of one test count once, or ``survived NAME``. A run that takes longer
 than its limit, or whose process dies, is caught, too: nobody overlooks that. The status is 0 if all are caught, 1 if
-some survive, and 2, before anything is run, if the list does not fit the sources.
+some survive, and 2 if the list does not fit the sources: before anything is run, but for a broken core that does not
+compile. The first break of the core compiles all of it, and later ones what depends on their files.
 """
 
 from __future__ import annotations
@@ -153,7 +154,7 @@ class Copy:
         beside = next((p / "shared" for p in root.parents if (p / "shared" / "cases").is_dir()), None)
         if beside is not None:  # the cases that tests look for beside the checkout
             (folder / "shared").symlink_to(beside)
-        self._cores = [path.relative_to(root) for path in (root / NATIVE).glob("core.*")]
+        self._cores = [p.relative_to(root) for p in (root / NATIVE).glob("core.*") if p.suffix in {".so", ".pyd"}]
         self._take_cores(root)
 
     def _take_cores(self, root: Path) -> None:
@@ -161,20 +162,36 @@ class Copy:
             (self.root / core).unlink(missing_ok=True)  # a process may still run it: never written over
             shutil.copy2(root / core, self.root / core)
 
-    def _compile(self) -> bool:
-        """Compile the core of this copy into its place; tell whether that worked."""
+    def _compile(self) -> str:
+        """Compile the core of this copy into its place; return what the compiler said if that failed."""
         for core in self._cores:
             (self.root / core).unlink(missing_ok=True)
-        make = ["cmake", "-S", str(self.root / NATIVE), "-B", str(self._built), f"-DPython_EXECUTABLE={sys.executable}"]
-        commands = ([] if self._built.exists() else [make], [["cmake", "--build", str(self._built)]])
-        ran = (subprocess.run(each, capture_output=True, check=False) for several in commands for each in several)
-        return all(done.returncode == 0 for done in ran)
+        ninja = ["-G", "Ninja"] if shutil.which("ninja") else []
+        sought = f"-DPython_EXECUTABLE={sys.executable}"
+        for command in (
+            ["cmake", "-S", str(self.root / NATIVE), "-B", str(self._built), sought, *ninja],
+            ["cmake", "--build", str(self._built), "--target", "core"],
+        ):
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            if done.returncode != 0:
+                said = [line for line in f"{done.stdout}\n{done.stderr}".splitlines() if "error" in line.lower()]
+                return "\n".join(said[:SHOWN]) or f"{' '.join(command)} ended with {done.returncode}"
+        return ""
 
     def environment(self) -> dict[str, str]:
         """Return that of a run: modules from the copy alone, and this file as a plugin of pytest."""
         paths = [self.root / "src", self.root / "tools", Path(__file__).parent]
         found = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, paths)), NOTICED: str(self._noticed)}
         return {**found, "OPENBLAS_NUM_THREADS": "1"}
+
+    def check_core(self, files: Iterable[str]) -> None:
+        """Raise ListError if one of ``files`` is part of the core, and this copy has no core that could be broken."""
+        if not any(file.startswith(NATIVE) for file in files):
+            return
+        if not self._cores:
+            raise ListError(f"there is no compiled core in {NATIVE}: compile it first, as CMakeLists.txt there says")
+        if shutil.which("cmake") is None:
+            raise ListError("breaks of the core need cmake and a compiler: there is no cmake")
 
     def check_imports(self, files: Iterable[str]) -> None:
         """Raise ListError if Python would take a package of ``files`` from anywhere but this copy."""
@@ -217,8 +234,8 @@ class Copy:
         text = path.read_bytes()
         try:
             self._write(path, one.broken(text.decode()).encode())
-            if native and not self._compile():
-                raise ListError(f"{one.name}: the broken core does not compile")
+            if native and (said := self._compile()):
+                raise ListError(f"{one.name}: the broken core does not compile: {said}")
             return self.run(one.tests, limit)
         finally:
             self._write(path, text)
@@ -248,6 +265,7 @@ def run(chosen: Sequence[Break], root: Path, *, jobs: int, trust: bool, limit: f
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         made = [Copy(root, Path(folder) / str(k)) for k in range(min(jobs, len(chosen)))]
         made[0].check_imports(one.file for one in chosen)
+        made[0].check_core(one.file for one in chosen)
         if not trust:
             tests = list(dict.fromkeys(test for one in chosen for test in one.tests))
             unbroken = made[0].run(tests, limit * len({one.tests for one in chosen}))

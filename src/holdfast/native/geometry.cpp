@@ -85,6 +85,7 @@ void bind_geometry(nanobind::module_& m) {
                    "cells for each triangle");
             expect_rows(first, MOST_CELLS_ACROSS, "a cell");
             expect_rows(last, MOST_CELLS_ACROSS, "a cell");
+            for (Int t = 0; t < last.size(); ++t) expect(last(t, 1) <= columns, "cells within the columns");
             return cut_by_grid(triangles, step, columns, first, last);
         },
         "triangles"_a, "step"_a, "columns"_a, "first"_a, "last"_a, nogil());

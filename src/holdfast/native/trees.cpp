@@ -109,6 +109,7 @@ void bind_trees(nanobind::module_& m) {
         [](const Bed& bed, In rest, InMat loads, In until) {
             expect_bed(bed);
             expect(loads.size(1) == 6 && until.size() == loads.size(), "loads of six numbers, and an end for each");
+            for (double end : until) expect(!(end < 0.0), "ends that are not negative");
             const Six at_rest = six(rest);
             std::pair<Array<double, 2>, Array<Int>> found{Array<double, 2>({loads.size(), 6}),
                                                           Array<Int>({loads.size()})};
