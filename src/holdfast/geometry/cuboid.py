@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
-from holdfast.base.rigid import transform
-from holdfast.base.values import Value, seal
+from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.values import Value, made, seal
 
 EXACT = 1e-12  # largest deviation of corners, relative to the diagonal, and largest cosine of an angle that is right
 
@@ -58,7 +58,16 @@ class Cuboid(Value):
 
         A pose that is given with six digits is not exact: it would shear the cuboid.
         """
-        rotation = pose[:3, :3]
-        if np.abs(rotation @ rotation.T - np.eye(3)).max() > EXACT:
-            return None
-        return Cuboid(transform(pose, self.centre[None])[0], self.axes @ rotation.T, self.half)
+        return self.placed_together([self], pose[None, :3, :3], pose[None, None, :3, 3])[0]
+
+    @staticmethod
+    def placed_together(cuboids: Sequence[Cuboid], turns: Float, places: Float) -> list[Cuboid | None]:
+        """Return each of n cuboids as ``placed``, by rotations ``turns`` (n, 3, 3) and ``places`` (n, 1, 3) [m]."""
+        back = turns.transpose(0, 2, 1)
+        rigid = (np.abs(turns @ back - np.eye(3)).max((1, 2)) <= EXACT).tolist()
+        centres = frozen((np.array([cuboid.centre for cuboid in cuboids])[:, None] @ back + places)[:, 0])
+        axes = frozen(np.array([cuboid.axes for cuboid in cuboids]) @ back)
+        return [
+            made(Cuboid, centre=centres[k], axes=axes[k], half=cuboid.half) if rigid[k] else None
+            for k, cuboid in enumerate(cuboids)
+        ]

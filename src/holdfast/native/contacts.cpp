@@ -60,15 +60,14 @@ void bind_contacts(nanobind::module_& m) {
         },
         "a"_a, "b"_a, "pairs"_a, "limits"_a, nogil());
     m.def(
-        "flush_faces",
-        [](InTen bodies, InIntMat pairs, InIntMat along, In same) {
+        "cuboid_contacts",
+        [](InTen bodies, InIntMat pairs, InMat limits, double rounding, double wide) {
             expect(bodies.size(1) == 5 && bodies.size(2) == 3, "cuboids of five rows");
-            expect(pairs.size(1) == 2 && pairs.sizes() == along.sizes() && same.size() == pairs.size(), "pairs");
-            expect_rows(pairs, bodies.size(), "a known cuboid");
-            expect_rows(along, 3, "an axis");
-            return flush_faces(bodies, pairs, along, same);
+            expect_pairs(pairs, bodies.size(), bodies.size());
+            expect(limits.size() == pairs.size() && limits.size(1) == 3, "three limits for each pair");
+            return cuboid_contacts(bodies, pairs, limits, rounding, wide);
         },
-        "bodies"_a, "pairs"_a, "along"_a, "same"_a, nogil());
+        "bodies"_a, "pairs"_a, "limits"_a, "rounding"_a, "wide"_a, nogil());
 }
 
 }  // namespace holdfast

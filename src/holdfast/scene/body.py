@@ -25,6 +25,7 @@ from holdfast.geometry.surface import Surface
 from holdfast.scene.compound import Compound, Shape, as_shape
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import Inertial
+from holdfast.scene.shapes import Box
 
 if TYPE_CHECKING:
     import trimesh
@@ -198,6 +199,24 @@ class Body(Value):
         """The body as a cuboid in the world frame; None if it has another shape."""
         local = self.shape.surface.cuboid
         return None if local is None else local.placed(self.pose)
+
+
+def place_cuboids(bodies: Sequence[Body]) -> None:
+    """Find ``box``, ``size`` and ``cuboid`` of all boxes among the bodies together, with the digits of one by one."""
+    new = [body for body in bodies if isinstance(body.shape, Box | HalfSpace) and "cuboid" not in body.__dict__]
+    local = [body.shape.surface.cuboid for body in new]
+    if not new or None in local:  # a sheet may not be one
+        return
+    poses = np.array([body.pose for body in new])
+    turns, places = poses[:, :3, :3], poses[:, None, :3, 3]
+    back = turns.transpose(0, 2, 1)
+    corners = np.array([body.shape.surface.vertices for body in new]) @ back + places
+    low, high = frozen(corners.min(1)), frozen(corners.max(1))
+    across = high - low
+    sizes = np.sqrt(across[:, None] @ across[:, :, None]).ravel().tolist()
+    found = Cuboid.placed_together([one for one in local if one is not None], turns, places)
+    for k, body in enumerate(new):
+        body.__dict__.update(box=(low[k], high[k]), size=sizes[k], cuboid=found[k])
 
 
 def materials_of(bodies: Iterable[Body]) -> frozenset[str]:
