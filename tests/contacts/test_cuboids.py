@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from holdfast.base.arrays import Float
-from holdfast.contacts.cuboids import Near, patches_of
+from holdfast.contacts.cuboids import Cuboids, patches_of
 from holdfast.contacts.detect import find_patches
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.search_mesh import SearchMesh
@@ -29,7 +29,7 @@ def directly(a: Body, b: Body, gap: float = GAP) -> tuple[Patch, ...] | None:
     assert a.cuboid is not None
     assert b.cuboid is not None
     own, size = Tolerances(gap, 1.0).between(a, b), min(a.size, b.size)
-    return patches_of([Near(a.cuboid, b.cuboid, own.gap, size, 1e-6 * size)])[0]
+    return patches_of([Cuboids(a.cuboid, b.cuboid, own.gap, size, 1e-6 * size)])[0]
 
 
 def through_triangles(a: Body, b: Body, gap: float = GAP) -> tuple[Patch, ...]:
@@ -89,5 +89,5 @@ def test_a_sheet_thinner_than_the_gap_is_left_to_triangles(thickness: float) -> 
     b = box(np.array([0.1, 0.1, thickness]), np.array([0, 0, 0.05 + thickness / 2]), 0.0, UNMOVED, "b")
     assert a.cuboid is not None
     assert b.cuboid is not None
-    (found,) = patches_of([Near(a.cuboid, b.cuboid, GAP, 0.1, 1e-7)])
+    (found,) = patches_of([Cuboids(a.cuboid, b.cuboid, GAP, 0.1, 1e-7)])
     assert (found is None) == (thickness < GAP)

@@ -30,7 +30,7 @@ from holdfast.geometry.cuboid import Cuboid
 from holdfast.native import core
 
 
-class Near(NamedTuple):
+class Cuboids(NamedTuple):
     """Two cuboids whose bounding boxes are near each other; all lengths are in metres.
 
     Surfaces touch up to ``gap`` apart. ``size`` is that of the smaller body, and contacts narrower than ``negligible``
@@ -44,7 +44,7 @@ class Near(NamedTuple):
     negligible: float
 
 
-def patches_of(pairs: Sequence[Near]) -> list[tuple[Patch, ...] | None]:
+def patches_of(pairs: Sequence[Cuboids]) -> list[tuple[Patch, ...] | None]:
     """Return the patches of each pair, with normals into the second body; None if triangles have to be searched."""
     if not pairs:
         return []

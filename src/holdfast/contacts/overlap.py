@@ -16,7 +16,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.detect import in_order, neighbours
-from holdfast.contacts.tolerances import Tolerances
+from holdfast.contacts.tolerances import OfPair, Tolerances
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.spatial import search_tree
@@ -89,23 +89,26 @@ def find_overlaps(
     *,
     drawn: bool = False,
     near: Sequence[tuple[Body, Body]] | None = None,
+    limits: Sequence[OfPair] | None = None,
 ) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts.
 
     Between the bodies named in ``same``, overlaps are taken from ``known``. With ``drawn``, the triangles count as the
     true surfaces, so that sagittas and uncertain rotations do not widen the gap. ``near`` can pass the other pairs, at
-    least all whose boxes meet, as ``neighbours`` yields them.
+    least all whose boxes meet, as ``neighbours`` yields them, and ``limits`` the tolerances of each.
     """
+    near = list(neighbours(scene, 0.0, same)) if near is None else near
+    if limits is None:
+        limits = tolerances.of_pairs((scene.body(a.name), scene.body(b.name)) for a, b in near)
+    gaps = np.array([each.base if drawn else each.own.gap for each in limits])
+    (low_a, high_a), (low_b, high_b) = (
+        np.array([pair[k].box for pair in near]).reshape(-1, 2, 3).swapaxes(0, 1) for k in (0, 1)
+    )
+    shared = (np.minimum(high_a, high_b) - np.maximum(low_a, low_b)).min(1)
     solids: dict[int, manifold3d.Manifold | None] = {}
     found = {overlap.bodies: overlap for overlap in known if all(name in same for name in overlap.bodies)}
-    for a, b in reported("overlaps", list(neighbours(scene, 0.0, same)) if near is None else near):
-        shared = float((np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])).min())
-        if shared < 0:
-            continue
-        one, other = scene.body(a.name), scene.body(b.name)
-        tolerance = tolerances.base(one, other) if drawn else tolerances.between(one, other).gap
-        if shared < tolerance:
-            continue
+    for k in reported("overlaps", np.flatnonzero(shared >= gaps).tolist()):
+        (a, b), tolerance = near[k], float(gaps[k])
         for body in (a, b):
             if id(body) not in solids:
                 solids[id(body)] = solid_of(body)

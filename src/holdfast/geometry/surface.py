@@ -62,8 +62,8 @@ class Surface(Value):
         diagonal, least = float(np.linalg.norm(size)), float(size.min())
         if least > SHEET * diagonal:
             cuboid = Cuboid(centre, OUTWARD, half)
-            known = {"cuboid": cuboid, "reduced": surface, "curved": FLAT, "diagonal": diagonal, "thickness": least}
-            surface.__dict__.update(known)
+            surface.__dict__.update(cuboid=cuboid, reduced=surface, closed=True, curved=FLAT, bends=False)
+            surface.__dict__.update(diagonal=diagonal, thickness=least)
         return surface
 
     def shared(self) -> Surface:
@@ -118,6 +118,16 @@ class Surface(Value):
         if self.roughness.slope:
             return np.zeros(len(self.faces), dtype=bool)
         return frozen(curved_faces(self.vertices, self.faces, self.areas, self.topology))
+
+    @cached_property
+    def bends(self) -> bool:
+        """Whether some triangle represents a curved surface."""
+        return bool(self.curved.any())
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether the surface bounds a volume."""
+        return self.reduced.topology.closed
 
     @cached_property
     def sharp_edges(self) -> Int:
