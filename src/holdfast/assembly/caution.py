@@ -32,7 +32,7 @@ STRONGEST = 3.0  # [-] friction above this is a mistake: clean rubber, metal in 
 
 def check_units(bodies: Iterable[Body]) -> None:
     """Raise SceneError if the sizes of all movable bodies say that they are given in millimetres instead of metres."""
-    across = {body.name: _across(body) for body in bodies if not body.fixed}
+    across = {body.name: body.across for body in bodies if not body.fixed}
     if not across or min(across.values()) < SMALL_AMONG_HUGE or np.median([*across.values()]) < USUAL_AMONG_HUGE:
         return
     smallest = min(across, key=lambda name: across[name])
@@ -59,10 +59,6 @@ def check_copies(scene: Scene) -> None:
             raise SceneError(message(names, problem, "move them apart, or leave all but one out"))
 
 
-def _across(body: Body) -> float:
-    return float((body.box[1] - body.box[0]).max())
-
-
 def doubts_of_scene(
     scene: Scene, interfaces: Sequence[Interface] = (), overlaps: Sequence[Overlap] = ()
 ) -> tuple[str, ...]:
@@ -80,7 +76,7 @@ def doubts_of_scene(
 
 def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return notes on movable bodies whose density or size suggests that they are given in other units."""
-    across = {body.name: _across(body) for body in bodies}
+    across = {body.name: body.across for body in bodies}
     dense = [f"{body.name}: {doubt}" for body in bodies if (doubt := _dense(body))]
     notes = dense[:WORST] + ([f"and {len(dense) - WORST:,} more bodies like that"] if len(dense) > WORST else [])
     widest = sorted(across, key=lambda name: across[name])[-2:]
@@ -95,6 +91,8 @@ def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
 def _doubts_of_angles(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return a note if the roll, pitch and yaw of all bodies look like radians where degrees are meant."""
     turns = np.array([body.pose[:3, :3] for body in bodies])
+    if (turns == np.eye(3)).all():
+        return ()
     x, y, z = turns[:, 2, 1], turns[:, 2, 0], turns[:, 2, 2]
     angles = np.degrees([np.arctan2(x, z), -np.arcsin(np.clip(y, -1, 1)), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])])
     if not like_radians(angles.ravel()):
@@ -132,7 +130,7 @@ def _dense(body: Body) -> str:
 
 def warn_of_huge(bodies: Iterable[Body]) -> None:
     """Warn if the largest movable body suggests that its mesh is given in millimetres instead of metres."""
-    across = {body.name: _across(body) for body in bodies if not body.fixed}
+    across = {body.name: body.across for body in bodies if not body.fixed}
     widest = max(across, key=lambda name: across[name], default=None)
     if widest is not None and across[widest] > HUGE:
         problem = f"is {across[widest]:.3g} m across"

@@ -60,14 +60,13 @@ def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) ->
     if before is not None and tolerances.rule != before.tolerances.rule:
         before = None
     same = () if before is None else {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
-    near = near_pairs(scene, tolerances, same)
-    pairs, limits = [(a, b) for a, b, _ in near], [own for *_, own in near]
+    near = near_pairs(scene, tolerances, tolerances.widest(scene), same)
     if before is None:
-        overlaps = find_overlaps(scene, tolerances, near=pairs, limits=limits)
+        overlaps = find_overlaps(scene, tolerances, near=near)
         patches = find_all_patches(scene, tolerances, near=near)
         shown = show(scene, tolerances, patches)
     else:
-        overlaps = find_overlaps(scene, tolerances, before.overlaps, same, near=pairs, limits=limits)
+        overlaps = find_overlaps(scene, tolerances, before.overlaps, same, near=near)
         patches = find_all_patches(scene, tolerances, before.patches, same, near)
         shown = show(scene, tolerances, patches, before.shown, _changed(patches, before.patches))
     deep = {overlap.bodies for overlap in overlaps}

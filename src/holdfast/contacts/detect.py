@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from statistics import median
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -27,7 +26,6 @@ from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round_contacts import feet, meet_smoothly, not_at
 from holdfast.contacts.search_mesh import (
-    LARGE,
     SearchMesh,
     in_common_box,
     near_but_facets,
@@ -73,10 +71,14 @@ class Touching(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Two bodies, or some parts of them, that are near enough to touch, with the tolerances of the whole bodies."""
+    """Two bodies, or some parts of them, that are near each other, and the tolerances of the whole bodies.
+
+    ``shared`` [m] is how far their bounding boxes overlap (``shared_length``).
+    """
 
     a: Body
     b: Body
+    shared: float
     limits: OfPair
 
 
@@ -116,7 +118,7 @@ def find_all_patches(
     Between bodies named in ``same``, the result is taken from ``known``. ``near`` can pass all other pairs that are
     near enough to touch.
     """
-    near = near_pairs(scene, tolerances, same) if near is None else near
+    near = near_pairs(scene, tolerances, tolerances.widest(scene), same) if near is None else near
     result = {pair: touching for pair, touching in (known or {}).items() if pair[0] in same and pair[1] in same}
     for one, patches in _patches_between(near):
         if patches:
@@ -126,11 +128,11 @@ def find_all_patches(
     return in_order(result, scene) if known else result
 
 
-def near_pairs(scene: Scene, tolerances: Tolerances, same: Collection[str] = ()) -> list[Near]:
-    """Return the pairs of bodies that are near enough to touch, as ``neighbours`` yields them."""
-    pairs = list(neighbours(scene, tolerances.widest(scene), same))
-    limits = tolerances.of_pairs((scene.body(a.name), scene.body(b.name)) for a, b in pairs)
-    return [Near(a, b, own) for (a, b), own in zip(pairs, limits, strict=True)]
+def near_pairs(scene: Scene, tolerances: Tolerances, gap: float, same: Collection[str] = ()) -> list[Near]:
+    """Return the pairs of ``neighbours``."""
+    found = list(_near(scene, gap, same))
+    limits = tolerances.of_pairs([(scene.body(a.name), scene.body(b.name)) for a, b, _ in found])
+    return [Near(*each, own) for each, own in zip(found, limits, strict=True)]
 
 
 def _patches_between(near: Sequence[Near]) -> Iterator[tuple[Near, tuple[Patch, ...]]]:
@@ -144,7 +146,7 @@ def _patches_between(near: Sequence[Near]) -> Iterator[tuple[Near, tuple[Patch, 
     for k, one in enumerate(reported("contacts", near)):
         patches = known[k]
         if patches is None:
-            a, b, limits = one
+            a, b, _, limits = one
             for body in (a, b):
                 if id(body) not in meshes:
                     meshes[id(body)] = SearchMesh.of(body)
@@ -232,7 +234,7 @@ def _interfaces(
     interfaces = []
     for mu, share in shares.items():
         few = merged(share, own.gap, own.angle) if merge else tuple(share)
-        more = (*flags, "merged") if any([patch.spots is not None for patch in few]) else flags
+        more = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
         found = made(Interface, bodies=pair, patches=few, status="touching", flags=more, certain=certain, mu=mu)
         interfaces.append(found)
     return tuple(interfaces)
@@ -268,31 +270,29 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
     Pairs of two bodies named in ``same`` are left out. If only some parts of two bodies may touch, bodies with only
     these parts are yielded, one pair for each set of parts that may touch each other (``Scene.touching``).
     """
+    for a, b, _ in _near(scene, gap, same):
+        yield a, b
+
+
+def _near(scene: Scene, gap: float, same: Collection[str]) -> Iterator[tuple[Body, Body, float]]:
+    """Yield the pairs of ``neighbours``, and how far [m] their bounding boxes overlap, negative if they are apart."""
     bodies = scene.bodies
     place_cuboids(bodies)
-    low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
-    high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
-    axis = int(np.argmax(np.ptp(low, axis=0)))
-    length = high[:, axis] - low[:, axis]
-    asked = np.array([body.name not in same for body in bodies], dtype=bool)
-    order = np.argsort(low[:, axis], kind="stable")
-    order = order[asked[order]]
-    if not len(order):
-        return
-    # a floor is near to everything, so large bodies are searched separately
-    wide = length[order] > LARGE * median(length.tolist())
-    found = []
-    for part in (order[~wide], order[wide]):
-        if not len(part):
-            continue
-        near = core.near_boxes(low, high, low[part], high[part], axis, 0.0)
-        found.append(np.column_stack([near[:, 0], part[near[:, 1]]]))
-    pairs = np.concatenate(found)
+    boxes = np.array([body.box for body in bodies]).reshape(-1, 2, 3)
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
-    once = (pairs[:, 0] < pairs[:, 1]) | ~asked[pairs[:, 0]]
-    pairs = np.sort(pairs[once & ~fixed[pairs].all(1)], axis=1)
-    for i, j in pairs[np.lexsort(pairs.T[::-1])].tolist():
-        yield from scene.touching(bodies[i], bodies[j])
+    asked = np.array([body.name not in same for body in bodies], dtype=bool)
+    pairs, shared = core.near_bodies(boxes, fixed, asked, gap)
+    for (i, j), along in zip(pairs.tolist(), shared.tolist(), strict=True):
+        a, b = bodies[i], bodies[j]
+        for one, two in scene.touching(a, b):
+            whole = one is a and two is b
+            yield one, two, along if whole else shared_length(one, two)
+
+
+def shared_length(a: Body, b: Body) -> float:
+    """Return how far [m] the bounding boxes of two bodies overlap, along the axis of least overlap."""
+    (low_a, high_a), (low_b, high_b) = a.box, b.box
+    return float((np.minimum(high_a, high_b) - np.maximum(low_a, low_b)).min())
 
 
 class TooFineError(Exception):

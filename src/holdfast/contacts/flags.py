@@ -49,16 +49,16 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     if kept < FRAGILE * faces or (not faces and max(rooms) < gap / FRAGILE):
         flags.append("fragile")
     known = [patch.separation for patch in patches if patch.separation is not None]
-    if any([max(-low, high, low, -high) > SHAKY * gap for low, high in known]):
+    if max([max(-low, high, low, -high) for low, high in known], default=0.0) > SHAKY * gap:
         flags.append("ambiguous_gap")
     if _on_facet(a, patches, 1.0) or _on_facet(b, patches, -1.0):
         flags.append("facet")
     if hidden:
         flags.append("occluded")
-    surfaces = a.shape.surface, b.shape.surface
-    if not all([surface.closed for surface in surfaces]):
+    one, two = a.shape.surface, b.shape.surface
+    if not (one.closed and two.closed):
         flags.append("not_manifold")
-    if not all([surface.oriented for surface in surfaces]):
+    if not (one.oriented and two.oriented):
         flags.append("orientation_unknown")
     return tuple(flags)
 

@@ -41,7 +41,8 @@ class Fronts:
         narrower than ``width`` [m] are dropped.
         """
         nearest = min(self._nearest[pair[0]], self._nearest[pair[1]])
-        if not any([_level(patch) - IN_FRONT * gap > nearest for patch in patches if patch.separation is not None]):
+        highest = max([_level(patch) for patch in patches if patch.separation is not None], default=-np.inf)
+        if highest - IN_FRONT * gap <= nearest:
             return tuple(patches)  # mostly so
         left: list[Patch] = []
         for patch in patches:

@@ -15,8 +15,8 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
-from holdfast.contacts.detect import in_order, neighbours
-from holdfast.contacts.tolerances import OfPair, Tolerances
+from holdfast.contacts.detect import Near, in_order, near_pairs
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.spatial import search_tree
@@ -88,27 +88,20 @@ def find_overlaps(
     same: Collection[str] = (),
     *,
     drawn: bool = False,
-    near: Sequence[tuple[Body, Body]] | None = None,
-    limits: Sequence[OfPair] | None = None,
+    near: Sequence[Near] | None = None,
 ) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts.
 
     Between the bodies named in ``same``, overlaps are taken from ``known``. With ``drawn``, the triangles count as the
     true surfaces, so that sagittas and uncertain rotations do not widen the gap. ``near`` can pass the other pairs, at
-    least all whose boxes meet, as ``neighbours`` yields them, and ``limits`` the tolerances of each.
+    least all whose boxes meet, as ``neighbours`` yields them.
     """
-    near = list(neighbours(scene, 0.0, same)) if near is None else near
-    if limits is None:
-        limits = tolerances.of_pairs((scene.body(a.name), scene.body(b.name)) for a, b in near)
-    gaps = np.array([each.base if drawn else each.own.gap for each in limits])
-    (low_a, high_a), (low_b, high_b) = (
-        np.array([pair[k].box for pair in near]).reshape(-1, 2, 3).swapaxes(0, 1) for k in (0, 1)
-    )
-    shared = (np.minimum(high_a, high_b) - np.maximum(low_a, low_b)).min(1)
+    near = near_pairs(scene, tolerances, 0.0, same) if near is None else near
     solids: dict[int, manifold3d.Manifold | None] = {}
     found = {overlap.bodies: overlap for overlap in known if all(name in same for name in overlap.bodies)}
-    for k in reported("overlaps", np.flatnonzero(shared >= gaps).tolist()):
-        (a, b), tolerance = near[k], float(gaps[k])
+    limits = [one.limits.base if drawn else one.limits.own.gap for one in near]
+    deep_enough = [pair for pair in zip(near, limits, strict=True) if pair[0].shared >= pair[1]]
+    for (a, b, *_), tolerance in reported("overlaps", deep_enough):
         for body in (a, b):
             if id(body) not in solids:
                 solids[id(body)] = solid_of(body)

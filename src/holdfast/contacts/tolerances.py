@@ -173,8 +173,8 @@ class Tolerances(Value):
 class OfPair(NamedTuple):
     """The tolerances of one pair of bodies.
 
-    ``own`` are the final ones, ``base`` [m] is the gap without additions for sagittas and rotations, ``usual`` the plain
-    gap [m], and ``sagitta`` [m] the sum of both.
+    ``own`` are the final ones, ``base`` [m] is the gap without additions for sagittas and rotations, ``usual`` [m] the
+    plain gap, and ``sagitta`` [m] the sum of both.
     """
 
     own: Tolerances

@@ -5,6 +5,7 @@
 #include "cuboids.hpp"
 #include "features.hpp"
 #include "meshes.hpp"
+#include "near_bodies.hpp"
 #include "search_mesh.hpp"
 
 namespace holdfast {
@@ -32,6 +33,14 @@ void bind_contacts(nanobind::module_& m) {
             return near_boxes({low_a, high_a}, {low_b, high_b}, axis, gap);
         },
         "low_a"_a, "high_a"_a, "low_b"_a, "high_b"_a, "axis"_a, "gap"_a, nogil());
+    m.def(
+        "near_bodies",
+        [](InTen boxes, Span<const bool> fixed, Span<const bool> asked, double gap) {
+            expect(boxes.size(1) == 2 && boxes.size(2) == 3, "boxes of two corners");
+            expect(fixed.size() == boxes.size() && asked.size() == boxes.size(), "two marks for each box");
+            return near_bodies(boxes, fixed, asked, gap);
+        },
+        "boxes"_a, "fixed"_a, "asked"_a, "gap"_a, nogil());
     m.def(
         "near_faces",
         [](const SearchMesh& a, const SearchMesh& b, double gap, Int facet_a, Int facet_b, bool but_facets) {

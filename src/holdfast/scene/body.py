@@ -180,6 +180,11 @@ class Body(Value):
         return float(np.linalg.norm(self.box[1] - self.box[0]))
 
     @cached_property
+    def across(self) -> float:
+        """The longest side [m] of the bounding box in the world frame."""
+        return float((self.box[1] - self.box[0]).max())
+
+    @cached_property
     def surface_world(self) -> Surface:
         """The triangles of the shape in the world frame."""
         surface = self.shape.surface
@@ -202,7 +207,7 @@ class Body(Value):
 
 
 def place_cuboids(bodies: Sequence[Body]) -> None:
-    """Find ``box``, ``size`` and ``cuboid`` of all boxes among the bodies together, with the digits of one by one."""
+    """Find the boxes, sizes and cuboids of all bodies with the shape of a box together, with the digits of one by one."""
     new = [body for body in bodies if isinstance(body.shape, Box | HalfSpace) and "cuboid" not in body.__dict__]
     local = [body.shape.surface.cuboid for body in new]
     if not new or None in local:  # a sheet may not be one
@@ -214,9 +219,10 @@ def place_cuboids(bodies: Sequence[Body]) -> None:
     low, high = frozen(corners.min(1)), frozen(corners.max(1))
     across = high - low
     sizes = np.sqrt(across[:, None] @ across[:, :, None]).ravel().tolist()
+    longest = across.max(1).tolist()
     found = Cuboid.placed_together([one for one in local if one is not None], turns, places)
     for k, body in enumerate(new):
-        body.__dict__.update(box=(low[k], high[k]), size=sizes[k], cuboid=found[k])
+        body.__dict__.update(box=(low[k], high[k]), size=sizes[k], across=longest[k], cuboid=found[k])
 
 
 def materials_of(bodies: Iterable[Body]) -> frozenset[str]:
