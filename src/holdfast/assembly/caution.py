@@ -10,6 +10,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message, warn
 from holdfast.base.text import listed, quoted
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import MISPLACED, Overlap
+from holdfast.geometry.cuboid import IDENTITY
 from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.level import like_radians
@@ -49,7 +50,8 @@ def check_copies(scene: Scene) -> None:
     places: dict[bytes, list[Body]] = {}
     for body in scene.bodies:
         if not isinstance(body.shape, HalfSpace):
-            places.setdefault(body.pose.tobytes() + np.array(body.box).tobytes(), []).append(body)
+            low, high = body.box
+            places.setdefault(body.pose.tobytes() + low.tobytes() + high.tobytes(), []).append(body)
     for first, *others in places.values():
         alike = [b for b in others if b.shape == first.shape and not (b.fixed and first.fixed)]
         alike = [b for b in alike if scene.touching(first, b)]
@@ -90,8 +92,8 @@ def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
 
 def _doubts_of_angles(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return a note if the roll, pitch and yaw of all bodies look like radians where degrees are meant."""
-    turns = np.array([body.pose[:3, :3] for body in bodies])
-    if (turns == np.eye(3)).all():
+    turns = np.array([body.pose for body in bodies])[:, :3, :3]
+    if (turns == IDENTITY).all():
         return ()
     x, y, z = turns[:, 2, 1], turns[:, 2, 0], turns[:, 2, 2]
     angles = np.degrees([np.arctan2(x, z), -np.arcsin(np.clip(y, -1, 1)), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])])

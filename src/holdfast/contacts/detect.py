@@ -227,9 +227,12 @@ def _interfaces(
     flags = flags_of(a, b, rest, own.gap, hidden=rest != touching.patches)
     certain = posed and is_certain(rest, flags, gap=base, usual=usual, sagitta=sagitta)
     shares: dict[float | None, list[Patch]] = {}
-    for (one, two, _), patches in zip(touching.parts, left, strict=True):
-        for mu, piece in by_friction(scene, one, two, patches, own.gap).items():
-            shares.setdefault(mu, []).extend(piece)
+    if _mixed(a) or _mixed(b):
+        for (one, two, _), patches in zip(touching.parts, left, strict=True):
+            for mu, piece in by_friction(scene, one, two, patches, own.gap).items():
+                shares.setdefault(mu, []).extend(piece)
+    else:
+        shares[None] = list(rest)
     pair = a.name, b.name
     interfaces = []
     for mu, share in shares.items():

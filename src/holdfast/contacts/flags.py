@@ -35,21 +35,22 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     - orientation_unknown: it is not known which side of a surface is the inside.
     """
     flags = []
-    rooms, areas = [patch.room for patch in patches], [patch.area for patch in patches]
-    if max(rooms) < gap:
+    faces = kept = widest = farthest = 0.0
+    for patch in patches:
+        room = patch.room
+        widest = max(widest, room)
+        if patch.kind == "face":
+            area = patch.area
+            faces += area
+            kept += area * max(0.0, 1 - gap / room)
+        if patch.separation is not None:
+            low, high = patch.separation
+            farthest = max(farthest, abs(low), abs(high))
+    if widest < gap:
         flags.append("sliver")
-    faces = sum(areas)
-    kept = sum(
-        [
-            area * max(0.0, 1 - gap / room)
-            for patch, area, room in zip(patches, areas, rooms, strict=True)
-            if patch.kind == "face"
-        ]
-    )
-    if kept < FRAGILE * faces or (not faces and max(rooms) < gap / FRAGILE):
+    if kept < FRAGILE * faces or (not faces and widest < gap / FRAGILE):
         flags.append("fragile")
-    known = [patch.separation for patch in patches if patch.separation is not None]
-    if max([max(-low, high, low, -high) for low, high in known], default=0.0) > SHAKY * gap:
+    if farthest > SHAKY * gap:
         flags.append("ambiguous_gap")
     if _on_facet(a, patches, 1.0) or _on_facet(b, patches, -1.0):
         flags.append("facet")

@@ -41,8 +41,7 @@ class Fronts:
         narrower than ``width`` [m] are dropped.
         """
         nearest = min(self._nearest[pair[0]], self._nearest[pair[1]])
-        highest = max([_level(patch) for patch in patches if patch.separation is not None], default=-np.inf)
-        if highest - IN_FRONT * gap <= nearest:
+        if max(map(_level, patches)) - IN_FRONT * gap <= nearest:
             return tuple(patches)  # mostly so
         left: list[Patch] = []
         for patch in patches:
@@ -73,8 +72,10 @@ def _hides(patch: Patch) -> bool:
 
 
 def _level(patch: Patch) -> float:
-    """Return the mean of the least and the largest separation at a patch [m]."""
-    least, largest = patch.separation or (0.0, 0.0)
+    """Return the mean of the least and the largest separation at a patch [m]; -inf, before everything, if not known."""
+    if patch.separation is None:
+        return -np.inf
+    least, largest = patch.separation
     return (least + largest) / 2
 
 

@@ -11,6 +11,7 @@ from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.values import Value, made, seal
 
 EXACT = 1e-12  # largest deviation of corners, relative to the diagonal, and largest cosine of an angle that is right
+IDENTITY = frozen(np.eye(3))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,7 +65,7 @@ class Cuboid(Value):
     def placed_together(cuboids: Sequence[Cuboid], turns: Float, places: Float) -> list[Cuboid | None]:
         """Return each of n cuboids as ``placed``, by rotations ``turns`` (n, 3, 3) and ``places`` (n, 1, 3) [m]."""
         back = turns.transpose(0, 2, 1)
-        rigid = (np.abs(turns @ back - np.eye(3)).max((1, 2)) <= EXACT).tolist()
+        rigid = (np.abs(turns @ back - IDENTITY).max((1, 2)) <= EXACT).tolist()
         centres = frozen((np.array([cuboid.centre for cuboid in cuboids])[:, None] @ back + places)[:, 0])
         axes = frozen(np.array([cuboid.axes for cuboid in cuboids]) @ back)
         return [

@@ -207,7 +207,7 @@ class Body(Value):
 
 
 def place_cuboids(bodies: Sequence[Body]) -> None:
-    """Find the boxes, sizes and cuboids of all bodies with the shape of a box together, with the digits of one by one."""
+    """Find the boxes, sizes and cuboids of all bodies with the shape of a box together, with the same digits."""
     new = [body for body in bodies if isinstance(body.shape, Box | HalfSpace) and "cuboid" not in body.__dict__]
     local = [body.shape.surface.cuboid for body in new]
     if not new or None in local:  # a sheet may not be one
