@@ -50,23 +50,21 @@ def patches_of(pairs: Sequence[Cuboids]) -> list[tuple[Patch, ...] | None]:
         return []
     known = {id(body): body for near in pairs for body in (near.a, near.b)}
     number_of = {key: k for k, key in enumerate(known)}
-    bodies = np.empty((len(known), 5, 3))
-    bodies[:, 0] = [body.centre for body in known.values()]
-    bodies[:, 1:4] = [body.axes for body in known.values()]
-    bodies[:, 4] = [body.half for body in known.values()]
+    bodies = np.array([body.rows for body in known.values()])
     ends = np.array([(number_of[id(near.a)], number_of[id(near.b)]) for near in pairs])
     limits = np.array([near[2:] for near in pairs])
     counts, corners, planes, tangents = core.cuboid_contacts(bodies, ends, limits, COORDINATES, WIDE)
     several = counts.tolist()
     found: list[tuple[Patch, ...] | None] = [() if count < 0 else None for count in several]
     for count in {count for count in several if count > 2}:
-        chosen = np.flatnonzero(counts == count)
-        polygons, frames = frozen(corners[chosen, :count]), frozen(tangents[chosen])
-        normals, separations = frozen(planes[chosen, :3]), planes[chosen, 3:].tolist()
+        chosen = [k for k, each in enumerate(several) if each == count]
+        at = slice(None) if len(chosen) == len(several) else chosen
+        polygons, frames = frozen(corners[at, :count]), frozen(tangents[at])
+        normals, separations = frozen(planes[at, :3]), planes[at, 3:].tolist()
         rings = frozen((polygons - polygons[:, :1]) @ frames.transpose(0, 2, 1))
         moments, widths = core.measures_of(rings)
         frozen(moments)
-        for k, (number, width) in enumerate(zip(chosen.tolist(), widths.tolist(), strict=True)):
+        for k, (number, width) in enumerate(zip(chosen, widths.tolist(), strict=True)):
             if width > pairs[number].negligible:
                 low, high = separations[k]
                 patch = made(

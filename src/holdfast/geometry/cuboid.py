@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,6 +29,11 @@ class Cuboid(Value):
 
     def __post_init__(self) -> None:
         seal(self)
+
+    @cached_property
+    def rows(self) -> Float:
+        """The centre, the axes and the half lengths as rows (5, 3)."""
+        return frozen(np.vstack([self.centre, self.axes, self.half]))
 
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float) -> Cuboid | None:
@@ -66,9 +72,9 @@ class Cuboid(Value):
         """Return each of n cuboids as ``placed``, by rotations ``turns`` (n, 3, 3) and ``places`` (n, 1, 3) [m]."""
         back = turns.transpose(0, 2, 1)
         rigid = (np.abs(turns @ back - IDENTITY).max((1, 2)) <= EXACT).tolist()
-        centres = frozen((np.array([cuboid.centre for cuboid in cuboids])[:, None] @ back + places)[:, 0])
-        axes = frozen(np.array([cuboid.axes for cuboid in cuboids]) @ back)
+        local = np.array([cuboid.rows for cuboid in cuboids])
+        rows = np.concatenate([local[:, :1] @ back + places, local[:, 1:4] @ back, local[:, 4:]], axis=1)
         return [
-            made(Cuboid, centre=centres[k], axes=axes[k], half=cuboid.half) if rigid[k] else None
-            for k, cuboid in enumerate(cuboids)
+            made(Cuboid, centre=own[0], axes=own[1:4], half=own[4], rows=own) if exact else None
+            for exact, own in zip(rigid, frozen(rows), strict=True)
         ]

@@ -208,10 +208,11 @@ class Body(Value):
 
 def place_cuboids(bodies: Sequence[Body]) -> None:
     """Find the boxes, sizes and cuboids of all bodies with the shape of a box together, with the same digits."""
-    new = [body for body in bodies if isinstance(body.shape, Box | HalfSpace) and "cuboid" not in body.__dict__]
-    local = [body.shape.surface.cuboid for body in new]
-    if not new or None in local:  # a sheet may not be one
+    boxes = [body for body in bodies if isinstance(body.shape, Box | HalfSpace) and "cuboid" not in body.__dict__]
+    new = [body for body in boxes if body.shape.surface.cuboid is not None]  # a sheet may not be one
+    if not new:
         return
+    local = [cuboid for body in new if (cuboid := body.shape.surface.cuboid) is not None]
     poses = np.array([body.pose for body in new])
     turns, places = poses[:, :3, :3], poses[:, None, :3, 3]
     back = turns.transpose(0, 2, 1)
@@ -220,7 +221,7 @@ def place_cuboids(bodies: Sequence[Body]) -> None:
     across = high - low
     sizes = np.sqrt(across[:, None] @ across[:, :, None]).ravel().tolist()
     longest = across.max(1).tolist()
-    found = Cuboid.placed_together([one for one in local if one is not None], turns, places)
+    found = Cuboid.placed_together(local, turns, places)
     for k, body in enumerate(new):
         body.__dict__.update(box=(low[k], high[k]), size=sizes[k], across=longest[k], cuboid=found[k])
 
