@@ -7,11 +7,12 @@ import pytest
 import trimesh
 
 from holdfast.base.arrays import Float
-from holdfast.contacts.cuboids import Near, patches_of
+from holdfast.contacts.cuboids import Cuboids, patches_of
 from holdfast.contacts.detect import find_patches
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Tolerances
+from holdfast.native import core
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box
 
@@ -29,7 +30,7 @@ def directly(a: Body, b: Body, gap: float = GAP) -> tuple[Patch, ...] | None:
     assert a.cuboid is not None
     assert b.cuboid is not None
     own, size = Tolerances(gap, 1.0).between(a, b), min(a.size, b.size)
-    return patches_of([Near(a.cuboid, b.cuboid, own.gap, size, 1e-6 * size)])[0]
+    return patches_of([Cuboids(a.cuboid, b.cuboid, own.gap, size, 1e-6 * size)])[0]
 
 
 def through_triangles(a: Body, b: Body, gap: float = GAP) -> tuple[Patch, ...]:
@@ -89,5 +90,20 @@ def test_a_sheet_thinner_than_the_gap_is_left_to_triangles(thickness: float) -> 
     b = box(np.array([0.1, 0.1, thickness]), np.array([0, 0, 0.05 + thickness / 2]), 0.0, UNMOVED, "b")
     assert a.cuboid is not None
     assert b.cuboid is not None
-    (found,) = patches_of([Near(a.cuboid, b.cuboid, GAP, 0.1, 1e-7)])
+    (found,) = patches_of([Cuboids(a.cuboid, b.cuboid, GAP, 0.1, 1e-7)])
     assert (found is None) == (thickness < GAP)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_bodies_near_each_other_are_those_whose_boxes_are(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0, 1, (40, 3))
+    boxes = np.stack([low, low + rng.uniform(0.02, 0.2, (40, 3)) * np.where(np.arange(40) < 3, 9, 1)[:, None]], axis=1)
+    fixed, asked, gap = rng.random(40) < 0.3, rng.random(40) < 0.7, 0.05
+    overlap = np.minimum(boxes[:, None, 1], boxes[:, 1]) - np.maximum(boxes[:, None, 0], boxes[:, 0])
+    near = (overlap.min(2) >= -gap) & ~(fixed[:, None] & fixed) & (asked[:, None] | asked)
+    expected = np.argwhere(np.triu(near, 1))
+    pairs, shared = core.near_bodies(boxes, fixed, asked, gap)
+    np.testing.assert_array_equal(pairs, expected)
+    np.testing.assert_array_equal(shared, overlap.min(2)[tuple(expected.T)])
+    assert len(pairs) > 20

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ import trimesh
 
 from holdfast.base.arrays import Float, Int
 from holdfast.geometry.surface import Surface
-from holdfast.scene.body import Body
+from holdfast.scene.body import Body, place_cuboids
+from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.shapes import Box, Cylinder, Mesh
 
 SIZE = np.array([0.3, 0.2, 0.1])
@@ -33,6 +35,38 @@ def test_a_box_of_many_triangles_in_any_pose_is_one() -> None:
     )
     expected = turned(Box(SIZE).surface.vertices)
     assert np.linalg.norm(corners[:, None] - expected, axis=2).min(1).max() < 1e-12
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_a_box_knows_is_what_its_triangles_say(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    size = 10 ** rng.uniform(-3, 3, 3)
+    for known in (Box(size).surface, HalfSpace(float(size[0])).surface):
+        found = Surface(known.vertices, known.faces)
+        assert (found.cuboid, found.reduced, found.closed) == (known.cuboid, known.reduced, known.closed)
+        assert (found.diagonal, found.thickness, found.bends) == (known.diagonal, known.thickness, known.bends)
+        assert (found.curved == known.curved).all()
+
+
+def test_a_box_that_is_a_sheet_knows_nothing() -> None:
+    sheet = Box((1.0, 1.0, 1e-6)).surface
+    assert sheet.thickness == Surface(sheet.vertices, sheet.faces).thickness == 0.0
+
+
+def test_boxes_placed_together_lie_where_each_lies_alone() -> None:
+    rng = np.random.default_rng(3)
+    poses = [trimesh.transformations.random_rotation_matrix(rng.random(3)) for _ in range(30)]
+    poses[7] = np.round(poses[7], 6)
+    bodies = [Body(f"b{k}", Box(rng.uniform(0.01, 1, 3)), mass=1.0, pose=pose) for k, pose in enumerate(poses)]
+    together = [replace(body) for body in bodies]
+    place_cuboids(together)
+    for alone, body in zip(bodies, together, strict=True):
+        corners = alone.surface_world.vertices
+        assert (body.box[0] == corners.min(0)).all()
+        assert (body.box[1] == corners.max(0)).all()
+        assert (body.size, body.across, body.cuboid) == (alone.size, alone.across, alone.cuboid)
+    assert together[7].cuboid is None
+    assert None not in [body.cuboid for body in together[:7]]
 
 
 def flattened(vertices: Float, faces: Int) -> tuple[Float, Int]:

@@ -10,6 +10,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message, warn
 from holdfast.base.text import listed, quoted
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import MISPLACED, Overlap
+from holdfast.geometry.cuboid import IDENTITY
 from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.level import like_radians
@@ -32,7 +33,7 @@ STRONGEST = 3.0  # [-] friction above this is a mistake: clean rubber, metal in 
 
 def check_units(bodies: Iterable[Body]) -> None:
     """Raise SceneError if the sizes of all movable bodies say that they are given in millimetres instead of metres."""
-    across = {body.name: _across(body) for body in bodies if not body.fixed}
+    across = {body.name: body.across for body in bodies if not body.fixed}
     if not across or min(across.values()) < SMALL_AMONG_HUGE or np.median([*across.values()]) < USUAL_AMONG_HUGE:
         return
     smallest = min(across, key=lambda name: across[name])
@@ -49,7 +50,8 @@ def check_copies(scene: Scene) -> None:
     places: dict[bytes, list[Body]] = {}
     for body in scene.bodies:
         if not isinstance(body.shape, HalfSpace):
-            places.setdefault(body.pose.tobytes() + np.array(body.box).tobytes(), []).append(body)
+            low, high = body.box
+            places.setdefault(body.pose.tobytes() + low.tobytes() + high.tobytes(), []).append(body)
     for first, *others in places.values():
         alike = [b for b in others if b.shape == first.shape and not (b.fixed and first.fixed)]
         alike = [b for b in alike if scene.touching(first, b)]
@@ -57,10 +59,6 @@ def check_copies(scene: Scene) -> None:
             names = listed([quoted(body.name) for body in (first, *alike)], WORST)
             problem = f"are {len(alike) + 1:,} bodies of one shape in one place"
             raise SceneError(message(names, problem, "move them apart, or leave all but one out"))
-
-
-def _across(body: Body) -> float:
-    return float((body.box[1] - body.box[0]).max())
 
 
 def doubts_of_scene(
@@ -80,7 +78,7 @@ def doubts_of_scene(
 
 def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return notes on movable bodies whose density or size suggests that they are given in other units."""
-    across = {body.name: _across(body) for body in bodies}
+    across = {body.name: body.across for body in bodies}
     dense = [f"{body.name}: {doubt}" for body in bodies if (doubt := _dense(body))]
     notes = dense[:WORST] + ([f"and {len(dense) - WORST:,} more bodies like that"] if len(dense) > WORST else [])
     widest = sorted(across, key=lambda name: across[name])[-2:]
@@ -94,7 +92,9 @@ def doubts(bodies: Sequence[Body]) -> tuple[str, ...]:
 
 def _doubts_of_angles(bodies: Sequence[Body]) -> tuple[str, ...]:
     """Return a note if the roll, pitch and yaw of all bodies look like radians where degrees are meant."""
-    turns = np.array([body.pose[:3, :3] for body in bodies])
+    turns = np.array([body.pose for body in bodies])[:, :3, :3]
+    if (turns == IDENTITY).all():
+        return ()
     x, y, z = turns[:, 2, 1], turns[:, 2, 0], turns[:, 2, 2]
     angles = np.degrees([np.arctan2(x, z), -np.arcsin(np.clip(y, -1, 1)), np.arctan2(turns[:, 1, 0], turns[:, 0, 0])])
     if not like_radians(angles.ravel()):
@@ -132,7 +132,7 @@ def _dense(body: Body) -> str:
 
 def warn_of_huge(bodies: Iterable[Body]) -> None:
     """Warn if the largest movable body suggests that its mesh is given in millimetres instead of metres."""
-    across = {body.name: _across(body) for body in bodies if not body.fixed}
+    across = {body.name: body.across for body in bodies if not body.fixed}
     widest = max(across, key=lambda name: across[name], default=None)
     if widest is not None and across[widest] > HUGE:
         problem = f"is {across[widest]:.3g} m across"

@@ -92,6 +92,16 @@ def altered(value: T, **items: object) -> T:
     return other
 
 
+def made(kind: type[T], **items: object) -> T:
+    """Return a dataclass with these contents of all its fields, which are not checked, and of cached properties.
+
+    Arrays have to be read-only. For what is made by the thousand: it takes a tenth of the time.
+    """
+    value = object.__new__(kind)
+    value.__dict__.update(items)
+    return value
+
+
 def _names_of(value: object, role: Literal["all", "compare", "repr"] = "all") -> tuple[str, ...]:
     """Return the names of the fields of a dataclass, those that take part in comparisons, or those in ``repr``."""
     return _names(cast(Hashable, type(value)), role)

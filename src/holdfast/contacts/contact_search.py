@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
-from holdfast.contacts.detect import Shown, Touching, find_all_patches, neighbours, show
+from holdfast.contacts.detect import Shown, Touching, find_all_patches, near_pairs, show
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.occlusion import Pair
 from holdfast.contacts.overlap import Overlap, find_overlaps
@@ -60,7 +60,7 @@ def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) ->
     if before is not None and tolerances.rule != before.tolerances.rule:
         before = None
     same = () if before is None else {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
-    near = list(neighbours(scene, tolerances.widest(scene), same))
+    near = near_pairs(scene, tolerances, tolerances.widest(scene), same)
     if before is None:
         overlaps = find_overlaps(scene, tolerances, near=near)
         patches = find_all_patches(scene, tolerances, near=near)
@@ -70,14 +70,15 @@ def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) ->
         patches = find_all_patches(scene, tolerances, before.patches, same, near)
         shown = show(scene, tolerances, patches, before.shown, _changed(patches, before.patches))
     deep = {overlap.bodies for overlap in overlaps}
-    by_pair = {}
+    by_pair: dict[Pair, tuple[Interface, ...]] = {}
     for pair, contact in shown.items():
         if before is not None and before.shown.get(pair) is contact:
             by_pair[pair] = before.by_pair[pair]
         else:
-            by_pair[pair] = tuple(
-                replace(interface, status="penetrating") if pair in deep else interface
-                for interface in contact.interfaces
+            by_pair[pair] = (
+                tuple(replace(interface, status="penetrating") for interface in contact.interfaces)
+                if pair in deep
+                else contact.interfaces
             )
     bodies = {body.name: body for body in scene.bodies}
     return Found(tolerances, bodies, overlaps, patches, shown, by_pair)

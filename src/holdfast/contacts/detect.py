@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
-from statistics import median
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from holdfast.base.archive import archived
 from holdfast.base.progress import reported
-from holdfast.base.values import Value
+from holdfast.base.values import Value, made
 from holdfast.contacts.clipping import clip_faces
-from holdfast.contacts.cuboids import Near, patches_of
+from holdfast.contacts.cuboids import Cuboids, patches_of
 from holdfast.contacts.facing_polygons import facing_pairs, facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
@@ -27,16 +26,16 @@ from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round_contacts import feet, meet_smoothly, not_at
 from holdfast.contacts.search_mesh import (
-    LARGE,
     SearchMesh,
     in_common_box,
     near_but_facets,
     near_faces,
     near_facets,
 )
-from holdfast.contacts.tolerances import Tolerances, plain_gap
+from holdfast.contacts.tolerances import OfPair, Tolerances
 from holdfast.native import core
-from holdfast.scene.body import Body
+from holdfast.scene.body import Body, place_cuboids
+from holdfast.scene.compound import Compound
 from holdfast.scene.scene import Scene
 
 T = TypeVar("T")
@@ -62,11 +61,25 @@ class Contacts(Value):
 class Touching(NamedTuple):
     """Where two bodies would touch if there were no third bodies.
 
-    ``parts`` holds the patches of each pair from ``Scene.touching``, and ``patches`` all of them together.
+    ``parts`` holds the patches of each pair from ``Scene.touching``, ``patches`` all of them together, and ``limits``
+    the tolerances of the two.
     """
 
     parts: tuple[tuple[Body, Body, tuple[Patch, ...]], ...]
     patches: tuple[Patch, ...]
+    limits: OfPair
+
+
+class Near(NamedTuple):
+    """Two bodies, or some parts of them, that are near each other, and the tolerances of the whole bodies.
+
+    ``shared`` [m] is how far their bounding boxes overlap (``shared_length``).
+    """
+
+    a: Body
+    b: Body
+    shared: float
+    limits: OfPair
 
 
 class Shown(NamedTuple):
@@ -98,47 +111,51 @@ def find_all_patches(
     tolerances: Tolerances,
     known: Mapping[Pair, Touching] | None = None,
     same: Collection[str] = (),
-    near: Sequence[tuple[Body, Body]] | None = None,
+    near: Sequence[Near] | None = None,
 ) -> dict[Pair, Touching]:
     """Find where all pairs of bodies would touch if there were no third bodies, in the order of the bodies.
 
     Between bodies named in ``same``, the result is taken from ``known``. ``near`` can pass all other pairs that are
-    near enough to touch, as ``neighbours`` yields them.
+    near enough to touch.
     """
-    pairs = list(neighbours(scene, tolerances.widest(scene), same)) if near is None else near
-    found: dict[Pair, list[tuple[Body, Body, tuple[Patch, ...]]]] = {}
-    for a, b, patches in _patches_between(scene, tolerances, pairs):
-        if patches:
-            found.setdefault((a.name, b.name), []).append((a, b, patches))
+    near = near_pairs(scene, tolerances, tolerances.widest(scene), same) if near is None else near
     result = {pair: touching for pair, touching in (known or {}).items() if pair[0] in same and pair[1] in same}
-    for pair, parts in found.items():
-        result[pair] = Touching(tuple(parts), tuple(patch for *_, patches in parts for patch in patches))
-    return in_order(result, scene)
+    for one, patches in _patches_between(near):
+        if patches:
+            pair = one.a.name, one.b.name
+            parts, others = ((), ()) if (first := result.get(pair)) is None else (first.parts, first.patches)
+            result[pair] = Touching((*parts, (one.a, one.b, patches)), (*others, *patches), one.limits)
+    return in_order(result, scene) if known else result
 
 
-def _patches_between(
-    scene: Scene, tolerances: Tolerances, pairs: Sequence[tuple[Body, Body]]
-) -> Iterator[tuple[Body, Body, tuple[Patch, ...]]]:
+def near_pairs(scene: Scene, tolerances: Tolerances, gap: float, same: Collection[str] = ()) -> list[Near]:
+    """Return the pairs of ``neighbours``."""
+    found = list(_near(scene, gap, same))
+    limits = tolerances.of_pairs([(scene.body(a.name), scene.body(b.name)) for a, b, _ in found])
+    return [Near(*each, own) for each, own in zip(found, limits, strict=True)]
+
+
+def _patches_between(near: Sequence[Near]) -> Iterator[tuple[Near, tuple[Patch, ...]]]:
     """Yield each of the pairs of bodies with the patches where they touch.
 
     All pairs of cuboids are classified first; triangles are searched only for the remaining pairs.
     """
     meshes: dict[int, SearchMesh] = {}
-    own = [tolerances.between(scene.body(a.name), scene.body(b.name)) for a, b in pairs]
-    known = of_cuboids(pairs, own)
-    uses = Counter(id(body) for k, pair in enumerate(pairs) if known[k] is None for body in pair)
-    for k, (a, b) in enumerate(reported("contacts", pairs)):
+    known = of_cuboids([(one.a, one.b) for one in near], [one.limits.own for one in near])
+    uses = Counter(id(body) for k, one in enumerate(near) if known[k] is None for body in (one.a, one.b))
+    for k, one in enumerate(reported("contacts", near)):
         patches = known[k]
         if patches is None:
+            a, b, _, limits = one
             for body in (a, b):
                 if id(body) not in meshes:
                     meshes[id(body)] = SearchMesh.of(body)
-            patches = find_patches(a, b, meshes[id(a)], meshes[id(b)], own[k])
+            patches = find_patches(a, b, meshes[id(a)], meshes[id(b)], limits.own)
             for body in (a, b):
                 uses[id(body)] -= 1
                 if not uses[id(body)]:
                     del meshes[id(body)]  # free the memory
-        yield a, b, patches
+        yield one, patches
 
 
 def of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Tolerances]) -> list[tuple[Patch, ...] | None]:
@@ -148,7 +165,7 @@ def of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Toleranc
         if a.cuboid is not None and b.cuboid is not None:
             size = min(a.size, b.size)
             numbers.append(k)
-            near.append(Near(a.cuboid, b.cuboid, own.gap, size, NEGLIGIBLE_WIDTH * size))
+            near.append(Cuboids(a.cuboid, b.cuboid, own.gap, size, NEGLIGIBLE_WIDTH * size))
     found: list[tuple[Patch, ...] | None] = [None] * len(pairs)
     for k, patches in zip(numbers, patches_of(near), strict=True):
         found[k] = patches
@@ -178,45 +195,51 @@ def show(
         elif pair[0] not in changed and pair[1] not in changed:
             result[pair] = before
             continue
-        a, b = (scene.body(name) for name in pair)
-        gap, width = tolerances.between(a, b).gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)
-        left = tuple(tuple(fronts.visible(patches, pair, gap, width)) for *_, patches in touching.parts)
+        a, b = scene.body(pair[0]), scene.body(pair[1])
+        gap, width = touching.limits.own.gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)
+        left = tuple([fronts.visible(patches, pair, gap, width) for *_, patches in touching.parts])
         if before is not None and left == before.left:
             result[pair] = before
         else:
-            result[pair] = Shown(touching, left, _interfaces(scene, tolerances, (a, b), touching, left, merge=merge))
+            found_now = _interfaces(scene, (a, b), touching, left, posed=not tolerances.capped, merge=merge)
+            result[pair] = Shown(touching, left, found_now)
     return result
 
 
 def _interfaces(
     scene: Scene,
-    tolerances: Tolerances,
     bodies: tuple[Body, Body],
     touching: Touching,
     left: tuple[tuple[Patch, ...], ...],
     *,
+    posed: bool,
     merge: bool,
 ) -> tuple[Interface, ...]:
-    """Return the interfaces of two ``bodies`` that are ``touching``; ``left`` are the patches that are not hidden."""
-    rest = tuple(patch for patches in left for patch in patches)
+    """Return the interfaces of two ``bodies`` that are ``touching``; ``left`` are the patches that are not hidden.
+
+    ``posed`` says that the poses are as given.
+    """
+    rest = left[0] if len(left) == 1 else tuple(patch for patches in left for patch in patches)
     if not rest:
         return ()
     a, b = bodies
-    own = tolerances.between(a, b)
+    own, base, usual, sagitta = touching.limits
     flags = flags_of(a, b, rest, own.gap, hidden=rest != touching.patches)
-    sagitta = a.shape.surface.sagitta + b.shape.surface.sagitta
-    certain = not tolerances.capped and is_certain(
-        rest, flags, gap=tolerances.base(a, b), usual=plain_gap(a, b), sagitta=sagitta
-    )
+    certain = posed and is_certain(rest, flags, gap=base, usual=usual, sagitta=sagitta)
     shares: dict[float | None, list[Patch]] = {}
-    for (one, two, _), patches in zip(touching.parts, left, strict=True):
-        for mu, piece in by_friction(scene, one, two, patches, own.gap).items():
-            shares.setdefault(mu, []).extend(piece)
+    if _mixed(a) or _mixed(b):
+        for (one, two, _), patches in zip(touching.parts, left, strict=True):
+            for mu, piece in by_friction(scene, one, two, patches, own.gap).items():
+                shares.setdefault(mu, []).extend(piece)
+    else:
+        shares[None] = list(rest)
+    pair = a.name, b.name
     interfaces = []
     for mu, share in shares.items():
         few = merged(share, own.gap, own.angle) if merge else tuple(share)
-        all_flags = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
-        interfaces.append(Interface((a.name, b.name), patches=few, flags=all_flags, certain=certain, mu=mu))
+        more = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
+        found = made(Interface, bodies=pair, patches=few, status="touching", flags=more, certain=certain, mu=mu)
+        interfaces.append(found)
     return tuple(interfaces)
 
 
@@ -224,13 +247,18 @@ def by_friction(
     scene: Scene, a: Body, b: Body, patches: Sequence[Patch], gap: float
 ) -> dict[float | None, list[Patch]]:
     """Return the patches by friction coefficient; the key is None where the coefficient of the two bodies holds."""
-    if not patches or all({*body.materials} == {body.material} for body in (a, b)):
+    if not patches or not (_mixed(a) or _mixed(b)):
         return {None: list(patches)} if patches else {}
     found: dict[float | None, list[Patch]] = {}
     for (of_a, of_b), piece in by_material(a, b, patches, gap).items():
         mu = scene.friction.between(a.name, b.name, {a.name: of_a, b.name: of_b})
         found.setdefault(mu, []).extend(piece)
     return found
+
+
+def _mixed(body: Body) -> bool:
+    """Tell whether a part of a body is not of its material."""
+    return isinstance(body.shape, Compound) and {*body.materials} != {body.material}
 
 
 def in_order(by_pair: Mapping[Pair, T], scene: Scene) -> dict[Pair, T]:
@@ -245,30 +273,29 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
     Pairs of two bodies named in ``same`` are left out. If only some parts of two bodies may touch, bodies with only
     these parts are yielded, one pair for each set of parts that may touch each other (``Scene.touching``).
     """
+    for a, b, _ in _near(scene, gap, same):
+        yield a, b
+
+
+def _near(scene: Scene, gap: float, same: Collection[str]) -> Iterator[tuple[Body, Body, float]]:
+    """Yield the pairs of ``neighbours``, and how far [m] their bounding boxes overlap, negative if they are apart."""
     bodies = scene.bodies
-    low = np.array([body.box[0] for body in bodies]).reshape(-1, 3) - gap / 2
-    high = np.array([body.box[1] for body in bodies]).reshape(-1, 3) + gap / 2
-    axis = int(np.argmax(np.ptp(low, axis=0)))
-    length = high[:, axis] - low[:, axis]
-    asked = np.array([body.name not in same for body in bodies], dtype=bool)
-    order = np.argsort(low[:, axis], kind="stable")
-    order = order[asked[order]]
-    if not len(order):
-        return
-    # a floor is near to everything, so large bodies are searched separately
-    wide = length[order] > LARGE * median(length.tolist())
-    found = []
-    for part in (order[~wide], order[wide]):
-        if not len(part):
-            continue
-        near = core.near_boxes(low, high, low[part], high[part], axis, 0.0)
-        found.append(np.column_stack([near[:, 0], part[near[:, 1]]]))
-    pairs = np.concatenate(found)
+    place_cuboids(bodies)
+    boxes = np.array([body.box for body in bodies]).reshape(-1, 2, 3)
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
-    once = (pairs[:, 0] < pairs[:, 1]) | ~asked[pairs[:, 0]]
-    pairs = np.sort(pairs[once & ~fixed[pairs].all(1)], axis=1)
-    for i, j in pairs[np.lexsort(pairs.T[::-1])].tolist():
-        yield from scene.touching(bodies[i], bodies[j])
+    asked = np.array([body.name not in same for body in bodies], dtype=bool)
+    pairs, shared = core.near_bodies(boxes, fixed, asked, gap)
+    for (i, j), along in zip(pairs.tolist(), shared.tolist(), strict=True):
+        a, b = bodies[i], bodies[j]
+        for one, two in scene.touching(a, b):
+            whole = one is a and two is b
+            yield one, two, along if whole else shared_length(one, two)
+
+
+def shared_length(a: Body, b: Body) -> float:
+    """Return how far [m] the bounding boxes of two bodies overlap, along the axis of least overlap."""
+    (low_a, high_a), (low_b, high_b) = a.box, b.box
+    return float((np.minimum(high_a, high_b) - np.maximum(low_a, low_b)).min())
 
 
 class TooFineError(Exception):

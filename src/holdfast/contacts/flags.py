@@ -35,21 +35,31 @@ def flags_of(a: Body, b: Body, patches: Sequence[Patch], gap: float, *, hidden: 
     - orientation_unknown: it is not known which side of a surface is the inside.
     """
     flags = []
-    if all(patch.room < gap for patch in patches):
+    faces = kept = widest = farthest = 0.0
+    for patch in patches:
+        room = patch.room
+        widest = max(widest, room)
+        if patch.kind == "face":
+            area = patch.area
+            faces += area
+            kept += area * max(0.0, 1 - gap / room)
+        if patch.separation is not None:
+            low, high = patch.separation
+            farthest = max(farthest, abs(low), abs(high))
+    if widest < gap:
         flags.append("sliver")
-    faces = sum(patch.area for patch in patches)
-    kept = sum(patch.area * max(0.0, 1 - gap / patch.room) for patch in patches if patch.kind == "face")
-    if kept < FRAGILE * faces or (not faces and all(patch.room < gap / FRAGILE for patch in patches)):
+    if kept < FRAGILE * faces or (not faces and widest < gap / FRAGILE):
         flags.append("fragile")
-    if any(max(map(abs, patch.separation)) > SHAKY * gap for patch in patches if patch.separation is not None):
+    if farthest > SHAKY * gap:
         flags.append("ambiguous_gap")
     if _on_facet(a, patches, 1.0) or _on_facet(b, patches, -1.0):
         flags.append("facet")
     if hidden:
         flags.append("occluded")
-    if not all(body.shape.surface.reduced.topology.closed for body in (a, b)):
+    one, two = a.shape.surface, b.shape.surface
+    if not (one.closed and two.closed):
         flags.append("not_manifold")
-    if not all(body.shape.surface.oriented for body in (a, b)):
+    if not (one.oriented and two.oriented):
         flags.append("orientation_unknown")
     return tuple(flags)
 
@@ -61,7 +71,7 @@ def _on_facet(body: Body, patches: Sequence[Patch], outward: float) -> bool:
     point out of the body, and -1 if they point into it.
     """
     surface = body.shape.surface
-    if not surface.curved.any():
+    if not surface.bends:
         return False
     for patch in patches:
         if patch.kind != "face" and (patch.kind != "line" or surface.sagitta > 0):

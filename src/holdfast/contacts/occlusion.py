@@ -25,24 +25,29 @@ class Fronts:
     def __init__(self, found: Mapping[Pair, Sequence[Patch]]) -> None:
         self._found = found
         self._pairs: dict[str, list[Pair]] = {}
-        self._nearest: dict[str, float] = {}
+        self._nearest: dict[str, float] = {}  # the least mean separation of the faces of each body [m]
         self._screens: dict[str, _Screen] = {}
-        for pair in found:
+        for pair, patches in found.items():
+            nearest = min([_level(patch) for patch in patches if _hides(patch)], default=np.inf)
             for end in pair:
                 self._pairs.setdefault(end, []).append(pair)
+                self._nearest[end] = min(self._nearest.get(end, np.inf), nearest)
 
-    def visible(self, patches: Sequence[Patch], pair: Pair, gap: float, width: float) -> list[Patch]:
+    def visible(self, patches: Sequence[Patch], pair: Pair, gap: float, width: float) -> tuple[Patch, ...]:
         """Return the visible parts of patches of a pair; patches of which nothing is hidden are the same objects.
 
         A patch between a and b is hidden where a patch of a third body with b, or with a, covers it and has a smaller
         separation. Otherwise two bodies on either side of a plate thinner than the gap would touch through it. Parts
         narrower than ``width`` [m] are dropped.
         """
+        nearest = min(self._nearest[pair[0]], self._nearest[pair[1]])
+        if max(map(_level, patches)) - IN_FRONT * gap <= nearest:
+            return tuple(patches)  # mostly so
         left: list[Patch] = []
         for patch in patches:
             before = self._before(patch, pair, gap)
             left += _less(patch, before, gap, width) if before else [patch]
-        return left
+        return tuple(left)
 
     def _before(self, patch: Patch, pair: Pair, gap: float) -> list[Patch]:
         """Return the patches of third bodies that may hide a part of a patch."""
@@ -52,16 +57,9 @@ class Fronts:
         return [
             front
             for end, inward in zip(pair, (-1.0, 1.0), strict=True)
-            if self._nearest_of(end) < farthest  # rarely true
+            if self._nearest[end] < farthest
             for front in self._screen(end).before(patch, pair, inward, farthest, gap)
         ]
-
-    def _nearest_of(self, name: str) -> float:
-        """Return the least mean separation of the faces of a body [m]."""
-        if name not in self._nearest:
-            faces = (patch for pair in self._pairs[name] for patch in self._found[pair] if _hides(patch))
-            self._nearest[name] = min((_level(patch) for patch in faces), default=np.inf)
-        return self._nearest[name]
 
     def _screen(self, name: str) -> _Screen:
         if name not in self._screens:
@@ -70,12 +68,15 @@ class Fronts:
 
 
 def _hides(patch: Patch) -> bool:
-    return patch.kind == "face" and patch.separation is not None
+    return patch.separation is not None and patch.kind == "face"
 
 
 def _level(patch: Patch) -> float:
-    """Return the mean of the least and the largest separation at a patch [m]."""
-    return sum(patch.separation or (0.0,)) / 2
+    """Return the mean of the least and the largest separation at a patch [m]; -inf, before everything, if not known."""
+    if patch.separation is None:
+        return -np.inf
+    least, largest = patch.separation
+    return (least + largest) / 2
 
 
 class _Screen(NamedTuple):

@@ -14,7 +14,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
-from holdfast.contacts.detect import in_order, neighbours
+from holdfast.contacts.detect import Near, in_order, near_pairs
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.solid import closed_solid
@@ -87,7 +87,7 @@ def find_overlaps(
     same: Collection[str] = (),
     *,
     drawn: bool = False,
-    near: Sequence[tuple[Body, Body]] | None = None,
+    near: Sequence[Near] | None = None,
 ) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts.
 
@@ -95,16 +95,12 @@ def find_overlaps(
     true surfaces, so that sagittas and uncertain rotations do not widen the gap. ``near`` can pass the other pairs, at
     least all whose boxes meet, as ``neighbours`` yields them.
     """
+    near = near_pairs(scene, tolerances, 0.0, same) if near is None else near
     solids: dict[int, manifold3d.Manifold | None] = {}
     found = {overlap.bodies: overlap for overlap in known if all(name in same for name in overlap.bodies)}
-    for a, b in reported("overlaps", list(neighbours(scene, 0.0, same)) if near is None else near):
-        shared = float((np.minimum(a.box[1], b.box[1]) - np.maximum(a.box[0], b.box[0])).min())
-        if shared < 0:
-            continue
-        one, other = scene.body(a.name), scene.body(b.name)
-        tolerance = tolerances.base(one, other) if drawn else tolerances.between(one, other).gap
-        if shared < tolerance:
-            continue
+    limits = [one.limits.base if drawn else one.limits.own.gap for one in near]
+    deep_enough = [pair for pair in zip(near, limits, strict=True) if pair[0].shared >= pair[1]]
+    for (a, b, *_), tolerance in reported("overlaps", deep_enough):
         for body in (a, b):
             if id(body) not in solids:
                 solids[id(body)] = solid_of(body)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from statistics import median
 from typing import NamedTuple
@@ -100,7 +101,25 @@ class Tolerances(Value):
 
     def between(self, a: Body, b: Body) -> Tolerances:
         """Return the final gap, angle and depth of one pair of bodies, with all additions included."""
-        gap = self.base(a, b)
+        return self._between(a, b, self.base(a, b))
+
+    def of_pairs(self, pairs: Iterable[tuple[Body, Body]]) -> list[OfPair]:
+        """Return the tolerances of many pairs of bodies; those of bodies alike are found once."""
+        found: dict[tuple[float, ...], OfPair] = {}
+        limits = []
+        for a, b in pairs:
+            one, two = a.shape.surface, b.shape.surface
+            sizes = (a.size, b.size) if self.tilt else ()
+            key = (id(one), a.fixed, id(two), b.fixed, *sizes)
+            own = found.get(key)
+            if own is None:
+                base = self.base(a, b)
+                sagitta = one.sagitta + two.sagitta
+                own = found[key] = OfPair(self._between(a, b, base), base, plain_gap(a, b), sagitta)
+            limits.append(own)
+        return limits
+
+    def _between(self, a: Body, b: Body, gap: float) -> Tolerances:
         plain = rough_angle(a, b) if self.angle_by_pair and self.rough else self.angle
         if self.tilt:
             gap += self._swing(max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0))
@@ -149,6 +168,19 @@ class Tolerances(Value):
             gap = max(RELATIVE_GAP * size, SIGMAS * 2 * max([surface.roughness.height for surface in surfaces]))
         swing = self._swing(max([body.size / 2 for body in scene.movable], default=0.0)) if self.tilt else 0.0
         return gap + self.spread + swing + 2 * max([surface.sagitta for surface in surfaces])
+
+
+class OfPair(NamedTuple):
+    """The tolerances of one pair of bodies.
+
+    ``own`` are the final ones, ``base`` [m] is the gap without additions for sagittas and rotations, ``usual`` [m] the
+    plain gap, and ``sagitta`` [m] the sum of both.
+    """
+
+    own: Tolerances
+    base: float
+    usual: float
+    sagitta: float
 
 
 def default_gap(scene: Scene) -> float:

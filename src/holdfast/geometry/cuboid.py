@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
-from holdfast.base.rigid import transform
-from holdfast.base.values import Value, seal
+from holdfast.base.arrays import Float, Int, frozen
+from holdfast.base.values import Value, made, seal
 
 EXACT = 1e-12  # largest deviation of corners, relative to the diagonal, and largest cosine of an angle that is right
+IDENTITY = frozen(np.eye(3))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,6 +29,11 @@ class Cuboid(Value):
 
     def __post_init__(self) -> None:
         seal(self)
+
+    @cached_property
+    def rows(self) -> Float:
+        """The centre, the axes and the half lengths as rows (5, 3)."""
+        return frozen(np.vstack([self.centre, self.axes, self.half]))
 
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float) -> Cuboid | None:
@@ -58,7 +65,16 @@ class Cuboid(Value):
 
         A pose that is given with six digits is not exact: it would shear the cuboid.
         """
-        rotation = pose[:3, :3]
-        if np.abs(rotation @ rotation.T - np.eye(3)).max() > EXACT:
-            return None
-        return Cuboid(transform(pose, self.centre[None])[0], self.axes @ rotation.T, self.half)
+        return self.placed_together([self], pose[None, :3, :3], pose[None, None, :3, 3])[0]
+
+    @staticmethod
+    def placed_together(cuboids: Sequence[Cuboid], turns: Float, places: Float) -> list[Cuboid | None]:
+        """Return each of n cuboids as ``placed``, by rotations ``turns`` (n, 3, 3) and ``places`` (n, 1, 3) [m]."""
+        back = turns.transpose(0, 2, 1)
+        rigid = (np.abs(turns @ back - IDENTITY).max((1, 2)) <= EXACT).tolist()
+        local = np.array([cuboid.rows for cuboid in cuboids])
+        rows = np.concatenate([local[:, :1] @ back + places, local[:, 1:4] @ back, local[:, 4:]], axis=1)
+        return [
+            made(Cuboid, centre=own[0], axes=own[1:4], half=own[4], rows=own) if exact else None
+            for exact, own in zip(rigid, frozen(rows), strict=True)
+        ]

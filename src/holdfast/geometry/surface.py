@@ -16,12 +16,19 @@ from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.curved import curved_faces
 from holdfast.geometry.facets import Facets, balanced
-from holdfast.geometry.roughness import NONE, Roughness, roughness_of
+from holdfast.geometry.roughness import LEAST_VERTICES, NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import SMOOTH, Topology
 
 STRAIGHT = 1e-8  # largest change of a surface when triangles are removed from it, relative to its size
 SHEET = 1e-6  # a surface is flat if it is no thicker, relative to its size: files round to 6e-8 of it
+# of cuboids: their corners in half lengths, their triangles, which of these are curved, and the axes that ``Cuboid.of``
+# finds
+CORNERS = frozen(np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]))
+QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+FACES = frozen(np.array([t for a, b, c, d in QUADS for t in ((a, b, c), (a, c, d))], dtype=np.int64))
+FLAT = frozen(np.zeros(len(FACES), dtype=bool))
+OUTWARD = frozen(np.diag([-1.0, -1.0, 1.0]))
 HUB = 64  # a vertex with more faces is the hub of a fan, which is triangulated differently before it is reduced
 
 
@@ -42,6 +49,22 @@ class Surface(Value):
 
     def __post_init__(self) -> None:
         seal(self)
+
+    @classmethod
+    def of_box(cls, size: Float, centre: Float) -> Surface:
+        """Return the surface of a cuboid along the axes with these edge lengths (3,) and centre (3,) [m].
+
+        It has eight vertices and twelve triangles. What would be found in them is known, unless the cuboid is so thin
+        that its faces might count as one.
+        """
+        half = size / 2
+        surface = cls(CORNERS * half + centre, FACES)
+        diagonal, least = float(np.linalg.norm(size)), float(size.min())
+        if least > SHEET * diagonal:
+            cuboid = Cuboid(centre, OUTWARD, half)
+            surface.__dict__.update(cuboid=cuboid, reduced=surface, closed=True, curved=FLAT, bends=False)
+            surface.__dict__.update(diagonal=diagonal, thickness=least)
+        return surface
 
     def shared(self) -> Surface:
         """Return an equal surface that is already in use, or this one, so that derived properties are computed once.
@@ -85,7 +108,7 @@ class Surface(Value):
     @cached_property
     def roughness(self) -> Roughness:
         """The scatter of the vertices; none if the surface is a tessellation with a known ``sagitta``."""
-        if self.sagitta > 0:
+        if self.sagitta > 0 or len(self.vertices) < LEAST_VERTICES:
             return NONE
         return roughness_of(self.vertices, self.faces, self.areas, self.normals, self.topology)
 
@@ -95,6 +118,16 @@ class Surface(Value):
         if self.roughness.slope:
             return np.zeros(len(self.faces), dtype=bool)
         return frozen(curved_faces(self.vertices, self.faces, self.areas, self.topology))
+
+    @cached_property
+    def bends(self) -> bool:
+        """Whether some triangle represents a curved surface."""
+        return bool(self.curved.any())
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether the surface bounds a volume."""
+        return self.reduced.topology.closed
 
     @cached_property
     def sharp_edges(self) -> Int:

@@ -7,6 +7,7 @@
 #include "features.hpp"
 #include "grids.hpp"
 #include "meshes.hpp"
+#include "near_bodies.hpp"
 #include "search_mesh.hpp"
 
 namespace holdfast {
@@ -42,6 +43,14 @@ void bind_contacts(nanobind::module_& m) {
             return near_boxes({low_a, high_a}, {low_b, high_b}, axis, gap);
         },
         "low_a"_a, "high_a"_a, "low_b"_a, "high_b"_a, "axis"_a, "gap"_a, nogil());
+    m.def(
+        "near_bodies",
+        [](InTen boxes, Span<const bool> fixed, Span<const bool> asked, double gap) {
+            expect(boxes.size(1) == 2 && boxes.size(2) == 3, "boxes of two corners");
+            expect(fixed.size() == boxes.size() && asked.size() == boxes.size(), "two marks for each box");
+            return near_bodies(boxes, fixed, asked, gap);
+        },
+        "boxes"_a, "fixed"_a, "asked"_a, "gap"_a, nogil());
     m.def(
         "near_faces",
         [](const SearchMesh& a, const SearchMesh& b, double gap, Int facet_a, Int facet_b, bool but_facets) {
@@ -104,15 +113,14 @@ void bind_contacts(nanobind::module_& m) {
         },
         "corners"_a, "first"_a, "normal"_a, "count"_a, nogil());
     m.def(
-        "flush_faces",
-        [](InTen bodies, InIntMat pairs, InIntMat along, In same) {
+        "cuboid_contacts",
+        [](InTen bodies, InIntMat pairs, InMat limits, double rounding, double wide) {
             expect(bodies.size(1) == 5 && bodies.size(2) == 3, "cuboids of five rows");
-            expect(pairs.size(1) == 2 && pairs.sizes() == along.sizes() && same.size() == pairs.size(), "pairs");
-            expect_rows(pairs, bodies.size(), "a known cuboid");
-            expect_rows(along, 3, "an axis");
-            return flush_faces(bodies, pairs, along, same);
+            expect_pairs(pairs, bodies.size(), bodies.size());
+            expect(limits.size() == pairs.size() && limits.size(1) == 3, "three limits for each pair");
+            return cuboid_contacts(bodies, pairs, limits, rounding, wide);
         },
-        "bodies"_a, "pairs"_a, "along"_a, "same"_a, nogil());
+        "bodies"_a, "pairs"_a, "limits"_a, "rounding"_a, "wide"_a, nogil());
 }
 
 }  // namespace holdfast

@@ -1,4 +1,4 @@
-// Intersections of the faces of cuboids that are flush, for all pairs of a scene at once.
+// How cuboids lie, and the intersections of the faces of those that are flush, for all pairs of a scene at once.
 
 #pragma once
 
@@ -15,6 +15,7 @@
 namespace holdfast {
 
 constexpr Int RECTANGLE_CORNERS = 8;  // largest number of corners of the intersection of two rectangles
+constexpr double SAME = 1e-3;         // relative to the negligible width: corners that are closer are merged
 
 // Drop corners within ``same`` of the next one or of the line through their neighbours; rotate to the lowest
 inline void tidy(Ring& ring, double same) {
@@ -105,20 +106,92 @@ inline Int share_faces(InMat a, InMat b, Int k, Int m, double same, Mat corners,
     return ring.count;
 }
 
-// Intersect the flush faces of ``pairs`` (m, 2) of ``bodies`` (n, 5, 3), given by their axes ``along`` (m, 2). The rows
-// of a cuboid are its centre, its three axes and its half lengths. Corners closer than ``same`` (m,) are merged.
-// Returns how many (m,) of the corners (m, RECTANGLE_CORNERS, 3) each pair has, these, and for each (m, 5) the normal,
-// the least and the largest separation.
-inline std::tuple<Array<Int>, Array<double, 3>, Array<double, 2>> flush_faces(InTen bodies, InIntMat pairs,
-                                                                              InIntMat along, In same) {
-    Array<Int> counts({pairs.size()});
-    Array<double, 3> corners({pairs.size(), RECTANGLE_CORNERS, 3});
-    Array<double, 2> planes({pairs.size(), 5});
-    for (Int pair = 0; pair < pairs.size(); ++pair) {
-        counts.numbers[pair] = share_faces(bodies[pairs(pair, 0)], bodies[pairs(pair, 1)], along(pair, 0),
-                                           along(pair, 1), same[pair], corners.view()[pair], planes.view()[pair]);
+enum class Lying { OTHER, APART, FLUSH };
+
+// How two cuboids lie, and the axes of each along which they touch if they are flush
+struct Lie {
+    Lying how;
+    Int k, m;
+};
+
+// Classify two cuboids; whether the rectangles of flush ones intersect is not tested. ``gap``, ``size`` and
+// ``negligible`` are as in ``cuboid_contacts``.
+inline Lie lie_of(InMat a, InMat b, double gap, double size, double negligible, double rounding, double wide) {
+    const double tiny = rounding * size;
+    double arm[3], slopes[3][3], overlap[3], back[3], leaning[3];  // along the axes of a and of b
+    Int nearest[3];
+    for (int k = 0; k < 3; ++k) arm[k] = b(0, k) - a(0, k);
+    const In between(arm, {3});
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) slopes[i][j] = std::abs(dot3(a[1 + i], b[1 + j]));
     }
-    return {std::move(counts), std::move(corners), std::move(planes)};
+    double off = 0.0, longest = 0.0, least = 0.0;
+    Int beside = 0, along = -1;
+    for (int i = 0; i < 3; ++i) {
+        const double *const s = slopes[i], half = a(4, i);
+        const double reach = s[0] * b(4, 0) + s[1] * b(4, 1) + s[2] * b(4, 2);
+        const double reach_back = slopes[0][i] * a(4, 0) + slopes[1][i] * a(4, 1) + slopes[2][i] * a(4, 2);
+        overlap[i] = half + reach - std::abs(dot3(a[1 + i], between));
+        back[i] = b(4, i) + reach_back - std::abs(dot3(b[1 + i], between));
+        leaning[i] = std::max(std::min(s[0], s[1]), std::min(std::max(s[0], s[1]), s[2]));  // the middle one
+        nearest[i] = s[0] >= s[1] && s[0] >= s[2] ? 0 : s[1] >= s[2] ? 1 : 2;
+        const double thickness = 2 * std::min(half, b(4, nearest[i]));
+        const bool level = leaning[i] <= rounding && std::abs(overlap[i]) <= tiny && thickness > gap + tiny;
+        if (level && along < 0) along = i;
+        if (overlap[i] <= negligible / 4) ++beside;
+        off = std::max(off, leaning[i]);  // 0 if all axes of a are parallel to those of b
+        longest = std::max(longest, std::max(half, b(4, i)));
+        const double less = std::min(overlap[i], back[i]);
+        least = i == 0 ? less : std::min(least, less);
+    }
+    const bool parallel = off <= rounding && off * longest < negligible / 16;
+    if (least < -gap - tiny || (beside > 1 && parallel)) return {Lying::APART, 0, 0};
+    if (beside == 1 && along >= 0 && gap >= wide * size) return {Lying::FLUSH, along, nearest[along]};
+    return {Lying::OTHER, 0, 0};
+}
+
+// Two unit tangents (2, 3) with t1 x t2 = normal, with the digits of ``tangents`` of base/rigid.py
+inline void put_tangents(In normal, Mat axes) {
+    const double x = normal[0], y = normal[1], z = normal[2];
+    const double sx = std::abs(x) < 0.9 ? 1.0 : 0.0, sy = 1.0 - sx;
+    const double along = sx * x + sy * y + 0.0 * z;
+    double ax = sx - along * x, ay = sy - along * y, az = 0.0 - along * z;
+    const double length = std::sqrt(ax * ax + ay * ay + az * az);
+    ax /= length;
+    ay /= length;
+    az /= length;
+    const double t[2][3] = {{ax, ay, az}, {y * az - z * ay, z * ax - x * az, x * ay - y * ax}};
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 3; ++j) axes(i, j) = t[i][j];
+    }
+}
+
+// What pairs of cuboids share: for each pair how many corners (m,) its patch has, -1 if they are apart and 0 if neither
+// is certain; these corners (m, RECTANGLE_CORNERS, 3); the normal, the least and the largest separation (m, 5); and two
+// tangents (m, 2, 3)
+using CuboidContacts = std::tuple<Array<Int>, Array<double, 3>, Array<double, 2>, Array<double, 3>>;
+
+// Where ``pairs`` (m, 2) of ``bodies`` (n, 5, 3) touch. The rows of a cuboid are its centre, its three axes and its
+// half lengths. ``limits`` (m, 3) are how far apart surfaces may be, the size of the smaller body, and the width up to
+// which contacts are rounding; SAME times that apart, corners are merged. ``rounding`` is relative to the size, and so
+// is
+// ``wide``, the least gap for which flush faces explain everything.
+inline CuboidContacts cuboid_contacts(InTen bodies, InIntMat pairs, InMat limits, double rounding, double wide) {
+    const Int m = pairs.size();
+    Array<Int> counts({m});
+    Array<double, 3> corners({m, RECTANGLE_CORNERS, 3}), tangents({m, 2, 3});
+    Array<double, 2> planes({m, 5});
+    for (Int pair = 0; pair < m; ++pair) {
+        const InMat a = bodies[pairs(pair, 0)], b = bodies[pairs(pair, 1)];
+        const double negligible = limits(pair, 2);
+        const Lie lie = lie_of(a, b, limits(pair, 0), limits(pair, 1), negligible, rounding, wide);
+        if (lie.how == Lying::APART) counts.numbers[pair] = -1;
+        if (lie.how != Lying::FLUSH) continue;
+        const Vec plane = planes.view()[pair];
+        counts.numbers[pair] = share_faces(a, b, lie.k, lie.m, SAME * negligible, corners.view()[pair], plane);
+        put_tangents(plane.part(0, 3), tangents.view()[pair]);
+    }
+    return {std::move(counts), std::move(corners), std::move(planes), std::move(tangents)};
 }
 
 }  // namespace holdfast

@@ -130,6 +130,13 @@ void bind_geometry(nanobind::module_& m) {
         },
         "ring"_a, "total"_a, nogil());
     m.def(
+        "measures_of",
+        [](InTen rings) {
+            expect(rings.size(2) == 2 && rings.size(1) <= 8, "up to eight corners of two numbers");
+            return measures_of(rings);
+        },
+        "rings"_a, nogil());
+    m.def(
         "shared_parts",
         [](const SweptFaces& ours, const SweptFaces& theirs, double least) {
             expect_boxed(ours);

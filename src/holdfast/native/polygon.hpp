@@ -2,6 +2,10 @@
 
 #pragma once
 
+#include <cmath>
+#include <tuple>
+#include <utility>
+
 #include "span.hpp"
 
 namespace holdfast {
@@ -56,6 +60,30 @@ inline void add_moments(InMat ring, Vec total) {
         total[4] += (x * (2 * y + v) + u * (y + 2 * v)) * cross / 24;
         total[5] += (y * y + y * v + v * v) * cross / 12;
     }
+}
+
+// The moments (m, 6) of rings (m, k, 2), as ``add_moments`` finds them, and twice the area over the perimeter (m,). Up
+// to eight sides are added in the order of NumPy.
+inline std::tuple<Array<double, 2>, Array<double>> measures_of(InTen rings) {
+    const Int m = rings.size(), k = rings.size(1);
+    Array<double, 2> moments({m, 6});
+    Array<double> widths({m});
+    for (Int r = 0; r < m; ++r) {
+        const InMat ring = rings[r];
+        add_moments(ring, moments.view()[r]);
+        double whole = 0.0, sides[8];
+        for (Int i = 0; i < k; ++i) {
+            const Int j = i + 1 < k ? i + 1 : 0;
+            const double x = ring(i, 0) - ring(j, 0), y = ring(i, 1) - ring(j, 1);
+            sides[i % 8] = std::sqrt(x * x + y * y);
+            whole += sides[i % 8];
+        }
+        if (k == 8) {
+            whole = ((sides[0] + sides[1]) + (sides[2] + sides[3])) + ((sides[4] + sides[5]) + (sides[6] + sides[7]));
+        }
+        widths.numbers[r] = whole > 0 ? 2 * moments.view()(r, 0) / whole : 0.0;
+    }
+    return {std::move(moments), std::move(widths)};
 }
 
 }  // namespace holdfast

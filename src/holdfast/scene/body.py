@@ -25,6 +25,7 @@ from holdfast.geometry.surface import Surface
 from holdfast.scene.compound import Compound, Shape, as_shape
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.inertial import Inertial
+from holdfast.scene.shapes import Box
 
 if TYPE_CHECKING:
     import trimesh
@@ -179,6 +180,11 @@ class Body(Value):
         return float(np.linalg.norm(self.box[1] - self.box[0]))
 
     @cached_property
+    def across(self) -> float:
+        """The longest side [m] of the bounding box in the world frame."""
+        return float((self.box[1] - self.box[0]).max())
+
+    @cached_property
     def surface_world(self) -> Surface:
         """The triangles of the shape in the world frame."""
         surface = self.shape.surface
@@ -198,6 +204,26 @@ class Body(Value):
         """The body as a cuboid in the world frame; None if it has another shape."""
         local = self.shape.surface.cuboid
         return None if local is None else local.placed(self.pose)
+
+
+def place_cuboids(bodies: Sequence[Body]) -> None:
+    """Find the boxes, sizes and cuboids of all bodies with the shape of a box together, with the same digits."""
+    boxes = [body for body in bodies if isinstance(body.shape, Box | HalfSpace) and "cuboid" not in body.__dict__]
+    new = [body for body in boxes if body.shape.surface.cuboid is not None]  # a sheet may not be one
+    if not new:
+        return
+    local = [cuboid for body in new if (cuboid := body.shape.surface.cuboid) is not None]
+    poses = np.array([body.pose for body in new])
+    turns, places = poses[:, :3, :3], poses[:, None, :3, 3]
+    back = turns.transpose(0, 2, 1)
+    corners = np.array([body.shape.surface.vertices for body in new]) @ back + places
+    low, high = frozen(corners.min(1)), frozen(corners.max(1))
+    across = high - low
+    sizes = np.sqrt(across[:, None] @ across[:, :, None]).ravel().tolist()
+    longest = across.max(1).tolist()
+    found = Cuboid.placed_together(local, turns, places)
+    for k, body in enumerate(new):
+        body.__dict__.update(box=(low[k], high[k]), size=sizes[k], across=longest[k], cuboid=found[k])
 
 
 def materials_of(bodies: Iterable[Body]) -> frozenset[str]:

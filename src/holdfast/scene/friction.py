@@ -105,7 +105,7 @@ class Friction(Value):
         ``materials`` maps the name of each body to its material, or None. Raises SceneError if the table has no
         coefficient for the pair.
         """
-        found = number_between(self.pairs, a, b, materials)
+        found = number_between(self.pairs, a, b, materials) if self.pairs else None
         if found is not None:
             return found
         if self.combine is not None and a in self.values and b in self.values:

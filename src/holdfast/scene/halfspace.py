@@ -14,7 +14,6 @@ from holdfast.base.errors import GeometryError, message
 from holdfast.base.ranges import LENGTH
 from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
-from holdfast.scene.shapes import Box
 
 UNKNOWN = 1.0  # [m] half size of the block of a half space that is not in a scene yet
 
@@ -38,8 +37,8 @@ class HalfSpace(Value):
     @cached_property
     def surface(self) -> Surface:
         """The surface of the block."""
-        block = Box((2 * self.reach, 2 * self.reach, self.reach)).surface
-        return Surface(block.vertices - [0, 0, self.reach / 2], block.faces)
+        size = np.array([2 * self.reach, 2 * self.reach, self.reach])
+        return Surface.of_box(size, np.array([0.0, 0.0, -self.reach / 2]))
 
     @property
     def mass_properties(self) -> NoReturn:

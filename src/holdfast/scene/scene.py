@@ -20,7 +20,7 @@ from holdfast.base.public import Summary, in_notebook, number
 from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import quoted
 from holdfast.base.values import Value, altered
-from holdfast.scene.body import Body, materials_of
+from holdfast.scene.body import Body, materials_of, place_cuboids
 from holdfast.scene.excluded import (
     Excluded,
     by_bodies,
@@ -309,6 +309,7 @@ def _checked_notes(notes: Iterable[str]) -> Iterator[str]:
 
 def _under(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
     """Return the bodies with the block of every half space so large that all other bodies lie over it."""
+    place_cuboids(bodies)
     solid = [corner for body in bodies if not isinstance(body.shape, HalfSpace) for corner in body.box]
     corners = np.array(solid or [np.zeros(3)])
     around = corners.mean(0) + float(np.ptp(corners, axis=0).max()) * np.vstack([np.eye(3), -np.eye(3)])

@@ -68,10 +68,7 @@ class Box(Value):
     @cached_property
     def surface(self) -> Surface:
         """The surface of the cuboid, with eight vertices and twelve triangles."""
-        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * self.size / 2
-        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-        faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int64)
-        return Surface(corners, faces).shared()
+        return Surface.of_box(self.size, np.zeros(3)).shared()
 
     @cached_property
     def mass_properties(self) -> MassProperties:

@@ -17,6 +17,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents, transform
+from holdfast.contacts.detect import Near, shared_length
 from holdfast.contacts.flags import SHAKY
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import doubtful_gap
@@ -198,7 +199,9 @@ class OnFaces:
                     if name != below.name
                     for pair in scene.touching(*sorted((there, scene.body(name)), key=lambda b: around.order(b.name)))
                 ]
-                deep = find_overlaps(scene, tolerances, near=pairs)
+                limits = tolerances.of_pairs((scene.body(a.name), scene.body(b.name)) for a, b in pairs)
+                near = [Near(a, b, shared_length(a, b), own) for (a, b), own in zip(pairs, limits, strict=True)]
+                deep = find_overlaps(scene, tolerances, near=near)
                 if deep:
                     yield rows[k : k + 1], overlapping(self.name, {o.bodies: o.text for o in deep}, rest)
 
