@@ -116,7 +116,7 @@ class Forest:
     wrench: Float
 
     @cached_property
-    def _pairs(self) -> dict[tuple[int, int], tuple[int, ...]]:
+    def pairs(self) -> dict[tuple[int, int], tuple[int, ...]]:
         """The interfaces between each two bodies, by number; all fixed bodies are FIXED."""
         found: dict[tuple[int, int], list[int]] = {}
         for k, (a, b) in enumerate(self.assembly.ends):
@@ -126,7 +126,7 @@ class Forest:
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:
         """The plane contacts that are bridges, those nearer to the support first."""
-        found = (bridge_of(self.assembly, self._pairs[cut.pair], cut) for cut in self._cuts)
+        found = (bridge_of(self.assembly, self.pairs[cut.pair], cut) for cut in self._cuts)
         return tuple(bridge for bridge in found if bridge is not None)
 
     @cached_property
@@ -136,7 +136,7 @@ class Forest:
         Depth first from the fixed bodies: a pair is a bridge if nothing behind it leads back past it (Tarjan, 1974).
         """
         near: dict[int, list[int]] = {body: [] for body in range(FIXED, len(self.assembly.movable))}
-        for a, b in self._pairs:
+        for a, b in self.pairs:
             near[a].append(b)
             near[b].append(a)
         order, low = {FIXED: 0}, {FIXED: 0}
@@ -158,6 +158,11 @@ class Forest:
             elif other != before:
                 low[body] = min(low[body], order[other])
         return [cut for _, cut in sorted(cuts, key=lambda each: each[0])]
+
+    @cached_property
+    def cut_pairs(self) -> frozenset[tuple[int, int]]:
+        """The pairs of bodies that are bridges, plane or not."""
+        return frozenset(cut.pair for cut in self._cuts)
 
     @cached_property
     def decided(self) -> Bool:
