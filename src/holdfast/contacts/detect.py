@@ -26,6 +26,7 @@ from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round_contacts import feet, meet_smoothly, not_at
+from holdfast.contacts.round_on_plane import on_plane
 from holdfast.contacts.search_mesh import (
     LARGE,
     SearchMesh,
@@ -121,11 +122,14 @@ def _patches_between(
 ) -> Iterator[tuple[Body, Body, tuple[Patch, ...]]]:
     """Yield each of the pairs of bodies with the patches where they touch.
 
-    All pairs of cuboids are classified first; triangles are searched only for the remaining pairs.
+    Pairs of cuboids, and of round bodies on them, come first; triangles are searched only for the remaining pairs.
     """
     meshes: dict[int, SearchMesh] = {}
     own = [tolerances.between(scene.body(a.name), scene.body(b.name)) for a, b in pairs]
-    known = of_cuboids(pairs, own)
+    known = [
+        on_plane(a, b, near, NOMINAL_BREADTH * min(a.size, b.size)) if found is None else found
+        for (a, b), near, found in zip(pairs, own, of_cuboids(pairs, own), strict=True)
+    ]
     uses = Counter(id(body) for k, pair in enumerate(pairs) if known[k] is None for body in pair)
     for k, (a, b) in enumerate(reported("contacts", pairs)):
         patches = known[k]
