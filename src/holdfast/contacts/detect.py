@@ -18,6 +18,7 @@ from holdfast.contacts.cuboids import Near, patches_of
 from holdfast.contacts.facing_polygons import facing_pairs, facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
+from holdfast.contacts.flat_ends import on_end
 from holdfast.contacts.flush import lie_flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.known_planes import features_on_planes, pieces_on_planes
@@ -127,7 +128,7 @@ def _patches_between(
     meshes: dict[int, SearchMesh] = {}
     own = [tolerances.between(scene.body(a.name), scene.body(b.name)) for a, b in pairs]
     known = [
-        on_plane(a, b, near, NOMINAL_BREADTH * min(a.size, b.size)) if found is None else found
+        of_round(a, b, near) if found is None else found
         for (a, b), near, found in zip(pairs, own, of_cuboids(pairs, own), strict=True)
     ]
     uses = Counter(id(body) for k, pair in enumerate(pairs) if known[k] is None for body in pair)
@@ -156,6 +157,18 @@ def of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Toleranc
     found: list[tuple[Patch, ...] | None] = [None] * len(pairs)
     for k, patches in zip(numbers, patches_of(near), strict=True):
         found[k] = patches
+    return found
+
+
+def of_round(a: Body, b: Body, tolerances: Tolerances) -> tuple[Patch, ...] | None:
+    """Return the patches of a round body on a plane face in closed form, and None for all other pairs."""
+    gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
+    breadth = NOMINAL_BREADTH * size
+    found = on_plane(a, b, tolerances, breadth)
+    if found is None:
+        face = on_end(a, b, tolerances, NEGLIGIBLE_WIDTH * size)
+        if face is not None and not feet(a, b, gap=gap, depth=depth, breadth=breadth, angles=tolerances.angles):
+            found = (face,)
     return found
 
 

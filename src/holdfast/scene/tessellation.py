@@ -13,6 +13,7 @@ from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.surface import Surface
 
 MOST_TRIANGLES = 200_000  # of all models that are kept
+SHARED = ("topology", "facets", "curved", "sharp_edges")  # properties of surfaces that do not depend on sizes
 FINEST = 1e-6  # least detail, relative to the size, of a surface that is surely reduced like its model: 100 STRAIGHT
 
 
@@ -27,7 +28,7 @@ _MODELS = Memory(MOST_TRIANGLES)
 
 
 def tessellated(surface: Surface, kind: Hashable, model: Callable[[], Surface], detail: float) -> Surface:
-    """Return ``surface`` with the topology, the facets and the reduction of a ``model`` of the same ``kind``.
+    """Return ``surface`` with what a ``model`` of the same ``kind`` says of its edges and flat faces (SHARED).
 
     The model has the same faces, with the same normals up to rounding. ``detail`` [m] is the least length in the
     surface, by which a vertex stands out or two are apart: a surface too fine for its size is reduced by itself.
@@ -36,13 +37,13 @@ def tessellated(surface: Surface, kind: Hashable, model: Callable[[], Surface], 
     if "reduced" in known or detail < FINEST * surface.diagonal:
         return surface
     same = _MODELS.recalled(kind, len(surface.faces), lambda: _modelled(model()))
-    known["topology"], known["facets"] = same.surface.topology, same.surface.facets
+    known.update({name: getattr(same.surface, name) for name in SHARED})
     if same.kept is None:
         known["reduced"] = surface
         return surface
     few = same.surface.reduced
     known["reduced"] = reduced = Surface(surface.vertices[same.kept], few.faces, surface.sagitta)
-    reduced.__dict__["topology"], reduced.__dict__["facets"] = few.topology, few.facets
+    reduced.__dict__.update({name: getattr(few, name) for name in SHARED})
     return surface
 
 
