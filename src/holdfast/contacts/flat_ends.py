@@ -75,10 +75,9 @@ def on_end(a: Body, b: Body, tolerances: Tolerances, negligible: float) -> Patch
     The normal points into ``b``. None if the bodies are others, or if their faces are not in one plane, far from all
     others: what else touches then has to be searched.
     """
-    prisms = _Prism.of(a), _Prism.of(b)
-    if prisms[0] is None or prisms[1] is None or (a.cuboid is not None and b.cuboid is not None):
+    one, two = _Prism.of(a), _Prism.of(b)
+    if one is None or two is None or (a.cuboid is not None and b.cuboid is not None):
         return None
-    one, two = prisms
     size, gap = min(a.size, b.size), tolerances.gap
     tiny = COORDINATES * size
     apart = one.levels[:, None] + two.levels
