@@ -1,4 +1,4 @@
-"""Round bodies on plane faces: what is known in closed form is what a search among triangles finds."""
+"""Round bodies and parts of compounds on plane faces: what is known in closed form is what a search among triangles finds."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float
-from holdfast.contacts.detect import find_patches, of_round
+from holdfast.contacts.detect import find_patches, of_cuboids, of_round
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound, Part
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, Sphere
@@ -31,7 +32,8 @@ def pose(rng: np.random.Generator) -> Float:
 def compared(a: Body, b: Body) -> bool | None:
     """Whether the patches of a pair are known without triangles, and there are some; checks that they are the same."""
     tolerances = Tolerances(GAP, 1.0).between(a, b)
-    known = of_round(a, b, tolerances)
+    (known,) = of_cuboids([(a, b)], [tolerances])
+    known = of_round(a, b, tolerances) if known is None else known
     if known is None:
         return None
     searched = find_patches(a, b, SearchMesh.of(a), SearchMesh.of(b), tolerances)
@@ -102,6 +104,31 @@ def test_a_cylinder_stands_on_an_end_where_its_triangles_do() -> None:
         two = Body("two", upper, mass=1.0, pose=base @ placed @ turn)
         seen += [compared(one, two), compared(two, one)]
     assert [seen.count(each) > 20 for each in (True, None)] == [True, True]
+
+
+def test_of_a_compound_the_box_that_is_near_counts() -> None:
+    """Compounds of two or three boxes and tins, some aslant, on boxes and on each other, with parts beside the other."""
+    rng, seen = np.random.default_rng(0), list[bool | None]()
+
+    def compound() -> Compound:
+        parts = []
+        for _ in range(rng.integers(2, 4)):
+            size, place = rng.choice([0.02, 0.05, 0.1, 0.2], 3), np.eye(4)
+            place[:3, 3] = rng.choice([-0.1, -0.05, 0, 0.05, 0.1], 3)
+            if rng.random() < 0.2:
+                place[:3, :3] = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
+            parts.append(Part(Box(size) if rng.random() < 0.8 else Cylinder(size[0] / 2, size[1]), place))
+        return Compound(parts)
+
+    for _ in range(80):
+        upper = compound()
+        lower = compound() if rng.random() < 0.4 else Box(rng.choice([0.05, 0.1, 0.3, 1.2], 3))
+        base, placed = pose(rng), np.eye(4)
+        top, bottom = lower.surface.vertices[:, 2].max(), upper.surface.vertices[:, 2].min()
+        placed[:3, 3] = [*rng.choice([0, 0.05, -0.1, 0.2], 2), top - bottom + rng.choice([0, 0, 1e-5, 0.1])]
+        one, two = Body("one", lower, pose=base, fixed=True), Body("two", upper, mass=1.0, pose=base @ placed)
+        seen += [compared(one, two), compared(two, one)]
+    assert [seen.count(each) > 5 for each in (True, False, None)] == [True, True, True]
 
 
 @pytest.mark.parametrize("thin", [1e-4, 0.05])

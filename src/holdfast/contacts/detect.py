@@ -14,6 +14,7 @@ from holdfast.base.archive import archived
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
 from holdfast.contacts.clipping import clip_faces
+from holdfast.contacts.compound_parts import cuboid_towards
 from holdfast.contacts.cuboids import Near, patches_of
 from holdfast.contacts.facing_polygons import facing_pairs, facing_polygons
 from holdfast.contacts.features import touching_features
@@ -147,13 +148,14 @@ def _patches_between(
 
 
 def of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Tolerances]) -> list[tuple[Patch, ...] | None]:
-    """Return the patches of each pair of cuboids with a closed-form contact, and None for all other pairs."""
+    """Return the patches of each pair that meets as cuboids in closed form, and None for all other pairs."""
     numbers, near = [], []
     for k, ((a, b), own) in enumerate(zip(pairs, tolerances, strict=True)):
-        if a.cuboid is not None and b.cuboid is not None:
+        one, two = cuboid_towards(a, b, own.gap), cuboid_towards(b, a, own.gap)
+        if one is not None and two is not None:
             size = min(a.size, b.size)
             numbers.append(k)
-            near.append(Near(a.cuboid, b.cuboid, own.gap, size, NEGLIGIBLE_WIDTH * size))
+            near.append(Near(one, two, own.gap, size, NEGLIGIBLE_WIDTH * size))
     found: list[tuple[Patch, ...] | None] = [None] * len(pairs)
     for k, patches in zip(numbers, patches_of(near), strict=True):
         found[k] = patches
