@@ -1,4 +1,4 @@
-"""Round bodies and parts of compounds on plane faces: what is known in closed form is what a search among triangles finds."""
+"""Round bodies and compounds on plane faces: what is known in closed form is what a search among triangles finds."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_a_cylinder_stands_on_an_end_where_its_triangles_do() -> None:
 
 
 def test_of_a_compound_the_box_that_is_near_counts() -> None:
-    """Compounds of two or three boxes and tins, some aslant, on boxes and on each other, with parts beside the other."""
+    """Compounds of two or three boxes and tins, some aslant, on boxes and on each other."""
     rng, seen = np.random.default_rng(0), list[bool | None]()
 
     def compound() -> Compound:
