@@ -10,8 +10,10 @@ import shapely
 from holdfast.base.arrays import Float, frozen, unit
 from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
+from holdfast.contacts.facing_polygons import BROAD
 from holdfast.contacts.flush import STEEP, WIDE
 from holdfast.contacts.interface import Patch
+from holdfast.contacts.patches import HAIRLINE
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.cuboid import EXACT
@@ -20,7 +22,6 @@ from holdfast.scene.round_shapes import round_of
 from holdfast.scene.shapes import Cylinder
 
 LEVEL = 0.1 * COORDINATES  # [rad] largest angle between faces in one plane: corners are as level as flush ones
-BROAD = 2.0  # least width of a patch, in gaps: beside a narrower one, edges may touch on their own
 
 
 class _Prism(NamedTuple):
@@ -97,7 +98,7 @@ def on_end(a: Body, b: Body, tolerances: Tolerances, negligible: float) -> Patch
     shared = shapely.intersection(seen, other_seen)
     if not isinstance(shared, shapely.Polygon) or shared.is_empty:
         return None
-    outline = flat.oriented(flat.without_collinear(shapely.get_coordinates(shared)[:-1], 1e-3 * negligible))
+    outline = flat.oriented(flat.without_collinear(shapely.get_coordinates(shared)[:-1], HAIRLINE * negligible))
     separation = (float(-apart[i, j]), float(-apart[i, j]))
     patch = Patch(frozen(origin + outline @ frame), frozen(normal), (), separation)
     return patch if patch.width > max(negligible, BROAD * gap) else None
