@@ -8,6 +8,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rounding import COORDINATES
+from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
@@ -28,6 +29,24 @@ def nearest_part(body: Body, points: Float) -> Int:
         return np.full(len(points), known[0], dtype=np.int64)
     apart = [distance_to_surface(points, replace(surface, faces=surface.faces[part_of == k])) for k in known]
     return np.asarray(known[np.argmin(apart, axis=0)], dtype=np.int64)
+
+
+def cuboid_towards(body: Body, other: Body, gap: float) -> Cuboid | None:
+    """Return the cuboid that a body is within ``gap`` [m] of another one: the body itself, or a part of its compound.
+
+    It is a part if the boxes of all other parts are farther from the box of the other body, so that they cover nothing
+    of it there.
+    """
+    if not isinstance(body.shape, Compound) or len(body.shape.parts) == 1:
+        return body.cuboid
+    low, high = other.box[0] - gap, other.box[1] + gap
+    near = []
+    for part in body.shape.parts:
+        corners = body.placed(part.placed(part.shape.surface.vertices))
+        if (corners.min(0) <= high).all() and (corners.max(0) >= low).all():
+            near.append(part)
+    local = near[0].shape.surface.cuboid if len(near) == 1 else None
+    return body.cuboid if local is None else local.placed(body.pose @ near[0].pose)
 
 
 def exposed(body: Body, part: int, ends: Float) -> list[tuple[float, float]]:

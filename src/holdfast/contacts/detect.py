@@ -13,10 +13,12 @@ from holdfast.base.archive import archived
 from holdfast.base.progress import reported
 from holdfast.base.values import Value, made
 from holdfast.contacts.clipping import clip_faces
+from holdfast.contacts.compound_parts import cuboid_towards
 from holdfast.contacts.cuboids import Cuboids, patches_of
 from holdfast.contacts.facing_polygons import facing_pairs, facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
+from holdfast.contacts.flat_ends import on_end
 from holdfast.contacts.flush import lie_flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.known_planes import features_on_planes, pieces_on_planes
@@ -25,6 +27,7 @@ from holdfast.contacts.merging import merged
 from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.patches import face_patches, line_patches, point_patches
 from holdfast.contacts.round_contacts import feet, meet_smoothly, not_at
+from holdfast.contacts.round_on_plane import on_plane
 from holdfast.contacts.search_mesh import (
     SearchMesh,
     in_common_box,
@@ -138,10 +141,14 @@ def near_pairs(scene: Scene, tolerances: Tolerances, gap: float, same: Collectio
 def _patches_between(near: Sequence[Near]) -> Iterator[tuple[Near, tuple[Patch, ...]]]:
     """Yield each of the pairs of bodies with the patches where they touch.
 
-    All pairs of cuboids are classified first; triangles are searched only for the remaining pairs.
+    Pairs of cuboids, and of round bodies on them, come first; triangles are searched only for the remaining pairs.
     """
     meshes: dict[int, SearchMesh] = {}
-    known = of_cuboids([(one.a, one.b) for one in near], [one.limits.own for one in near])
+    as_cuboids = of_cuboids([(one.a, one.b) for one in near], [one.limits.own for one in near])
+    known = [
+        of_round(one.a, one.b, one.limits.own) if found is None else found
+        for one, found in zip(near, as_cuboids, strict=True)
+    ]
     uses = Counter(id(body) for k, one in enumerate(near) if known[k] is None for body in (one.a, one.b))
     for k, one in enumerate(reported("contacts", near)):
         patches = known[k]
@@ -159,16 +166,29 @@ def _patches_between(near: Sequence[Near]) -> Iterator[tuple[Near, tuple[Patch, 
 
 
 def of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Tolerances]) -> list[tuple[Patch, ...] | None]:
-    """Return the patches of each pair of cuboids with a closed-form contact, and None for all other pairs."""
+    """Return the patches of each pair that meets as cuboids in closed form, and None for all other pairs."""
     numbers, near = [], []
     for k, ((a, b), own) in enumerate(zip(pairs, tolerances, strict=True)):
-        if a.cuboid is not None and b.cuboid is not None:
+        one, two = cuboid_towards(a, b, own.gap), cuboid_towards(b, a, own.gap)
+        if one is not None and two is not None:
             size = min(a.size, b.size)
             numbers.append(k)
-            near.append(Cuboids(a.cuboid, b.cuboid, own.gap, size, NEGLIGIBLE_WIDTH * size))
+            near.append(Cuboids(one, two, own.gap, size, NEGLIGIBLE_WIDTH * size))
     found: list[tuple[Patch, ...] | None] = [None] * len(pairs)
     for k, patches in zip(numbers, patches_of(near), strict=True):
         found[k] = patches
+    return found
+
+
+def of_round(a: Body, b: Body, tolerances: Tolerances) -> tuple[Patch, ...] | None:
+    """Return the patches of a round body on a plane face in closed form, and None for all other pairs."""
+    gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
+    breadth = NOMINAL_BREADTH * size
+    found = on_plane(a, b, tolerances, breadth)
+    if found is None:
+        face = on_end(a, b, tolerances, NEGLIGIBLE_WIDTH * size)
+        if face is not None and not feet(a, b, gap=gap, depth=depth, breadth=breadth, angles=tolerances.angles):
+            found = (face,)
     return found
 
 

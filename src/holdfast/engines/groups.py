@@ -151,12 +151,13 @@ class Groups:
     @cached_property
     def _firm(self) -> dict[int, GroupVerdict]:
         """The groups that rest as equilibrium alone tells (trees), by number. The engine gives their forces alone."""
-        if not hasattr(self.engine, "firm"):  # a protocol that is asked of takes longer than the rest of a verdict
+        # A protocol that is asked of takes longer than the rest of a verdict
+        if not hasattr(self.engine, "firm") or not self._may_be_firm.any():
             return {}
         rests, verdict = cast(Judging, self.engine).firm(self.assembly, self._wrench)
         doubtful = {name for overlap in self.assembly.overlaps for name in overlap.bodies}
         doubtful |= held_names(self.assembly.scene.holds)
-        firm = np.ones(len(self.assembly.groups), dtype=bool)
+        firm = self._may_be_firm
         firm[self.assembly.group_of[~rests]] = False
         known = {}
         for number in np.flatnonzero(firm).tolist():
@@ -164,6 +165,15 @@ class Groups:
             if doubtful.isdisjoint(names):
                 known[number] = GroupVerdict(bodies=names, verdict=self._evident(verdict, number))
         return known
+
+    @property
+    def _may_be_firm(self) -> Bool:
+        """(G,) which groups touch with faces alone: trees leave open what rests on a line or a point."""
+        pairs = zip(self.assembly.ends, self.assembly.interfaces, strict=True)
+        thin = [max(ends) for ends, one in pairs if any(patch.kind != "face" for patch in one.patches)]
+        found = np.ones(len(self.assembly.groups), dtype=bool)
+        found[self.assembly.group_of[thin]] = False
+        return found
 
     def _evident(self, verdict: Verdict, number: int) -> Verdict:
         """Return a verdict on a group with the evidence of the engine, worked out when it is read."""

@@ -20,6 +20,7 @@ from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.shapes import Cylinder, MassProperties, Sphere
+from holdfast.scene.tessellation import tessellated
 
 LEAST_LEAN = 1e-3  # least sine of the angle between an end of a cylinder and a face at which its rim touches
 
@@ -49,25 +50,9 @@ class Capsule(Value):
     @cached_property
     def surface(self) -> Surface:
         """The inscribed surface: rings of vertices along the meridians, and a pole on either end."""
-        n, quarter = self.segments, self.segments // 4
-        turn = 2 * np.pi * np.arange(n) / n
-        circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(n)])
-        rise = np.linspace(0, np.pi / 2, quarter + 1)[:-1]
-        up = [self.radius * (np.cos(a) * circle + [0, 0, np.sin(a)]) + [0, 0, self.length / 2] for a in rise]
-        rings = [ring * [1, 1, -1] for ring in up[::-1]] + up
-        poles = np.array([[0, 0, -1.0], [0, 0, 1.0]]) * (self.length / 2 + self.radius)
-        i = np.arange(n)
-        j = (i + 1) % n
-        low = n * np.arange(len(rings) - 1)[:, None]
-        sides = [np.stack([low + i, low + j, low + n + j], -1), np.stack([low + i, low + n + j, low + n + i], -1)]
-        last, south = n * (len(rings) - 1), n * len(rings)
-        caps = [
-            np.column_stack([j, i, np.full(n, south)]),
-            np.column_stack([last + i, last + j, np.full(n, south + 1)]),
-        ]
-        faces = np.vstack([*(side.reshape(-1, 3) for side in sides), *caps]).astype(np.int64)
-        sagitta = self.radius * (1 - float(np.cos(np.pi / n)) ** 2)
-        return Surface(np.vstack([*rings, poles]), faces, sagitta)
+        n = self.segments
+        surface = _inscribed(self.radius, self.length, n)
+        return tessellated(surface, ("capsule", n), lambda: _inscribed(1, 1, n), min(surface.sagitta / 2, self.length))
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -76,6 +61,29 @@ class Capsule(Value):
         tube, ball = np.pi * r**2 * h, 4 / 3 * np.pi * r**3
         across = tube * (r**2 / 4 + h**2 / 12) + ball * (0.4 * r**2 + h**2 / 4 + 3 / 8 * h * r)
         return MassProperties(tube + ball, np.zeros(3), np.diag([across, across, tube * r**2 / 2 + ball * 0.4 * r**2]))
+
+
+def _inscribed(radius: float, length: float, n: int) -> Surface:
+    """Return rings of ``n`` vertices along the meridians of a capsule, and a pole on either end."""
+    quarter = n // 4
+    turn = 2 * np.pi * np.arange(n) / n
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(n)])
+    rise = np.linspace(0, np.pi / 2, quarter + 1)[:-1]
+    up = [radius * (np.cos(a) * circle + [0, 0, np.sin(a)]) + [0, 0, length / 2] for a in rise]
+    rings = [ring * [1, 1, -1] for ring in up[::-1]] + up
+    poles = np.array([[0, 0, -1.0], [0, 0, 1.0]]) * (length / 2 + radius)
+    i = np.arange(n)
+    j = (i + 1) % n
+    low = n * np.arange(len(rings) - 1)[:, None]
+    sides = [np.stack([low + i, low + j, low + n + j], -1), np.stack([low + i, low + n + j, low + n + i], -1)]
+    last, south = n * (len(rings) - 1), n * len(rings)
+    caps = [
+        np.column_stack([j, i, np.full(n, south)]),
+        np.column_stack([last + i, last + j, np.full(n, south + 1)]),
+    ]
+    faces = np.vstack([*(side.reshape(-1, 3) for side in sides), *caps]).astype(np.int64)
+    sagitta = radius * (1 - float(np.cos(np.pi / n)) ** 2)
+    return Surface(np.vstack([*rings, poles]), faces, sagitta)
 
 
 @archived

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Never
 from weakref import WeakValueDictionary
@@ -22,7 +22,9 @@ from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
 from holdfast.geometry.surface import Surface
+from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.meshes.read import triangles_of
+from holdfast.scene.tessellation import tessellated
 
 if TYPE_CHECKING:
     import trimesh
@@ -106,20 +108,12 @@ class Cylinder(Value):
 
     @cached_property
     def surface(self) -> Surface:
-        """The surface of the inscribed prism; its end faces are fans of triangles."""
+        """The surface of the inscribed prism."""
         n = self.segments
-        angle = 2 * np.pi * np.arange(n) / n
-        ring = np.column_stack([self.radius * np.cos(angle), self.radius * np.sin(angle), np.zeros(n)])
-        half = np.array([0, 0, self.height / 2])
-        vertices = np.vstack([ring - half, ring + half, [-half], [half]])
-        i = np.arange(n)
-        j = (i + 1) % n
-        sides = np.vstack([np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])])
-        caps = np.vstack(
-            [np.column_stack([np.full(n, 2 * n), j, i]), np.column_stack([np.full(n, 2 * n + 1), i + n, j + n])]
-        )
-        sagitta = self.radius * (1 - float(np.cos(np.pi / n)))
-        return Surface(vertices, np.vstack([sides, caps]).astype(np.int64), sagitta).shared()
+        surface = _prism(self.radius, self.height, n).shared()
+        if 2 * np.pi / n >= SMOOTH:
+            return surface
+        return tessellated(surface, ("cylinder", n), lambda: _prism(1, 2, n), min(surface.sagitta, self.height))
 
     @cached_property
     def mass_properties(self) -> MassProperties:
@@ -153,17 +147,40 @@ class Sphere(Value):
     @cached_property
     def surface(self) -> Surface:
         """The surface of the subdivided icosahedron, with 20 · 4^subdivisions triangles."""
-        import trimesh
-
-        ball = trimesh.creation.icosphere(subdivisions=self.subdivisions, radius=self.radius)
-        sagitta = self.radius - float(np.linalg.norm(ball.triangles_center, axis=1).min())
-        return Surface(np.array(ball.vertices), np.array(ball.faces, dtype=np.int64), sagitta).shared()
+        ball = _unit_ball(self.subdivisions)
+        surface = Surface(self.radius * ball.vertices, ball.faces, self.radius * ball.sagitta).shared()
+        return tessellated(surface, ("ball", self.subdivisions), lambda: ball, surface.sagitta)
 
     @cached_property
     def mass_properties(self) -> MassProperties:
         """The exact mass properties of the true ball."""
         volume = 4 / 3 * np.pi * self.radius**3
         return MassProperties(volume, np.zeros(3), np.eye(3) * 0.4 * volume * self.radius**2)
+
+
+def _prism(radius: float, height: float, n: int) -> Surface:
+    """Return the surface of a prism with ``n`` sides about the z axis; its ends are fans of triangles."""
+    angle = 2 * np.pi * np.arange(n) / n
+    ring = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(n)])
+    half = np.array([0, 0, height / 2])
+    vertices = np.vstack([ring - half, ring + half, [-half], [half]])
+    i = np.arange(n)
+    j = (i + 1) % n
+    sides = np.vstack([np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])])
+    caps = np.vstack(
+        [np.column_stack([np.full(n, 2 * n), j, i]), np.column_stack([np.full(n, 2 * n + 1), i + n, j + n])]
+    )
+    return Surface(vertices, np.vstack([sides, caps]).astype(np.int64), radius * (1 - float(np.cos(np.pi / n))))
+
+
+@cache
+def _unit_ball(subdivisions: int) -> Surface:
+    """Return an icosahedron with corners at distance 1, and with points halfway subdivided this often."""
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=1.0)
+    sagitta = 1 - float(np.linalg.norm(ball.triangles_center, axis=1).min())
+    return Surface(np.array(ball.vertices), np.array(ball.faces, dtype=np.int64), sagitta)
 
 
 @dataclass(frozen=True, eq=False)

@@ -194,3 +194,48 @@ def test_what_is_doubtful_is_left_to_the_engine() -> None:
     with pytest.warns(hf.errors.HoldfastWarning, match="overlap"):
         deep = hf.assemble(hf.Scene([floor(), box("cube", (0.1, 0.1, 0.1), 1.0, (0, 0, 0.03))], 0.5))
     assert hf.stability(deep).status is hf.Status.UNDECIDED
+
+
+def cluttered(rng: np.random.Generator) -> hf.answers.Assembly:
+    """A board with balls, pens, tins and boxes on it, and some on others; a few boxes are exactly over an edge."""
+    lying = hf.pose(pitch=90)
+    bodies, x = [floor(), box("board", (1.2, 0.3, 0.03), 2.0, (0, 0, 0.015))], -0.5
+    while x < 0.35:
+        x, z = x + rng.uniform(0.08, 0.2), 0.03
+        for _ in range(rng.choice([1, 1, 2])):
+            shape, turn, high = (
+                (hf.Sphere(0.03), np.eye(4), 0.06),
+                (hf.Capsule(0.01, 0.04), lying, 0.02),
+                (hf.Cylinder(0.03, 0.06), np.eye(4), 0.06),
+                (hf.Box((0.06, 0.06, 0.02)), np.eye(4), 0.02),
+            )[rng.integers(4)]
+            place = np.array(turn)
+            place[:3, 3] = x, 0, z + high / 2
+            com = (rng.choice([0, 0.03]), 0, 0) if isinstance(shape, hf.Box) else None
+            bodies.append(hf.Body(f"b{len(bodies)}", shape, mass=rng.uniform(0.02, 2), pose=place, com=com))
+            z += high
+    return hf.assemble(hf.Scene(bodies, 0.5))
+
+
+def test_what_a_tree_leaves_over_is_judged_as_in_the_whole() -> None:
+    """Balls and pens on a board rest, only balanced, on their own as the engine says of all bodies together."""
+    rng, alone = np.random.default_rng(1), 0
+    for _ in range(12):
+        assembly = cluttered(rng)
+        state = with_trees(Compliant(), assembly, None, None)
+        assert isinstance(state, TreeState)
+        left, whole = state.judge(), state.behind.verdict()
+        assert left is not None
+        if left.status == "stable":
+            alone += 1
+            assert (whole.status, whole.reason, whole.balanced) == (left.status, left.reason, left.balanced)
+            told = state.verdict()
+            assert told.forces is not None
+            assert told.residual == whole.residual
+    assert alone > 5
+
+
+def test_what_closes_a_loop_is_not_judged_without_what_bears_it() -> None:
+    state = with_trees(Compliant(), gate(), None, None)
+    assert isinstance(state, TreeState)
+    assert state.judge() is None

@@ -109,9 +109,14 @@ class Forest:
     wrench: Float
 
     @cached_property
+    def cuts(self) -> Cuts:
+        """The bridges, plane or not."""
+        return Cuts.of(self.assembly)
+
+    @cached_property
     def _table(self) -> _Table:
         """The plane contacts that are bridges, those nearer to the support first."""
-        return _table_of(self.assembly, Cuts.of(self.assembly))
+        return _table_of(self.assembly, self.cuts)
 
     @cached_property
     def bridges(self) -> tuple[Bridge, ...]:

@@ -16,6 +16,7 @@ from holdfast.engines.contract import EXACT, Accuracy, Engine, State
 from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe_all
 from holdfast.engines.rest import corner_nodes, find_rest
 from holdfast.engines.trees.forest import Exit, Forest, forest_of
+from holdfast.engines.trees.left_over import left_over
 from holdfast.engines.trees.slope import slope_of
 from holdfast.engines.verdict import ContactForces, Look, Status, Verdict
 
@@ -38,21 +39,31 @@ def with_trees(engine: Engine, assembly: Assembly, standing: Float | None, accel
         return make()
     wrench = assembly.weight_wrench(acceleration)
     forest = forest_of(assembly, wrench if standing is None else wrench + standing)
-    return TreeState(forest, engine.name, engine.claim, make) if forest.decided.any() else make()
+
+    def judge() -> Verdict | None:
+        found = left_over(forest)
+        if found is None:
+            return None
+        part, members = found
+        own = None if standing is None else standing.reshape(-1, 6)[members].ravel()
+        return engine.prepare(part, own, acceleration).verdict()
+
+    return TreeState(forest, engine.name, engine.claim, make, judge) if forest.decided.any() else make()
 
 
 @dataclass(frozen=True, eq=False)
 class TreeState:
     """An assembly in which plane contacts that are bridges (forest.py) decide what some loads move.
 
-    ``make`` prepares the engine that answers for the other loads and, unless all bodies are ``forest.decided``, judges
-    the assembly.
+    ``make`` prepares the engine that answers for the other loads. ``judge`` asks it whether the bodies stand that are
+    not ``forest.decided``, on the others; its verdict is None if that depends on these, too.
     """
 
     forest: Forest
     engine: str
     claim: Claim
     make: Callable[[], State]
+    judge: Callable[[], Verdict | None]
 
     @cached_property
     def behind(self) -> State:
@@ -61,16 +72,17 @@ class TreeState:
 
     def fresh(self) -> TreeState:
         """Return the same state as it was before it was asked anything."""
-        other = TreeState(self.forest, self.engine, self.claim, self.make)
+        other = TreeState(self.forest, self.engine, self.claim, self.make, self.judge)
         if "behind" in self.__dict__:
             other.__dict__["behind"] = fresh(self.behind)
         return other
 
     @cached_property
     def _decided(self) -> Verdict:
-        if not self.forest.decided.all():
+        verdict = FIRM if self.forest.decided.all() else self.judge()
+        if verdict is None or verdict.status is not Status.STABLE:
             return self.behind.verdict()
-        return FIRM.with_evidence(
+        return verdict.with_evidence(
             lambda: self._balanced.forces, lambda: self._balanced.residual, lambda: self._balanced.self_stress
         )
 
