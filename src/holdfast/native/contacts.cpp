@@ -2,6 +2,7 @@
 
 #include "bindings.hpp"
 #include "clipping.hpp"
+#include "cover.hpp"
 #include "cuboids.hpp"
 #include "features.hpp"
 #include "meshes.hpp"
@@ -45,6 +46,27 @@ void bind_contacts(nanobind::module_& m) {
             return outward_of(vertices, faces, normals);
         },
         "vertices"_a, "faces"_a, "normals"_a, nogil());
+    m.def(
+        "covered",
+        [](InTen ends, InMat normals, In alike, InMat corners, InInts stops, InInts rings, InMat facing, InTen frames,
+           double gap) {
+            expect(ends.size(1) == 2 && ends.size(2) == 3, "two ends of three numbers");
+            expect(normals.size() == ends.size() && normals.size(1) == 3, "a normal for each feature");
+            expect(alike.size() == ends.size(), "a cosine for each feature");
+            expect(corners.size(1) == 3, "corners of three numbers");
+            expect(facing.size() == rings.size() && facing.size(1) == 3, "a normal for each patch");
+            expect(frames.size() == rings.size() && frames.size(1) == 2 && frames.size(2) == 3,
+                   "two tangents for each");
+            Int before = 0;
+            for (Int stop : stops) expect(std::exchange(before, stop) < stop, "rings with corners");
+            expect(before == corners.size(), "a ring for each corner");
+            before = 0;
+            for (Int end : rings) expect(std::exchange(before, end) < end, "patches with rings");
+            expect(before == stops.size(), "a patch for each ring");
+            Covered found = covered(ends, normals, alike, corners, stops, rings, facing, frames, gap);
+            return std::tuple{std::move(found.marks), std::move(found.open)};
+        },
+        "ends"_a, "normals"_a, "alike"_a, "corners"_a, "stops"_a, "rings"_a, "facing"_a, "frames"_a, "gap"_a, nogil());
     m.def(
         "near_boxes",
         [](InMat low_a, InMat high_a, InMat low_b, InMat high_b, Int axis, double gap) {
