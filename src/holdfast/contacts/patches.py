@@ -141,43 +141,17 @@ class Cover:
     gap: float
 
     @cached_property
-    def _balls(self) -> tuple[Float, Float, Float]:
-        """The normals (n, 3), centres (n, 3) and radii (n,) of the patches."""
-        centres = np.array([p.polygon.mean(0) for p in self.patches]).reshape(-1, 3)
-        radii = [np.linalg.norm(p.polygon - c, axis=1).max() for p, c in zip(self.patches, centres, strict=True)]
-        return np.array([p.normal for p in self.patches]).reshape(-1, 3), centres, np.array(radii)
-
-    @cached_property
-    def _shapes(self) -> dict[int, shapely.Geometry]:
-        return {}
-
-    @cached_property
     def _wide(self) -> dict[int, shapely.Geometry]:
         return {}
-
-    def _shape(self, k: int) -> shapely.Geometry:
-        """Return a patch in its frame."""
-        if k not in self._shapes:
-            rings = self.patches[k].rings
-            self._shapes[k] = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
-            shapely.prepare(self._shapes[k])
-        return self._shapes[k]
 
     def _widened(self, k: int) -> shapely.Geometry:
         """Return a patch widened by the gap, in its frame: made only if a line is near, as it is dear for stars."""
         if k not in self._wide:
-            self._wide[k] = flat.widened(self._shape(k), self.gap)
+            rings = self.patches[k].rings
+            shape = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
+            self._wide[k] = flat.widened(shape, self.gap)
             shapely.prepare(self._wide[k])
         return self._wide[k]
-
-    def _near(self, ends: Float, normal: Float, blended: bool) -> Int:
-        """Return the numbers of the patches that may cover a part of a segment (2, 3) with a normal (3,)."""
-        normals, centres, radii = self._balls
-        along = ends[1] - ends[0]
-        length2 = max(float(along @ along), 1e-300)
-        t = np.clip((centres - ends[0]) @ along / length2, 0, 1)
-        off = np.linalg.norm(ends[0] + t[:, None] * along - centres, axis=1)
-        return np.flatnonzero((normals @ normal >= (BLENDED if blended else SAME_WAY)) & (off <= radii + 2 * self.gap))
 
     def free(self, points: Features) -> Bool:
         """Tell which points (n,) lie on none of the patches."""
@@ -214,16 +188,11 @@ class Cover:
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
         """Return the parts (2, 3) of a line, longer than ``negligible`` [m], that lie on none of the patches."""
         left = [(0.0, 1.0)]  # shares of the line
-        length = float(np.linalg.norm(ends[1] - ends[0]))
-        for k in self._near(ends, normal, blended):
-            patch = self.patches[k]
-            arm = ends - patch.polygon[0]
-            if np.abs(arm @ patch.normal).min() > 2 * self.gap:
-                continue
-            seen = shapely.LineString(arm @ patch.frame.T)
-            if not shapely.dwithin(self._shape(int(k)), seen, self.gap):
-                continue
-            cover = seen.intersection(self._widened(int(k)))
+        length, alike = float(np.linalg.norm(ends[1] - ends[0])), BLENDED if blended else SAME_WAY
+        near = core.patches_along(ends, normal, alike, *self._outlines, self.gap).tolist() if self.patches else []
+        for k in near:
+            seen = shapely.LineString((ends - self.patches[k].polygon[0]) @ self.patches[k].frame.T)
+            cover = seen.intersection(self._widened(k))
             (x, y), whole = seen.coords[0], max(seen.length, 1e-300)
             for piece in getattr(cover, "geoms", [cover]):
                 if not piece.is_empty:

@@ -22,7 +22,8 @@ constexpr double DRAWN = 0.96;
 struct FlatPatch {
     std::vector<std::array<double, 2>> corners;
     std::vector<Int> ends;
-    double low[2], high[2];
+    double low[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    double high[2] = {-low[0], -low[0]};
 
     // Call ``take`` with both ends of each side
     template <class Take>
@@ -47,6 +48,23 @@ struct FlatPatch {
             if ((p[1] > at[1]) != (q[1] > at[1]) && u < x * v / y) inside = !inside;
         });
         return inside ? 0.0 : std::sqrt(least);
+    }
+
+    // Tell whether a point of the segment from ``a`` to ``b`` is inside or within ``near`` of a side
+    bool meets(const double* a, const double* b, double near) const {
+        if (away(a) <= near || away(b) <= near) return true;
+        FlatPatch segment{{{a[0], a[1]}, {b[0], b[1]}}, {2}};
+        if (std::ranges::any_of(corners, [&](const auto& corner) { return segment.away(corner.data()) <= near; }))
+            return true;
+        bool crossed = false;
+        const auto left = [](const double* p, const double* q, const double* r) {
+            return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]) > 0;
+        };
+        each_side([&](const auto& p, const auto& q) {
+            crossed = crossed || (left(a, b, p.data()) != left(a, b, q.data()) &&
+                                  left(p.data(), q.data(), a) != left(p.data(), q.data(), b));
+        });
+        return crossed;
     }
 
     // Tell whether each point of the segment from ``a`` to ``b`` is inside or within ``near`` of a side
@@ -111,6 +129,49 @@ struct FlatPatch {
     }
 };
 
+// Patches as Python hands them over. Patch k has the normal ``facing[k]`` and the unit tangents ``frames[k]``, and the
+// rings from ``rings[k - 1]`` up to, not including, ``rings[k]``; ring i has the ``corners`` from ``stops[i - 1]`` up
+// to, not including, ``stops[i]``.
+struct Patches {
+    InMat corners;
+    InInts stops, rings;
+    InMat facing;
+    InTen frames;
+
+    Int start_of(Int k) const {
+        const Int first = k > 0 ? rings[k - 1] : 0;
+        return first > 0 ? stops[first - 1] : 0;
+    }
+
+    // Write where a point is in the frame of patch k; return its height over it
+    double seen(Int k, In point, double* at) const {
+        const In origin = corners[start_of(k)];
+        const double arm[] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
+        for (Int m = 0; m < 2; ++m) {
+            at[m] = arm[0] * frames(k, m, 0) + arm[1] * frames(k, m, 1) + arm[2] * frames(k, m, 2);
+        }
+        return arm[0] * facing(k, 0) + arm[1] * facing(k, 1) + arm[2] * facing(k, 2);
+    }
+
+    FlatPatch flat(Int k) const {
+        FlatPatch patch;
+        const Int start = start_of(k);
+        for (Int ring = k > 0 ? rings[k - 1] : 0; ring < rings[k]; ++ring) {
+            for (Int i = ring > 0 ? stops[ring - 1] : 0; i < stops[ring]; ++i) {
+                std::array<double, 2> at;
+                seen(k, corners[i], at.data());
+                for (int m = 0; m < 2; ++m) {
+                    patch.low[m] = std::min(patch.low[m], at[m]);
+                    patch.high[m] = std::max(patch.high[m], at[m]);
+                }
+                patch.corners.push_back(at);
+            }
+            patch.ends.push_back(stops[ring] - start);
+        }
+        return patch;
+    }
+};
+
 // What ``covered`` finds: 1 for each feature that is covered, and pairs (m, 2) of other features and patches that may
 // cover them
 struct Covered {
@@ -119,43 +180,17 @@ struct Covered {
 };
 
 // Tell which features with ``ends`` (n, 2, 3) and ``normals`` (n, 3) lie on patches, up to ``gap`` [m]; the cosine of
-// the angle between both normals is ``alike`` (n,) or more. Patch k has the normal ``facing[k]`` and the unit tangents
-// ``frames[k]``, and the rings from ``rings[k - 1]`` up to, not including, ``rings[k]``; ring i has the ``corners``
-// from
-// ``stops[i - 1]`` up to, not including, ``stops[i]``.
-inline Covered covered(InTen ends, InMat normals, In alike, InMat corners, InInts stops, InInts rings, InMat facing,
-                       InTen frames, double gap) {
-    constexpr double inf = std::numeric_limits<double>::infinity();
+// the angle between both normals is ``alike`` (n,) or more
+inline Covered covered(InTen ends, InMat normals, In alike, const Patches& patches, double gap) {
     Covered found{Array<unsigned char>({ends.size()}), Array<Int, 2>({0, 2})};
-    for (Int k = 0; k < facing.size(); ++k) {
-        const Int first = k > 0 ? rings[k - 1] : 0, start = first > 0 ? stops[first - 1] : 0;
-        const In origin = corners[start];
-        FlatPatch patch{{}, {}, {inf, inf}, {-inf, -inf}};
-        const auto seen = [&](In point, double* at) {
-            const double arm[] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
-            for (Int m = 0; m < 2; ++m) {
-                at[m] = arm[0] * frames(k, m, 0) + arm[1] * frames(k, m, 1) + arm[2] * frames(k, m, 2);
-            }
-            return arm[0] * facing(k, 0) + arm[1] * facing(k, 1) + arm[2] * facing(k, 2);
-        };
-        for (Int ring = first; ring < rings[k]; ++ring) {
-            for (Int i = ring > 0 ? stops[ring - 1] : 0; i < stops[ring]; ++i) {
-                double at[2];
-                seen(corners[i], at);
-                for (int m = 0; m < 2; ++m) {
-                    patch.low[m] = std::min(patch.low[m], at[m]);
-                    patch.high[m] = std::max(patch.high[m], at[m]);
-                }
-                patch.corners.push_back({at[0], at[1]});
-            }
-            patch.ends.push_back(stops[ring] - start);
-        }
+    for (Int k = 0; k < patches.rings.size(); ++k) {
+        const FlatPatch patch = patches.flat(k);
         for (Int i = 0; i < ends.size(); ++i) {
-            if (found.marks.numbers[i] || !(dot3(normals[i], facing[k]) >= alike[i])) continue;
+            if (found.marks.numbers[i] || !(dot3(normals[i], patches.facing[k]) >= alike[i])) continue;
             double at[2][2];
             bool near = true;
             for (Int end = 0; near && end < 2; ++end) {
-                near = std::abs(seen(ends[i][end], at[end])) <= 2 * gap;
+                near = std::abs(patches.seen(k, ends[i][end], at[end])) <= 2 * gap;
                 for (int m = 0; near && m < 2; ++m) {
                     near = at[end][m] >= patch.low[m] - gap && at[end][m] <= patch.high[m] + gap;
                 }
@@ -171,6 +206,28 @@ inline Covered covered(InTen ends, InMat normals, In alike, InMat corners, InInt
             }
         }
     }
+    return found;
+}
+
+// The numbers of the patches that may cover a part of the line between ``ends`` (2, 3) with a ``normal`` (3,), as in
+// ``covered``
+inline Array<Int> patches_along(InMat ends, In normal, double alike, const Patches& patches, double gap) {
+    Array<Int> found({0});
+    for (Int k = 0; k < patches.rings.size(); ++k) {
+        double at[2][2];
+        if (!(dot3(normal, patches.facing[k]) >= alike)) continue;
+        double height[2];
+        for (Int end = 0; end < 2; ++end) height[end] = std::abs(patches.seen(k, ends[end], at[end]));
+        if (std::min(height[0], height[1]) > 2 * gap) continue;
+        const FlatPatch patch = patches.flat(k);
+        bool apart = false;
+        for (int m = 0; m < 2; ++m) {
+            apart = apart || std::max(at[0][m], at[1][m]) < patch.low[m] - gap;
+            apart = apart || std::min(at[0][m], at[1][m]) > patch.high[m] + gap;
+        }
+        if (!apart && patch.meets(at[0], at[1], gap)) found.numbers.push_back(k);
+    }
+    found.sizes[0] = std::ssize(found.numbers);
     return found;
 }
 
