@@ -129,7 +129,7 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
         group = core.groups_apart(corners, ends, 2 * MITRE * tolerance)
         apart = [np.flatnonzero(group == number) for number in range(int(group.max()) + 1)]
         if len(apart) > 1:
-            parts = (union([pieces[k] for k in members], tolerance, smallest_hole) for members in apart)
+            parts = (union([pieces[k] for k in members.tolist()], tolerance, smallest_hole) for members in apart)
             return [part for found in parts for part in found]
         if all(len(rings) == 1 for rings in pieces):
             around, ends, known = core.outlines_of(corners, ends, 2 * tolerance)

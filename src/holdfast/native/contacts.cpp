@@ -2,27 +2,12 @@
 
 #include "bindings.hpp"
 #include "clipping.hpp"
-#include "cover.hpp"
 #include "cuboids.hpp"
 #include "features.hpp"
 #include "meshes.hpp"
 #include "search_mesh.hpp"
 
 namespace holdfast {
-
-static void expect_patches(const Patches& patches) {
-    const Int count = patches.rings.size();
-    expect(patches.corners.size(1) == 3, "corners of three numbers");
-    expect(patches.facing.size() == count && patches.facing.size(1) == 3, "a normal for each patch");
-    expect(patches.frames.size() == count && patches.frames.size(1) == 2 && patches.frames.size(2) == 3,
-           "two tangents for each patch");
-    Int before = 0;
-    for (Int stop : patches.stops) expect(std::exchange(before, stop) < stop, "rings with corners");
-    expect(before == patches.corners.size(), "a ring for each corner");
-    before = 0;
-    for (Int end : patches.rings) expect(std::exchange(before, end) < end, "patches with rings");
-    expect(before == patches.stops.size(), "a patch for each ring");
-}
 
 void bind_contacts(nanobind::module_& m) {
     m.attr("LARGE_BOX") = LARGE_BOX;
@@ -60,29 +45,6 @@ void bind_contacts(nanobind::module_& m) {
             return outward_of(vertices, faces, normals);
         },
         "vertices"_a, "faces"_a, "normals"_a, nogil());
-    m.def(
-        "covered",
-        [](InTen ends, InMat normals, In alike, InMat corners, InInts stops, InInts rings, InMat facing, InTen frames,
-           double gap) {
-            expect(ends.size(1) == 2 && ends.size(2) == 3, "two ends of three numbers");
-            expect(normals.size() == ends.size() && normals.size(1) == 3, "a normal for each feature");
-            expect(alike.size() == ends.size(), "a cosine for each feature");
-            const Patches patches{corners, stops, rings, facing, frames};
-            expect_patches(patches);
-            Covered found = covered(ends, normals, alike, patches, gap);
-            return std::tuple{std::move(found.marks), std::move(found.open)};
-        },
-        "ends"_a, "normals"_a, "alike"_a, "corners"_a, "stops"_a, "rings"_a, "facing"_a, "frames"_a, "gap"_a, nogil());
-    m.def(
-        "patches_along",
-        [](InMat ends, In normal, double alike, InMat corners, InInts stops, InInts rings, InMat facing, InTen frames,
-           double gap) {
-            expect(ends.size() == 2 && ends.size(1) == 3 && normal.size() == 3, "two ends, and a normal");
-            const Patches patches{corners, stops, rings, facing, frames};
-            expect_patches(patches);
-            return patches_along(ends, normal, alike, patches, gap);
-        },
-        "ends"_a, "normal"_a, "alike"_a, "corners"_a, "stops"_a, "rings"_a, "facing"_a, "frames"_a, "gap"_a, nogil());
     m.def(
         "near_boxes",
         [](InMat low_a, InMat high_a, InMat low_b, InMat high_b, Int axis, double gap) {
