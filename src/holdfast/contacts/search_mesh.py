@@ -8,8 +8,6 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.values import sealed
-from holdfast.geometry.surface import Surface
-from holdfast.geometry.topology import SMOOTH, Topology
 from holdfast.native import core
 from holdfast.scene.body import Body
 
@@ -53,30 +51,28 @@ class SearchMesh(NamedTuple):
     def of(cls, body: Body) -> SearchMesh:
         """Return the mesh of a body in its pose, with as few triangles as its flat faces need."""
         local, surface = body.shape.surface.reduced, body.reduced_world
-        topology, faces, count = local.topology, local.faces, len(local.faces)
-        owner = np.zeros(len(surface.vertices), dtype=np.int64)
-        owner[faces[::-1].ravel()] = np.repeat(np.arange(count)[::-1], 3)
-        number = np.arange(count)[:, None]
-        triangles = surface.vertices[faces]
-        low, high = triangles.min(1), triangles.max(1)
+        topology, faces, normals = local.topology, np.ascontiguousarray(local.faces), surface.normals
+        vertices = np.ascontiguousarray(surface.vertices)
+        triangles, low, high, box, mean, outward = core.prepared(
+            vertices, faces, normals, topology.edges, topology.bend
+        )
         prepared = cls(
-            np.ascontiguousarray(surface.vertices),
-            np.ascontiguousarray(triangles),
-            np.ascontiguousarray(surface.normals),
-            np.ascontiguousarray(low),
-            np.ascontiguousarray(high),
-            _box(low, high),
-            np.ascontiguousarray(faces),
+            vertices,
+            triangles,
+            normals,
+            low,
+            high,
+            box,
+            faces,
             topology.edges,
             topology.sides,
             topology.bend,
             topology.of_face,
             topology.starts,
             topology.neighbours,
-            _smooth_normals(surface, topology),
-            owner[faces] == number,
-            topology.sides[topology.of_face, 0] == number,
-            outward(triangles, surface.normals),
+            mean,
+            *local.owned,
+            outward,
             local.facets.label,
             local.curved,
         )
@@ -86,23 +82,6 @@ class SearchMesh(NamedTuple):
 def _box(low: Float, high: Float) -> Float:
     """Return the lowest and the highest corner (2, 3) of boxes (F, 3)."""
     return np.array([[column.min() for column in low.T], [column.max() for column in high.T]])
-
-
-def outward(triangles: Float, normals: Float) -> Float:
-    """Return the unit directions (F, 3, 3) in the plane of each face across its k-th edge, away from the face."""
-    across = np.cross(np.roll(triangles, -1, axis=1) - triangles, normals[:, None])
-    length = np.linalg.norm(across, axis=2, keepdims=True)
-    return np.ascontiguousarray(across / np.maximum(length, 1e-300))
-
-
-def _smooth_normals(surface: Surface, topology: Topology) -> Float:
-    """Return the mean normal (V, 3) of the faces at each vertex; zero at the ends of sharp edges and rims."""
-    order, count = surface.faces.T.ravel(), len(surface.vertices)
-    total = np.column_stack([np.bincount(order, np.tile(part, 3), count) for part in surface.normals.T])
-    sharp = ~(topology.bend < SMOOTH)
-    total[topology.edges[sharp].ravel()] = 0
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.ascontiguousarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0.1))
 
 
 def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:

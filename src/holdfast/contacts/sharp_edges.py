@@ -9,9 +9,9 @@ import numpy as np
 from holdfast.base.arrays import Int
 from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
-from holdfast.contacts.search_mesh import outward
 from holdfast.contacts.swept import Meeting, Swept
 from holdfast.geometry.surface import Surface
+from holdfast.native import core
 
 
 def on_edges(
@@ -58,5 +58,6 @@ def _is_nearest(surface: Surface, edge: int, found: Meeting) -> bool:
             arms = surface.vertices[around] - corner
             return bool((arms @ away <= COORDINATES * np.linalg.norm(arms, axis=1)).all())
     beside = topology.sides[edge]
-    across = outward(surface.vertices[surface.faces[beside]], surface.normals[beside])[topology.of_face[beside] == edge]
+    outward = core.outward_of(np.ascontiguousarray(surface.vertices), surface.faces[beside], surface.normals[beside])
+    across = outward[topology.of_face[beside] == edge]
     return bool((across @ away >= -COORDINATES).all())

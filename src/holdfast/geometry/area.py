@@ -6,8 +6,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int
 from holdfast.geometry.polygon import turned
-
-NO_AREA = 1e-300  # [m²] a triangle with a smaller area has the normal 0
+from holdfast.native import core
 
 
 def area_vectors(vertices: Float, faces: Int) -> Float:
@@ -15,19 +14,17 @@ def area_vectors(vertices: Float, faces: Int) -> Float:
 
     Each is as long as the area of its triangle and points along the normal, by the right-hand rule.
     """
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return np.cross(b - a, c - a) / 2
+    return core.area_vectors(np.ascontiguousarray(vertices), np.ascontiguousarray(faces))
 
 
 def areas_of(vertices: Float, faces: Int) -> Float:
     """Return the areas (F,) [m²] of triangles."""
-    return np.asarray(np.linalg.norm(area_vectors(vertices, faces), axis=1))
+    return core.areas_of(np.ascontiguousarray(vertices), np.ascontiguousarray(faces))
 
 
 def normals_of(vertices: Float, faces: Int) -> Float:
     """Return the unit normals (F, 3) of triangles; 0 for a triangle without area."""
-    vectors = area_vectors(vertices, faces)
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), NO_AREA))
+    return core.normals_of(np.ascontiguousarray(vertices), np.ascontiguousarray(faces))
 
 
 def outline_vector(ring: Float) -> Float:

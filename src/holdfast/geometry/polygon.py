@@ -19,6 +19,7 @@ SCATTERED = 32  # if a union has more parts, pieces are widened before they are 
 # of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13; an outline with
 # more corners is widened in steps: a single one takes 8 s for a star of 720 needles
 MANY = 32 * SCATTERED
+MITRE = 100  # most by which a corner moves out, relative to its sides, where a polygon is widened
 
 
 def turned(ring: Float, first: int) -> Float:
@@ -112,24 +113,39 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
     on a grid finer than ``tolerance``. The union is widened by ``tolerance``, which closes hairline gaps, and narrowed
     again with mitred corners, and every vertex is moved back to the corner of a piece from which it came. If the union
     still has many parts, the pieces are widened before they are joined, because widening a union of 720 needles takes
-    half a minute. Holes narrower than ``smallest_hole`` are filled: small pieces are missing there.
+    half a minute. Groups of pieces that are apart are joined one by one. Holes narrower than ``smallest_hole`` are
+    filled: small pieces are missing there.
     """
+    if len(pieces) == 1 and len(pieces[0]) == 1:
+        ring = pieces[0][0]
+        return [[oriented(without_collinear(ring, tolerance))]] if signed_area(ring) else []
     if len(pieces) == 1:
         return rings_of(shapely_polygon(pieces[0]), tolerance, smallest_hole)
     outline = tiled(pieces, tolerance)
     if outline is not None:
         return [[without_collinear(outline, tolerance)]]
-    if len(pieces) > MANY:
+    if len(pieces) <= MANY:
+        ends, corners = np.cumsum([len(rings[0]) for rings in pieces]), np.vstack([rings[0] for rings in pieces])
+        group = core.groups_apart(corners, ends, 2 * MITRE * tolerance)
+        apart = [np.flatnonzero(group == number) for number in range(int(group.max()) + 1)]
+        if len(apart) > 1:
+            parts = (union([pieces[k] for k in members.tolist()], tolerance, smallest_hole) for members in apart)
+            return [part for found in parts for part in found]
+        if all(len(rings) == 1 for rings in pieces):
+            around, ends, known = core.outlines_of(corners, ends, 2 * tolerance)
+            if known:
+                return _nested(np.split(around, ends[:-1]), tolerance, smallest_hole)
+    else:
         pieces = _fewer(_fewer(pieces, tolerance), tolerance)
     whole = _polygons(pieces)
     solid = np.where(shapely.is_valid(whole), whole, shapely.convex_hull(whole))
     merged = None if len(pieces) > MANY else shapely.union_all(solid, grid_size=tolerance / 8)
     if merged is None or shapely.get_num_geometries(merged) > SCATTERED:
-        wide = shapely.buffer(solid, tolerance, join_style="mitre", mitre_limit=100)
+        wide = shapely.buffer(solid, tolerance, join_style="mitre", mitre_limit=MITRE)
         merged = shapely.union_all(wide, grid_size=None if merged is None else tolerance / 8)
     else:
-        merged = merged.buffer(tolerance, join_style="mitre", mitre_limit=100)
-    merged = merged.buffer(-tolerance, join_style="mitre", mitre_limit=100)
+        merged = merged.buffer(tolerance, join_style="mitre", mitre_limit=MITRE)
+    merged = merged.buffer(-tolerance, join_style="mitre", mitre_limit=MITRE)
     corners = np.vstack([ring for rings in pieces for ring in rings])
     nearest = search_tree(corners)
     result = []
@@ -141,6 +157,21 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
             shapely_polygon(rings).area > 2 * tolerance * np.ptp(rings[0], axis=0).max()
         ):  # otherwise a sliver between pieces
             result.append(rings)
+    return result
+
+
+def _nested(rings: Sequence[Float], tolerance: float, smallest_hole: float) -> list[list[Float]]:
+    """Return polygons [outline, holes ...] of outlines and holes; without slivers and narrow holes, as ``union``."""
+    rings = [without_collinear(ring, tolerance) for ring in rings]
+    areas = [signed_area(ring) for ring in rings]
+    outlines = [k for k, area in enumerate(areas) if area > 2 * tolerance * np.ptp(rings[k], axis=0).max()]
+    result = [[rings[k]] for k in outlines]
+    for hole, area in zip(rings, areas, strict=True):
+        if -2 * area > smallest_hole * float(np.linalg.norm(turned(hole, 1) - hole, axis=1).sum()):
+            middle = (hole[:1] + hole[1:2]) / 2
+            of = [k for k, outline in enumerate(outlines) if inside(shapely.Polygon(rings[outline]), middle).all()]
+            if of:  # otherwise a hole in a sliver
+                result[min(of, key=lambda k: areas[outlines[k]])].append(hole)
     return result
 
 

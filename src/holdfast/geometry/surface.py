@@ -19,6 +19,7 @@ from holdfast.geometry.facets import Facets, balanced
 from holdfast.geometry.roughness import LEAST_VERTICES, NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import SMOOTH, Topology
+from holdfast.native import core
 
 STRAIGHT = 1e-8  # largest change of a surface when triangles are removed from it, relative to its size
 SHEET = 1e-6  # a surface is flat if it is no thicker, relative to its size: files round to 6e-8 of it
@@ -143,18 +144,26 @@ class Surface(Value):
         Only vertices inside flat faces and along straight edges are removed; the others stay where they are. Large
         convex faces are triangulated for fast search.
         """
-        size = float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
         # removing the hub of a fan is slow
         start = self._balanced() if np.bincount(self.faces.ravel()).max(initial=0) > HUB else self
+        if not start._may_lose_corners():
+            return start._balanced()
         solid = closed_solid(start.vertices, start.faces)
         if solid is None:
             return start._balanced()
-        fewer = solid.simplify(STRAIGHT * size)
+        fewer = solid.simplify(STRAIGHT * self.diagonal)
         if not 0 < fewer.num_tri() < len(start.faces):
             return start._balanced()
         read = fewer.to_mesh64()
         vertices, faces = np.array(read.vert_properties[:, :3]), np.array(read.tri_verts, dtype=np.int64)
         return replace(self, vertices=vertices, faces=faces)._balanced()
+
+    def _may_lose_corners(self) -> bool:
+        """Tell whether the surface may be closed, with corners that it does not need; seldom if it is a scan."""
+        known, allowed = self.topology, STRAIGHT * self.diagonal
+        return known.closed and core.may_lose_corners(
+            self.vertices, self.faces, known.edges, known.sides, known.of_face, allowed
+        )
 
     def _balanced(self) -> Surface:
         """Return the same surface with its large convex faces triangulated for fast search."""
@@ -171,6 +180,15 @@ class Surface(Value):
         if len(reduced.vertices) != 8 or not (self.oriented and reduced.topology.closed):
             return None
         return Cuboid.of(reduced.vertices, reduced.faces, reduced.normals)
+
+    @cached_property
+    def owned(self) -> tuple[Bool, Bool]:
+        """Which corners and which sides (F, 3) of the triangles are theirs: of no triangle before them."""
+        numbers = np.arange(len(self.faces))
+        owner = np.zeros(len(self.vertices), dtype=np.int64)
+        owner[self.faces[::-1].ravel()] = np.repeat(numbers[::-1], 3)
+        sides = self.topology.sides[self.topology.of_face, 0]
+        return frozen(owner[self.faces] == numbers[:, None]), frozen(sides == numbers[:, None])
 
     @cached_property
     def facets(self) -> Facets:

@@ -35,6 +35,28 @@ void bind_contacts(nanobind::module_& m) {
         },
         "points"_a, "faces"_a, "pose"_a, nogil());
     m.def(
+        "prepared",
+        [](InMat vertices, InIntMat faces, InMat normals, InIntMat ends, In bend) {
+            expect(vertices.size(1) == 3 && faces.size(1) == 3, "points and faces of three numbers");
+            expect(normals.sizes() == faces.sizes(), "a normal for each face");
+            expect(ends.size(1) == 2 && ends.size() == bend.size(), "edges of two ends, and their angles");
+            expect_rows(faces, vertices.size(), "a known vertex");
+            expect_rows(ends, vertices.size(), "a known vertex");
+            Prepared p = prepared(vertices, faces, normals, ends, bend);
+            return std::tuple{std::move(p.triangles), std::move(p.low),  std::move(p.high),
+                              std::move(p.box),       std::move(p.mean), std::move(p.outward)};
+        },
+        "vertices"_a, "faces"_a, "normals"_a, "ends"_a, "bend"_a, nogil());
+    m.def(
+        "outward_of",
+        [](InMat vertices, InIntMat faces, InMat normals) {
+            expect(vertices.size(1) == 3 && faces.size(1) == 3, "points and faces of three numbers");
+            expect(normals.sizes() == faces.sizes(), "a normal for each face");
+            expect_rows(faces, vertices.size(), "a known vertex");
+            return outward_of(vertices, faces, normals);
+        },
+        "vertices"_a, "faces"_a, "normals"_a, nogil());
+    m.def(
         "near_boxes",
         [](InMat low_a, InMat high_a, InMat low_b, InMat high_b, Int axis, double gap) {
             expect(low_a.size(1) == 3 && low_a.sizes() == high_a.sizes(), "corners of three numbers");

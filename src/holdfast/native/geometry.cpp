@@ -6,6 +6,7 @@
 #include "hull.hpp"
 #include "hull_gauge.hpp"
 #include "meshes.hpp"
+#include "overlay.hpp"
 #include "polygon.hpp"
 #include "sweep.hpp"
 #include "tiling.hpp"
@@ -67,6 +68,25 @@ void bind_geometry(nanobind::module_& m) {
             return tiled_hull(corners, ends, order, tolerance);
         },
         "corners"_a, "ends"_a, "order"_a, "tolerance"_a, nogil());
+    m.def(
+        "groups_apart",
+        [](InMat corners, InInts ends, double apart) {
+            expect(corners.size(1) == 2, "corners of two numbers");
+            expect_indices(ends, corners.size() + 1, "a known corner");
+            for (Int k = 1; k < ends.size(); ++k) expect(ends[k - 1] <= ends[k], "ends in ascending order");
+            return groups_apart(corners, ends, apart);
+        },
+        "corners"_a, "ends"_a, "apart"_a, nogil());
+    m.def(
+        "outlines_of",
+        [](InMat corners, InInts ends, double near) {
+            expect(corners.size(1) == 2, "corners of two numbers");
+            expect_indices(ends, corners.size() + 1, "a known corner");
+            for (Int k = 1; k < ends.size(); ++k) expect(ends[k - 1] <= ends[k], "ends in ascending order");
+            Outlines found = outlines_of(corners, ends, near);
+            return std::tuple{std::move(found.corners), std::move(found.ends), found.known};
+        },
+        "corners"_a, "ends"_a, "near"_a, nogil());
     m.def(
         "mark_hits",
         [](InMat points, InMat normals, InTen triangles, double length, Span<bool> result) {

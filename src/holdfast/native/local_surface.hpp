@@ -13,9 +13,6 @@
 
 namespace holdfast {
 
-constexpr double FLAT = 1e-3;   // [rad] a smaller angle between two faces is rounding, not an edge
-constexpr double SMOOTH = 0.6;  // [rad] an edge with a smaller angle is smooth: its faces represent a curved surface
-
 // Tolerances of the search for touching edges and vertices; lengths are in metres.
 //
 // Surfaces touch up to ``gap`` apart and ``depth`` into each other. ``sin_angle`` is the sine of the angle by which the

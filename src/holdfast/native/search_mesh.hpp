@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <tuple>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "span.hpp"
+#include "topology.hpp"
 
 namespace holdfast {
 
@@ -69,6 +71,88 @@ inline std::tuple<Array<double, 2>, Array<double, 3>, Array<double, 2>, Array<do
         }
     }
     return {std::move(vertices), std::move(triangles), std::move(low), std::move(high)};
+}
+
+// What ``SearchMesh.of`` computes of a surface in its pose
+struct Prepared {
+    Array<double, 3> triangles;
+    Array<double, 2> low, high, box, mean;
+    Array<double, 3> outward;
+};
+
+// The unit directions (F, 3, 3) in the plane of each face across its k-th edge, away from it
+inline Array<double, 3> outward_of(InMat vertices, InIntMat faces, InMat normals) {
+    Array<double, 3> found({faces.size(), 3, 3});
+    double* out = found.numbers.data();
+    for (Int f = 0; f < faces.size(); ++f) {
+        const auto n = normals[f];
+        for (Int k = 0; k < 3; ++k, out += 3) {
+            const auto p = vertices[faces(f, k)], q = vertices[faces(f, (k + 1) % 3)];
+            const double u[] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+            out[0] = u[1] * n[2] - u[2] * n[1];
+            out[1] = u[2] * n[0] - u[0] * n[2];
+            out[2] = u[0] * n[1] - u[1] * n[0];
+            const double length = std::max(std::sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]), 1e-300);
+            for (int m = 0; m < 3; ++m) out[m] /= length;
+        }
+    }
+    return found;
+}
+
+// The mean normal (V, 3) of the faces at each of ``count`` vertices; zero at the ends of sharp edges and rims
+inline Array<double, 2> smooth_normals(Int count, InIntMat faces, InMat normals, InIntMat ends, In bend) {
+    Array<double, 2> found({count, 3});
+    const auto mean = found.view();
+    for (Int corner = 0; corner < 3; ++corner) {
+        for (Int f = 0; f < faces.size(); ++f) {
+            for (Int k = 0; k < 3; ++k) mean(faces(f, corner), k) += normals(f, k);
+        }
+    }
+    for (Int i = 0; i < ends.size(); ++i) {
+        if (bend[i] < SMOOTH) continue;
+        for (Int k = 0; k < 3; ++k) mean(ends(i, 0), k) = mean(ends(i, 1), k) = 0;
+    }
+    for (Int v = 0; v < count; ++v) {
+        const auto n = mean[v];
+        const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (Int k = 0; k < 3; ++k) n[k] = length > 0.1 ? n[k] / length : 0.0;
+    }
+    return found;
+}
+
+// Prepare ``faces`` (F, 3) over ``vertices`` (V, 3) with unit ``normals`` (F, 3), and edges between ``ends`` (E, 2)
+// that
+// ``bend`` (E,)
+inline Prepared prepared(InMat vertices, InIntMat faces, InMat normals, InIntMat ends, In bend) {
+    constexpr double inf = std::numeric_limits<double>::infinity();
+    const Int count = faces.size();
+    Prepared p{Array<double, 3>({count, 3, 3}),
+               Array<double, 2>({count, 3}),
+               Array<double, 2>({count, 3}),
+               Array<double, 2>({2, 3}),
+               smooth_normals(vertices.size(), faces, normals, ends, bend),
+               outward_of(vertices, faces, normals)};
+    const auto triangles = p.triangles.view();
+    const auto low = p.low.view(), high = p.high.view(), box = p.box.view();
+    box[0].fill(inf);
+    box[1].fill(-inf);
+    for (Int f = 0; f < count; ++f) {
+        low[f].fill(inf);
+        high[f].fill(-inf);
+        for (Int corner = 0; corner < 3; ++corner) {
+            const Int v = faces(f, corner);
+            for (Int k = 0; k < 3; ++k) {
+                triangles(f, corner, k) = vertices(v, k);
+                low(f, k) = std::min(low(f, k), vertices(v, k));
+                high(f, k) = std::max(high(f, k), vertices(v, k));
+            }
+        }
+        for (Int k = 0; k < 3; ++k) {
+            box(0, k) = std::min(box(0, k), low(f, k));
+            box(1, k) = std::max(box(1, k), high(f, k));
+        }
+    }
+    return p;
 }
 
 // Boxes by their corners, low and high (n, 3) [m]

@@ -1,6 +1,8 @@
 // What Python calls of triangle surfaces; sizes and indices are checked here.
 
+#include "area.hpp"
 #include "bindings.hpp"
+#include "reducible.hpp"
 #include "roughness.hpp"
 #include "topology.hpp"
 
@@ -11,7 +13,50 @@ static void expect_faces(InIntMat faces, Int vertices) {
     for (Int f = 0; f < faces.size(); ++f) expect_indices(faces[f], vertices, "a known vertex");
 }
 
+static void expect_triangles(InMat vertices, InIntMat faces) {
+    expect(vertices.size(1) == 3, "points of three numbers");
+    expect_faces(faces, vertices.size());
+}
+
 void bind_surfaces(nanobind::module_& m) {
+    m.def(
+        "area_vectors",
+        [](InMat vertices, InIntMat faces) {
+            expect_triangles(vertices, faces);
+            return area_vectors(vertices, faces);
+        },
+        "vertices"_a, "faces"_a, nogil());
+    m.def(
+        "areas_of",
+        [](InMat vertices, InIntMat faces) {
+            expect_triangles(vertices, faces);
+            return areas_of(vertices, faces);
+        },
+        "vertices"_a, "faces"_a, nogil());
+    m.def(
+        "normals_of",
+        [](InMat vertices, InIntMat faces) {
+            expect_triangles(vertices, faces);
+            return normals_of(vertices, faces);
+        },
+        "vertices"_a, "faces"_a, nogil());
+    m.def(
+        "may_lose_corners",
+        [](InMat vertices, InIntMat faces, InIntMat ends, InIntMat beside, InIntMat of_face, double tolerance) {
+            expect_triangles(vertices, faces);
+            expect(ends.size(1) == 2 && beside.sizes() == ends.sizes(), "edges with two ends and two faces");
+            expect(of_face.sizes() == faces.sizes(), "three edges for each face");
+            for (Int i = 0; i < ends.size(); ++i) {
+                expect_indices(ends[i], vertices.size(), "a known vertex");
+                expect_indices(beside[i], faces.size(), "a known face", -1);
+            }
+            for (Int f = 0; f < faces.size(); ++f) {
+                expect_indices(of_face[f], ends.size(), "a known edge");
+                for (Int e : of_face[f]) expect(beside(e, 0) == f || beside(e, 1) == f, "edges beside their faces");
+            }
+            return may_lose_corners(vertices, faces, ends, beside, of_face, tolerance);
+        },
+        "vertices"_a, "faces"_a, "ends"_a, "beside"_a, "of_face"_a, "tolerance"_a, nogil());
     m.def(
         "edges_of",
         [](InIntMat faces, Int count) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -13,6 +14,9 @@
 
 namespace holdfast {
 
+constexpr double FLAT = 1e-3;   // [rad] a smaller angle between two faces is rounding, not an edge
+constexpr double SMOOTH = 0.6;  // [rad] an edge with a smaller angle is smooth: its faces represent a curved surface
+
 // The E edges of F triangles; ``geometry/topology.py`` says what each array is
 struct Edges {
     Array<Int, 2> ends, of_face;
@@ -21,31 +25,46 @@ struct Edges {
 
 inline Edges edges_of(InIntMat faces) {
     const Int count = faces.size();
-    std::vector<std::pair<std::pair<Int, Int>, Int>> found;  // ends, and a side that runs along them
-    found.reserve(static_cast<std::size_t>(3 * count));
-    for (Int f = 0; f < count; ++f) {
-        for (Int k = 0; k < 3; ++k) {
-            const auto [low, high] = std::minmax(faces(f, k), faces(f, (k + 1) % 3));
-            found.push_back({{low, high}, 3 * f + k});
+    struct Side {
+        Int high, number;  // its end with the higher number
+        auto operator<=>(const Side&) const = default;
+    };
+    Int vertices = 0;
+    for (Int f = 0; f < count; ++f) vertices = std::max({vertices, faces(f, 0) + 1, faces(f, 1) + 1, faces(f, 2) + 1});
+    std::vector<Int> starts(static_cast<std::size_t>(vertices + 1));  // of those whose other end is each vertex
+    const auto each_side = [&](const auto& take) {
+        for (Int f = 0; f < count; ++f) {
+            for (Int k = 0; k < 3; ++k) {
+                const auto [low, high] = std::minmax({faces(f, k), faces(f, (k + 1) % 3)});
+                take(low, Side{high, 3 * f + k});
+            }
         }
-    }
-    std::sort(found.begin(), found.end());
+    };
+    each_side([&](Int low, const Side&) { ++starts[low + 1]; });
+    std::partial_sum(starts.begin(), starts.end(), starts.begin());
+    std::vector<Side> found(static_cast<std::size_t>(3 * count));
+    std::vector<Int> next(starts);
+    each_side([&](Int low, const Side& side) { found[next[low]++] = side; });
     Int edges = 0;
-    for (std::size_t i = 0; i < found.size(); ++i) edges += i == 0 || found[i].first != found[i - 1].first;
+    for (Int v = 0; v < vertices; ++v) {
+        std::sort(found.begin() + starts[v], found.begin() + starts[v + 1]);
+        for (Int i = starts[v]; i < starts[v + 1]; ++i) edges += i == starts[v] || found[i].high != found[i - 1].high;
+    }
     Edges e{Array<Int, 2>({edges, 2}), Array<Int, 2>({count, 3}), Array<Int>({edges}), Array<Int>({3 * count}),
             Array<Int>({edges})};
     Int at = -1;
-    for (std::size_t i = 0; i < found.size(); ++i) {
-        const auto& [ends, side] = found[i];
-        if (i == 0 || ends != found[i - 1].first) {
-            ++at;
-            e.ends.view()(at, 0) = ends.first;
-            e.ends.view()(at, 1) = ends.second;
-            e.first.view()[at] = static_cast<Int>(i);
+    for (Int v = 0; v < vertices; ++v) {
+        for (Int i = starts[v]; i < starts[v + 1]; ++i) {
+            if (i == starts[v] || found[i].high != found[i - 1].high) {
+                ++at;
+                e.ends.view()(at, 0) = v;
+                e.ends.view()(at, 1) = found[i].high;
+                e.first.view()[at] = i;
+            }
+            e.shared.view()[at] += 1;
+            e.sides.numbers[i] = found[i].number;
+            e.of_face.numbers[found[i].number] = at;
         }
-        e.shared.view()[at] += 1;
-        e.sides.numbers[i] = side;
-        e.of_face.numbers[static_cast<std::size_t>(side)] = at;
     }
     return e;
 }
