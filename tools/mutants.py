@@ -172,10 +172,12 @@ class Copy:
             ["cmake", "-S", str(self.root / NATIVE), "-B", str(self._built), sought, *ninja],
             ["cmake", "--build", str(self._built), "--target", "core"],
         ):
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-            if done.returncode != 0:
-                said = [line for line in f"{done.stdout}\n{done.stderr}".splitlines() if "error" in line.lower()]
-                return "\n".join(said[:SHOWN]) or f"{' '.join(command)} ended with {done.returncode}"
+            self._child = child = subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True
+            )
+            said = [line for line in child.communicate()[0].decode(errors="replace").splitlines() if "error" in line]
+            if child.returncode != 0:
+                return "\n".join(said[:SHOWN]) or f"{' '.join(command)} ended with {child.returncode}"
         return ""
 
     def environment(self) -> dict[str, str]:
@@ -222,7 +224,7 @@ class Copy:
         return Run(failed, end)
 
     def stop(self) -> None:
-        """End a run, with what its tests started."""
+        """End a run of tests or of the compiler, with what it started."""
         if self._child is not None:
             with suppress(ProcessLookupError):
                 os.killpg(self._child.pid, signal.SIGKILL)
