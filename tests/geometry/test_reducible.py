@@ -5,13 +5,13 @@ import pytest
 import trimesh
 
 from holdfast.geometry.solid import closed_solid
-from holdfast.geometry.surface import STRAIGHT, Surface
+from holdfast.geometry.surface import Surface
 from holdfast.native import core
 
 
 def may_lose(surface: Surface) -> bool:
     known = surface.topology
-    tolerance = STRAIGHT * surface.diagonal
+    tolerance = 1e-8 * surface.diagonal
     return core.may_lose_corners(surface.vertices, surface.faces, known.edges, known.sides, known.of_face, tolerance)
 
 
@@ -19,7 +19,7 @@ def simplified(surface: Surface) -> int:
     """The number of triangles that manifold3d leaves."""
     solid = closed_solid(surface.vertices, surface.faces)
     assert solid is not None
-    return solid.simplify(STRAIGHT * surface.diagonal).num_tri()
+    return solid.simplify(1e-8 * surface.diagonal).num_tri()
 
 
 def of(mesh: trimesh.Trimesh, vertices: np.ndarray | None = None) -> Surface:
