@@ -61,7 +61,7 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
         follows[ends - 1] = starts
         areas = np.add.reduceat(np.cross(corners, corners[follows]), starts)[outlines]
         normal = unit(np.linalg.norm(areas, axis=1) @ np.array([piece.normal for piece in pieces]))
-    frame = np.array(tangents(normal))
+    frame = frozen(np.array(tangents(normal)))
     means = (np.add.reduceat(corners, starts) / counts[:, None])[outlines]
     level = float(np.mean(means @ normal))
     base = origin + level * normal
@@ -74,12 +74,13 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
     parts = flat.union(flats, HAIRLINE * negligible, negligible)
     if len(parts) > flat.MANY:  # fine cones meet in 20,000 needles
         parts = [parts[k] for k in thinned(np.array([outline.mean(0) for outline, *_ in parts]), flat.MANY)]
-    for outline, *holes in parts:
-        mine = flat.inside(flat.shapely_polygon([outline, *holes]), middles)
+    for (outline, *holes), polygon in zip(parts, flat.polygons(parts), strict=True):
+        mine = flat.inside(polygon, middles)
         heights = all_heights[mine] if mine.any() else all_heights
         separation = (float(heights[:, 0].min()), float(heights[:, 1].max()))
         lifted = [frozen(base + ring @ frame) for ring in (outline, *holes)]
         patch = Patch(lifted[0], frozen(np.array(normal)), tuple(lifted[1:]), separation)
+        patch.__dict__["frame"] = frame  # it depends on the normal alone
         if patch.width > negligible:
             patches.append(patch)
     return patches
@@ -174,7 +175,7 @@ class Cover:
         covered, open_ = self._marked(lines)
         for line, k in open_.tolist():
             if not covered[line]:
-                covered[line] = shapely.covers(self._widened(k), self._seen(lines.ends[line], k))
+                covered[line] = shapely.covers(self._widened(k), shapely.linestrings(self._seen(lines.ends[line], k)))
         return np.flatnonzero(~covered)
 
     def _marked(self, found: Features) -> tuple[Bool, Int]:
@@ -185,10 +186,10 @@ class Cover:
         marks, open_ = self._native.covered(found.ends, np.ascontiguousarray(found.normals), alike)
         return marks.view(bool), open_
 
-    def _seen(self, ends: Float, k: int) -> shapely.LineString:
-        """Return a line (2, 3) in the frame of a patch."""
+    def _seen(self, ends: Float, k: int) -> Float:
+        """Return the ends (2, 2) of a line (2, 3) in the frame of a patch."""
         patch = self.patches[k]
-        return shapely.LineString((ends - patch.polygon[0]) @ patch.frame.T)
+        return np.asarray((ends - patch.polygon[0]) @ patch.frame.T)
 
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
         """Return the parts (2, 3) of a line, longer than ``negligible`` [m], that lie on none of the patches."""
@@ -196,11 +197,13 @@ class Cover:
         length, alike = float(np.linalg.norm(ends[1] - ends[0])), BLENDED if blended else SAME_WAY
         for k in self._native.along(ends, normal, alike).tolist() if self.patches else ():
             seen = self._seen(ends, k)
-            cover = seen.intersection(self._widened(k))
-            (x, y), whole = seen.coords[0], max(seen.length, 1e-300)
+            cover = shapely.intersection(shapely.linestrings(seen), self._widened(k))
+            (x, y), (u, v) = seen.tolist()
+            whole = max(math.hypot(u - x, v - y), 1e-300)
             for piece in getattr(cover, "geoms", [cover]):
-                if not piece.is_empty:
-                    t = [math.hypot(u - x, v - y) / whole for u, v in piece.coords]
+                at = shapely.get_coordinates(piece).tolist()
+                if at:
+                    t = [math.hypot(u - x, v - y) / whole for u, v in at]
                     low, high = min(t) - 1e-9, max(t) + 1e-9
                     rest = [part for p, q in left for part in ((p, min(q, low)), (max(p, high), q))]
                     left = [(p, q) for p, q in rest if p < q]
