@@ -17,6 +17,7 @@ constexpr Int LEAST_AROUND = 10, MOST_AROUND = 60;  // vertices in two rings, to
 constexpr double SMOOTHNESS =
     0.9659258262890683;  // cosine of 15 deg: the most to the mean normal of an even neighbourhood
 constexpr int TERMS = 6;
+constexpr double LITTLE = 0.01;  // share of a squared length whose rounding counts
 
 // The directions (3, 3, in rows) along which points are spread, the least first: those of their ``moments`` by Jacobi's
 // method
@@ -92,19 +93,20 @@ inline double scatter_about(InMat vertices, const std::vector<Int>& around) {
         }
         return (sum[0] + sum[1]) + (sum[2] + sum[3]);
     };
-    // Gram and Schmidt, twice for each column; one that those before it explain is left out
+    // Gram and Schmidt, twice for a column of which little is left; one that those before it explain is left out
     for (int t = 0; t <= TERMS; ++t) {
         const double before = product(t, t);
-        for (int again = 0; again < 2; ++again) {
+        double left = before;
+        for (int again = 0; again < 2 && (again == 0 || left < LITTLE * before); ++again) {
             for (int s = 0; s < t; ++s) {
                 const double share = product(s, t);
-                for (Int i = 0; i < count; ++i) column[t][i] -= share * column[s][i];
+                for (Int i = 0; i < padded; ++i) column[t][i] -= share * column[s][i];
             }
+            left = product(t, t);
         }
         if (t == TERMS) break;
-        const double left = product(t, t);
         const double by = left > 1e-26 * before ? 1 / std::sqrt(left) : 0.0;
-        for (Int i = 0; i < count; ++i) column[t][i] *= by;
+        for (Int i = 0; i < padded; ++i) column[t][i] *= by;
     }
     return scale * std::sqrt(product(TERMS, TERMS) / static_cast<double>(count - TERMS));
 }
