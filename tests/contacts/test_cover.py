@@ -54,3 +54,29 @@ def test_a_line_across_a_notch_is_not_covered_though_its_ends_are() -> None:
 def test_what_is_left_of_a_line_begins_at_the_gap_from_the_edge() -> None:
     (left,) = Cover([SQUARE], GAP).left_of(np.array([(0.5, 0.5, 0.0), (1.5, 0.5, 0.0)]), UP, 1e-4, False)
     np.testing.assert_allclose(left, [(1 + GAP, 0.5, 0), (1.5, 0.5, 0)], atol=1e-8)
+
+
+def test_a_point_beside_a_line_is_free() -> None:
+    """A line has no inside: it covers nothing on either side of it beyond the gap."""
+    slanted = Patch(np.array([(0.0, 0, 0), (1, 1, 0)]), UP)
+    points = features([(0.2, 0.5)], [(0.5, 0.2)], [(0.5, 0.501)], [(1.0005, 1.0005)])
+    assert Cover([slanted], GAP).free(points).tolist() == [True, True, False, False]
+
+
+def test_each_of_many_patches_covers_what_lies_on_it() -> None:
+    """Squares in rows, apart by their width, and points and lines in and between them."""
+    corners = SQUARE.polygon * 0.1
+    places = [np.array([0.2 * i, 0.2 * k, 0]) for i in range(12) for k in range(9)]
+    cover = Cover([Patch(corners + place, UP) for place in places], GAP)
+    on = [(x + 0.03, y + 0.03) for x, y, _ in places]
+    beside = [(x + 0.15, y) for x, y in on]
+    ends = [(x + 0.06, y) for x, y in on]
+    assert not cover.free(features(*([point] for point in on))).any()
+    assert cover.free(features(*([point] for point in beside))).all()
+    lines = [*map(list, zip(on, ends, strict=True)), *map(list, zip(on, beside, strict=True))]
+    assert cover.uncovered(features(*lines)).tolist() == list(range(len(on), 2 * len(on)))
+    line = np.array([(-0.05, 0.05, 0.0), (0.35, 0.05, 0.0)])
+    left = np.array(cover.left_of(line, UP, 1e-4, False))[:, :, 0]
+    np.testing.assert_allclose(left, [(-0.05, -GAP), (0.1 + GAP, 0.2 - GAP), (0.3 + GAP, 0.35)], atol=1e-8)
+    above = line + np.array([0, 0, 3 * GAP])
+    assert cover.left_of(above, UP, 1e-4, False)[0].tolist() == above.tolist()

@@ -31,7 +31,16 @@ def beds(beyond: Sequence[int] = (0,), edge: Sequence[int] = (0, 1)) -> tuple[ob
     return np.array(edge), np.array([0, 1]), *plane, np.array([0, 1]), np.array(beyond)
 
 
+def cover(stops: Sequence[int] = (3,), rings: Sequence[int] = (1,)) -> core.Cover:
+    frames = np.ones((len(rings), 2, 3))
+    return core.Cover(np.ones((3, 3)), np.array(stops), np.array(rings), np.ones((len(rings), 3)), frames, 0.1)
+
+
 REFUSED: dict[str, Callable[[], object]] = {
+    "patches with rings that no corner belongs to": lambda: cover(stops=(3, 5)),
+    "more patches than rings": lambda: cover(rings=(1, 2)),
+    "features without normals": lambda: cover().covered(np.ones((1, 2, 3)), NONE, np.ones(1)),
+    "a line of one end": lambda: cover().along(POINTS, np.ones(3), 0.9),
     "no corners": lambda: core.rectangle_axes(np.zeros((0, 2))),
     "an unknown point of a hull": lambda: core.corner_numbers(CORNERS, np.array([3])),
     "pieces that end before they begin": lambda: core.tiled_hull(CORNERS, np.array([3, 2]), ORDER, 0.0),

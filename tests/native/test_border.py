@@ -252,9 +252,11 @@ CALLS: dict[str, Callable[[], Arguments]] = {
     "regions_of": lambda: {
         "beside": np.array([[0, 1], [1, -1]]), "bend": np.array([0.1, np.inf]), "angle": 0.5, "count": 2
     },
-    "scatters": lambda: {
+    "median_length": lambda: {"vertices": POINTS, "ends": np.array([[0, 1], [2, 3]])},
+    "median_scatter": lambda: {
         "vertices": mesh().vertices, "faces": mesh().faces, "areas": np.ones(len(mesh().faces)),
-        "normals": mesh().normals, "starts": mesh().starts, "neighbours": mesh().neighbours, "chosen": np.arange(8),
+        "normals": mesh().normals, "starts": mesh().starts, "neighbours": mesh().neighbours, "samples": 8,
+        "least_samples": 4,
     },
 }  # fmt: skip
 
@@ -280,13 +282,13 @@ FREE = {
     "add_moments": {"ring"}, "placed": {"faces"}, "near_faces": {"?.neighbours"},
     "clip_faces": {"?.neighbours", "pairs"},
     "touching_features": {"pairs"}, "facing_corners": {"pairs"}, "facing_near": {"pairs"}, "spread_points": {"rows"},
-    "edges_of": {"faces"}, "scatters": {"chosen"},
+    "edges_of": {"faces"}, "median_length": {"ends"},
 } | {name: {"bed.edges", "bed.hull"} for name in CALLS if "bed" in CALLS[name]()}  # fmt: skip
 LONGER = {
     "cut": {"first"}, "write_entries": {"rows", "columns", "values"}, "peel": {"first", "left"},
     "place_sheets": {"com"}, "corner_numbers": {"points"}, "tiled_hull": {"corners"}, "winding_numbers": {"vertices"},
     "nearest_of_pairs": {"triangles"}, "placed": {"points"}, "touching_features": {"?.neighbours"},
-    "flush_faces": {"bodies"}, "fill_triangles": {"pixels"}, "topology_of": {"vertices"},
+    "flush_faces": {"bodies"}, "fill_triangles": {"pixels"}, "topology_of": {"vertices"}, "median_length": {"vertices"},
 }  # fmt: skip
 WIDER = {"eliminate": {"F"}, "finish": {"F"}, "apply_pivots": {"F", "X"}, "combined": {"near"}}
 # Whole numbers that are compared with each other alone, or that a call does not look at

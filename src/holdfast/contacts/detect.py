@@ -384,6 +384,6 @@ def _on_triangles(
     lines, points = touching_features(
         mesh_a, mesh_b, pairs, gap=gap, depth=depth, angles=angles, size=size, strict=negligible
     )
-    lines, points = (features_on_planes(a, b, each, tolerances) for each in (lines, points))
+    lines, points = features_on_planes(a, b, lines, points, tolerances)
     along = line_patches(lines, faces, gap, negligible, breadth)
     return [*faces, *along, *point_patches(points, [*faces, *along], gap, breadth)]

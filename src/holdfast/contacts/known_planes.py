@@ -28,11 +28,16 @@ def pieces_on_planes(a: Body, b: Body, pieces: list[Piece], tolerances: Toleranc
     return [replace(piece, normal=normal) for piece, normal in zip(pieces, normals, strict=True)]
 
 
-def features_on_planes(a: Body, b: Body, found: Features, tolerances: Tolerances) -> Features:
-    """Return touching edges or corners; beside a scan, those on a plane face of the other body have its normal."""
-    if not len(found.normals) or _scanned(a) == _scanned(b):
-        return found
-    return replace(found, normals=_on_planes(a, b, found.normals, found.ends, tolerances))
+def features_on_planes(
+    a: Body, b: Body, lines: Features, points: Features, tolerances: Tolerances
+) -> tuple[Features, Features]:
+    """Return touching edges and corners; beside a scan, those on a plane face of the other body have its normal."""
+    count = len(lines.normals)
+    if not count + len(points.normals) or _scanned(a) == _scanned(b):
+        return lines, points
+    both, ends = np.concatenate([lines.normals, points.normals]), np.concatenate([lines.ends, points.ends])
+    normals = _on_planes(a, b, both, ends, tolerances)
+    return replace(lines, normals=normals[:count]), replace(points, normals=normals[count:])
 
 
 def _scanned(body: Body) -> bool:

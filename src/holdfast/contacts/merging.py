@@ -204,8 +204,12 @@ def _samples(patches: Sequence[Patch], step: float, inward: float = 0.0) -> _Sam
     rectangle are exact (n = 1 is Simpson's rule). Without weights at the corners, a contact would tilt too easily.
     """
     points, shares = [], []
+    outlines = flat.polygons([patch.rings for patch in patches if patch.kind == "face"])
+    middles = shapely.get_coordinates(shapely.point_on_surface(outlines))
+    faces = zip(outlines, middles, strict=True)
     for patch in patches:
-        inner, corners = _inside(patch, step), _corners(patch)
+        inner = _over(patch, step, *next(faces)) if patch.kind == "face" else _along(patch, step)
+        corners = _corners(patch)
         outer = 0.0 if patch.kind == "point" else 1 / (2 * len(inner) ** (2 if patch.kind == "line" else 1) + 1)
         points += [inner, corners + inward * (patch.centroid - corners)]
         shares += [
@@ -217,24 +221,26 @@ def _samples(patches: Sequence[Patch], step: float, inward: float = 0.0) -> _Sam
     return _Samples(np.vstack(points), normals, np.concatenate(shares))
 
 
-def _inside(patch: Patch, step: float) -> Float:
-    """Return points (n, 3) spread evenly over a patch, about a ``step`` [m] apart, and at least one."""
+def _along(patch: Patch, step: float) -> Float:
+    """Return points (n, 3) spread evenly over a line or a point, about a ``step`` [m] apart, and at least one."""
     if patch.kind == "point":
         return patch.polygon
-    if patch.kind == "line":
-        count = max(1, int(np.ceil(patch.length / step)))
-        share = (np.arange(count)[:, None] + 0.5) / count
-        return np.asarray((1 - share) * patch.polygon[0] + share * patch.polygon[1])
-    polygon = flat.shapely_polygon(patch.rings)
+    count = max(1, int(np.ceil(patch.length / step)))
+    share = (np.arange(count)[:, None] + 0.5) / count
+    return np.asarray((1 - share) * patch.polygon[0] + share * patch.polygon[1])
+
+
+def _over(patch: Patch, step: float, outline: shapely.Polygon, middle: Float) -> Float:
+    """Return points (n, 3) spread evenly over a face, about a ``step`` [m] apart, and at least its ``middle`` (2,)."""
     if patch.size > step:
         low, high = patch.rings[0].min(0), patch.rings[0].max(0)
         counts = np.ceil((high - low) / step).astype(np.int64)
         grid = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in counts), indexing="ij"), -1).reshape(-1, 2)
         points = low + grid * (high - low) / counts
-        points = points[flat.inside(polygon, points)]
+        points = points[flat.inside(outline, points)]
         if len(points):
             return patch.lifted(points)
-    return patch.lifted(shapely.get_coordinates(shapely.point_on_surface(polygon)))
+    return patch.lifted(middle[None])
 
 
 def _moments(patch: Patch, origin: Float, frame: Float) -> Float:

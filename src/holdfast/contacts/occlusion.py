@@ -27,6 +27,8 @@ class Fronts:
         self._pairs: dict[str, list[Pair]] = {}
         self._nearest: dict[str, float] = {}  # the least mean separation of the faces of each body [m]
         self._screens: dict[str, _Screen] = {}
+        self._extents: dict[Pair, Float] = {}
+        self._extents_at: dict[str, Float] = {}
         for pair, patches in found.items():
             nearest = min([_level(patch) for patch in patches if _hides(patch)], default=np.inf)
             for end in pair:
@@ -43,11 +45,36 @@ class Fronts:
         nearest = min(self._nearest[pair[0]], self._nearest[pair[1]])
         if max(map(_level, patches)) - IN_FRONT * gap <= nearest:
             return tuple(patches)  # mostly so
+        if not any(self._others_near(end, pair, gap) for end in pair):
+            return tuple(patches)
         left: list[Patch] = []
         for patch in patches:
             before = self._before(patch, pair, gap)
             left += _less(patch, before, gap, width) if before else [patch]
         return tuple(left)
+
+    def _others_near(self, name: str, pair: Pair, gap: float) -> bool:
+        """Tell whether a patch of another pair of the body ``name`` may be as near to one of ``pair`` as a screen is.
+
+        ``_Screen.before`` says how near that is.
+        """
+        if name not in self._extents_at:
+            self._extents_at[name] = np.array([self._extent(each) for each in self._pairs[name]])
+        others, own = self._extents_at[name], self._extent(pair)
+        apart = np.maximum(np.maximum(others[:, :3] - own[3:6], own[:3] - others[:, 3:6]), 0)
+        reach = (1 + 2 * COORDINATES) * (others[:, 6] + own[6] + 2 * gap)
+        return int(((apart * apart).sum(1) <= reach * reach).sum()) > 1  # the pair is near itself
+
+    def _extent(self, pair: Pair) -> Float:
+        """Return the box (7,) of the centroids of a pair's patches, low and high, and the largest radius [m]."""
+        if pair not in self._extents:
+            patches = self._found[pair]
+            centroids = np.array([patch.centroid for patch in patches])
+            counts = [len(patch.polygon) for patch in patches]
+            arms = np.vstack([patch.polygon for patch in patches]) - np.repeat(centroids, counts, axis=0)
+            radius = np.sqrt((arms * arms).sum(1).max())
+            self._extents[pair] = np.array([*centroids.min(0), *centroids.max(0), radius])
+        return self._extents[pair]
 
     def _before(self, patch: Patch, pair: Pair, gap: float) -> list[Patch]:
         """Return the patches of third bodies that may hide a part of a patch."""

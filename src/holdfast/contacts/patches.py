@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,8 +17,8 @@ from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.topology import SMOOTH
+from holdfast.native import core
 
 HAIRLINE = 1e-3  # relative to the negligible width: gaps between pieces that belong together
 SAME_WAY = float(np.cos(np.radians(15)))  # cosine of the largest angle between normals of the same contact
@@ -60,7 +61,7 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
         follows[ends - 1] = starts
         areas = np.add.reduceat(np.cross(corners, corners[follows]), starts)[outlines]
         normal = unit(np.linalg.norm(areas, axis=1) @ np.array([piece.normal for piece in pieces]))
-    frame = np.array(tangents(normal))
+    frame = frozen(np.array(tangents(normal)))
     means = (np.add.reduceat(corners, starts) / counts[:, None])[outlines]
     level = float(np.mean(means @ normal))
     base = origin + level * normal
@@ -73,12 +74,13 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
     parts = flat.union(flats, HAIRLINE * negligible, negligible)
     if len(parts) > flat.MANY:  # fine cones meet in 20,000 needles
         parts = [parts[k] for k in thinned(np.array([outline.mean(0) for outline, *_ in parts]), flat.MANY)]
-    for outline, *holes in parts:
-        mine = flat.inside(flat.shapely_polygon([outline, *holes]), middles)
+    for (outline, *holes), polygon in zip(parts, flat.polygons(parts), strict=True):
+        mine = flat.inside(polygon, middles)
         heights = all_heights[mine] if mine.any() else all_heights
         separation = (float(heights[:, 0].min()), float(heights[:, 1].max()))
         lifted = [frozen(base + ring @ frame) for ring in (outline, *holes)]
         patch = Patch(lifted[0], frozen(np.array(normal)), tuple(lifted[1:]), separation)
+        patch.__dict__["frame"] = frame  # it depends on the normal alone
         if patch.width > negligible:
             patches.append(patch)
     return patches
@@ -140,110 +142,73 @@ class Cover:
     gap: float
 
     @cached_property
-    def _balls(self) -> tuple[Float, Float, Float]:
-        """The normals (n, 3), centres (n, 3) and radii (n,) of the patches."""
-        centres = np.array([p.polygon.mean(0) for p in self.patches]).reshape(-1, 3)
-        radii = [np.linalg.norm(p.polygon - c, axis=1).max() for p, c in zip(self.patches, centres, strict=True)]
-        return np.array([p.normal for p in self.patches]).reshape(-1, 3), centres, np.array(radii)
-
-    @cached_property
-    def _shapes(self) -> dict[int, shapely.Geometry]:
-        return {}
+    def _native(self) -> core.Cover:
+        rings = [ring for patch in self.patches for ring in (patch.polygon, *patch.holes)]
+        return core.Cover(
+            np.vstack(rings),
+            np.cumsum([len(ring) for ring in rings]),
+            np.cumsum([1 + len(patch.holes) for patch in self.patches]),
+            np.array([patch.normal for patch in self.patches]),
+            np.array([patch.frame for patch in self.patches]),
+            self.gap,
+        )
 
     @cached_property
     def _wide(self) -> dict[int, shapely.Geometry]:
         return {}
 
-    def _shape(self, k: int) -> shapely.Geometry:
-        """Return a patch in its frame."""
-        if k not in self._shapes:
-            rings = self.patches[k].rings
-            self._shapes[k] = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
-            shapely.prepare(self._shapes[k])
-        return self._shapes[k]
-
     def _widened(self, k: int) -> shapely.Geometry:
         """Return a patch widened by the gap, in its frame: made only if a line is near, as it is dear for stars."""
         if k not in self._wide:
-            self._wide[k] = flat.widened(self._shape(k), self.gap)
+            rings = self.patches[k].rings
+            shape = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
+            self._wide[k] = flat.widened(shape, self.gap)
             shapely.prepare(self._wide[k])
         return self._wide[k]
 
-    def _near(self, ends: Float, normal: Float, blended: bool) -> Int:
-        """Return the numbers of the patches that may cover a part of a segment (2, 3) with a normal (3,)."""
-        normals, centres, radii = self._balls
-        along = ends[1] - ends[0]
-        length2 = max(float(along @ along), 1e-300)
-        t = np.clip((centres - ends[0]) @ along / length2, 0, 1)
-        off = np.linalg.norm(ends[0] + t[:, None] * along - centres, axis=1)
-        return np.flatnonzero((normals @ normal >= (BLENDED if blended else SAME_WAY)) & (off <= radii + 2 * self.gap))
-
     def free(self, points: Features) -> Bool:
         """Tell which points (n,) lie on none of the patches."""
-        places = points.ends[:, 0]
-        alike = np.where(points.blended, BLENDED, SAME_WAY)
-        left = np.ones(len(places), dtype=bool)
-        for k, near_by in enumerate(self._around(places)):
-            patch = self.patches[k]
-            around = near_by[left[near_by]]
-            around = around[points.normals[around] @ patch.normal >= alike[around]]
-            arm = places[around] - patch.polygon[0]
-            near = np.flatnonzero(np.abs(arm @ patch.normal) <= 2 * self.gap)
-            if len(near):
-                seen = shapely.points(arm[near] @ patch.frame.T)
-                left[around[near[shapely.dwithin(self._shape(k), seen, self.gap)]]] = False
-        return left
-
-    def _around(self, places: Float) -> list[Int]:
-        """Return for each patch the sorted numbers of the points (n, 3) that may be within the gap of it."""
-        if not self.patches or not len(places):
-            return []
-        _, centres, radii = self._balls
-        found = search_tree(places).query_ball_point(centres, radii + 3 * self.gap, return_sorted=True)
-        return [np.array(near, dtype=np.int64) for near in found]
+        return ~self._marked(points)[0]
 
     def uncovered(self, lines: Features) -> Int:
         """Return the numbers of the lines that do not lie entirely on one of the patches."""
-        alike = np.where(lines.blended, BLENDED, SAME_WAY)
-        left = np.ones(len(lines.ends), dtype=bool)
-        for k, near_by in enumerate(self._around(lines.ends.mean(1))):
-            patch = self.patches[k]
-            around = near_by[left[near_by]]
-            around = around[lines.normals[around] @ patch.normal >= alike[around]]
-            arm = lines.ends[around] - patch.polygon[0]
-            near = np.flatnonzero(np.abs(arm @ patch.normal).max(1) <= 2 * self.gap)
-            if len(near):
-                ends = shapely.points(arm[near] @ patch.frame.T)
-                near = near[shapely.dwithin(self._shape(k), ends, self.gap).all(1)]
-            if len(near):
-                seen = shapely.linestrings(arm[near] @ patch.frame.T)
-                left[around[near[shapely.covers(self._widened(k), seen)]]] = False
-        return np.flatnonzero(left)
+        covered, open_ = self._marked(lines)
+        for line, k in open_.tolist():
+            if not covered[line]:
+                covered[line] = shapely.covers(self._widened(k), shapely.linestrings(self._seen(lines.ends[line], k)))
+        return np.flatnonzero(~covered)
+
+    def _marked(self, found: Features) -> tuple[Bool, Int]:
+        """Mark the features (n,) that lie on a patch; the pairs (m, 2) of other features and patches are undecided."""
+        if not self.patches or not len(found.ends):
+            return np.zeros(len(found.ends), dtype=bool), np.empty((0, 2), dtype=np.int64)
+        alike = np.where(found.blended, BLENDED, SAME_WAY)
+        marks, open_ = self._native.covered(found.ends, np.ascontiguousarray(found.normals), alike)
+        return marks.view(bool), open_
+
+    def _seen(self, ends: Float, k: int) -> Float:
+        """Return the ends (2, 2) of a line (2, 3) in the frame of a patch."""
+        patch = self.patches[k]
+        return np.asarray((ends - patch.polygon[0]) @ patch.frame.T)
 
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
         """Return the parts (2, 3) of a line, longer than ``negligible`` [m], that lie on none of the patches."""
-        left: shapely.Geometry = shapely.LineString([(0.0, 0.0), (1.0, 0.0)])
-        length = float(np.linalg.norm(ends[1] - ends[0]))
-        for k in self._near(ends, normal, blended):
-            patch = self.patches[k]
-            arm = ends - patch.polygon[0]
-            if np.abs(arm @ patch.normal).min() > 2 * self.gap:
-                continue
-            seen = shapely.LineString(arm @ patch.frame.T)
-            if not shapely.dwithin(self._shape(int(k)), seen, self.gap):
-                continue
-            cover = seen.intersection(self._widened(int(k)))
-            start, whole = np.array(seen.coords[0]), max(seen.length, 1e-300)
+        left = [(0.0, 1.0)]  # shares of the line
+        length, alike = float(np.linalg.norm(ends[1] - ends[0])), BLENDED if blended else SAME_WAY
+        for k in self._native.along(ends, normal, alike).tolist() if self.patches else ():
+            seen = self._seen(ends, k)
+            cover = shapely.intersection(shapely.linestrings(seen), self._widened(k))
+            (x, y), (u, v) = seen.tolist()
+            whole = max(math.hypot(u - x, v - y), 1e-300)
             for piece in getattr(cover, "geoms", [cover]):
-                if not piece.is_empty:
-                    t = np.linalg.norm(np.array(piece.coords) - start, axis=1) / whole
-                    left = shapely.difference(left, shapely.box(t.min() - 1e-9, -1, t.max() + 1e-9, 1))
-        result = []
-        for piece in getattr(left, "geoms", [left]):
-            if not piece.is_empty and piece.length * length > max(negligible, 2e-9 * length):
-                t = np.array(piece.coords)[[0, -1], :1]
-                result.append(ends[0] + t * (ends[1] - ends[0]))
-        return result
+                at = shapely.get_coordinates(piece).tolist()
+                if at:
+                    t = [math.hypot(u - x, v - y) / whole for u, v in at]
+                    low, high = min(t) - 1e-9, max(t) + 1e-9
+                    rest = [part for p, q in left for part in ((p, min(q, low)), (max(p, high), q))]
+                    left = [(p, q) for p, q in rest if p < q]
+        long = [part for part in left if (part[1] - part[0]) * length > max(negligible, 2e-9 * length)]
+        return [ends[0] + np.array(part)[:, None] * (ends[1] - ends[0]) for part in long]
 
 
 def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth: float) -> list[Patch]:

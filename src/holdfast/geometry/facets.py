@@ -36,11 +36,14 @@ class Facets(Value):
     def of(cls, vertices: Float, faces: Int, normals: Float, topology: Topology) -> Facets:
         """Return the facets of a surface: groups of LEAST or more coplanar triangles bounded by simple rings."""
         region = topology.regions(COPLANAR)
-        inner = topology.joins(COPLANAR)
         label = np.full(len(faces), -1, dtype=np.int64)
+        large = np.flatnonzero(np.bincount(region) >= LEAST)
+        if not len(large):
+            return cls(label, ())  # so it is with a scan
+        inner = topology.joins(COPLANAR)
         found: list[tuple[Int, ...]] = []
         extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-        for number in np.flatnonzero(np.bincount(region) >= LEAST):
+        for number in large:
             members = np.flatnonzero(region == number)
             normal = normals[members].mean(0)
             normal /= max(float(np.linalg.norm(normal)), 1e-300)

@@ -137,7 +137,7 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
                 return _nested(np.split(around, ends[:-1]), tolerance, smallest_hole)
     else:
         pieces = _fewer(_fewer(pieces, tolerance), tolerance)
-    whole = _polygons(pieces)
+    whole = polygons(pieces)
     solid = np.where(shapely.is_valid(whole), whole, shapely.convex_hull(whole))
     merged = None if len(pieces) > MANY else shapely.union_all(solid, grid_size=tolerance / 8)
     if merged is None or shapely.get_num_geometries(merged) > SCATTERED:
@@ -196,8 +196,10 @@ def widened(shape: shapely.Geometry, by: float) -> shapely.Geometry:
     return shape
 
 
-def _polygons(pieces: Sequence[Sequence[Float]]) -> NDArray[np.object_]:
+def polygons(pieces: Sequence[Sequence[Float]]) -> NDArray[np.object_]:
     """Return the polygons (n,) of pieces [outline, holes ...], made in two calls, as one call for each is slow."""
+    if not pieces:
+        return np.empty(0, dtype=object)
     rings = [ring for piece in pieces for ring in piece]
     owner = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
     closed: Any = shapely.linearrings(np.vstack(rings), indices=owner)  # shapely's stubs do not mention rings here

@@ -41,12 +41,8 @@ def roughness_of(vertices: Float, faces: Int, areas: Float, normals: Float, topo
     """
     if len(vertices) < LEAST_VERTICES:
         return NONE
-    chosen = np.unique(np.linspace(0, len(vertices) - 1, SAMPLES).astype(np.int64))
-    left = core.scatters(vertices, faces, areas, normals, topology.starts, topology.neighbours, chosen)
-    if len(left) < LEAST_SAMPLES:
+    around = topology.starts, topology.neighbours
+    height = core.median_scatter(vertices, faces, areas, normals, *around, SAMPLES, LEAST_SAMPLES)
+    if not height > EXACT * float(np.linalg.norm(np.ptp(vertices, axis=0))):
         return NONE
-    height = float(np.median(left))
-    if height <= EXACT * float(np.linalg.norm(np.ptp(vertices, axis=0))):
-        return NONE
-    ends = vertices[topology.edges]
-    return Roughness(height, height / float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))))
+    return Roughness(height, height / core.median_length(vertices, topology.edges))

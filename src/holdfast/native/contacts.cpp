@@ -3,6 +3,7 @@
 #include "bindings.hpp"
 #include "canonical.hpp"
 #include "clipping.hpp"
+#include "cover.hpp"
 #include "cuboids.hpp"
 #include "features.hpp"
 #include "grids.hpp"
@@ -56,6 +57,40 @@ void bind_contacts(nanobind::module_& m) {
             return outward_of(vertices, faces, normals);
         },
         "vertices"_a, "faces"_a, "normals"_a, nogil());
+    nanobind::class_<Cover>(m, "Cover")
+        .def(
+            "__init__",
+            [](Cover* self, InMat corners, InInts stops, InInts rings, InMat normals, InTen tangents, double gap) {
+                const Int count = rings.size();
+                expect(corners.size(1) == 3, "corners of three numbers");
+                expect(normals.size() == count && normals.size(1) == 3, "a normal for each patch");
+                expect(tangents.sizes() == std::array<Int, 3>{count, 2, 3}, "two tangents for each patch");
+                Int before = 0;
+                for (Int stop : stops) expect(std::exchange(before, stop) < stop, "rings with corners");
+                expect(before == corners.size(), "a ring for each corner");
+                before = 0;
+                for (Int end : rings) expect(std::exchange(before, end) < end, "patches with rings");
+                expect(before == stops.size(), "a patch for each ring");
+                new (self) Cover(corners, stops, rings, normals, tangents, gap);
+            },
+            "corners"_a, "stops"_a, "rings"_a, "normals"_a, "tangents"_a, "gap"_a)
+        .def(
+            "covered",
+            [](const Cover& self, InTen ends, InMat normals, In alike) {
+                expect(ends.size(1) == 2 && ends.size(2) == 3, "two ends of three numbers");
+                expect(normals.size() == ends.size() && normals.size(1) == 3, "a normal for each feature");
+                expect(alike.size() == ends.size(), "a cosine for each feature");
+                auto found = self.covered(ends, normals, alike);
+                return std::tuple{std::move(found.first), std::move(found.second)};
+            },
+            "ends"_a, "normals"_a, "alike"_a, nogil())
+        .def(
+            "along",
+            [](const Cover& self, InMat ends, In normal, double alike) {
+                expect(ends.size() == 2 && ends.size(1) == 3 && normal.size() == 3, "two ends, and a normal");
+                return self.along(ends, normal, alike);
+            },
+            "ends"_a, "normal"_a, "alike"_a, nogil());
     m.def(
         "near_boxes",
         [](InMat low_a, InMat high_a, InMat low_b, InMat high_b, Int axis, double gap) {

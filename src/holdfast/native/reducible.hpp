@@ -29,24 +29,24 @@ inline Int third_corner(InInts corners, InInts ends) {
 // any plane.
 inline bool may_lose_corners(InMat vertices, InIntMat faces, InIntMat ends, InIntMat beside, InIntMat of_face,
                              double tolerance) {
-    const auto apart = [&](Int p, Int q) {
+    const auto apart2 = [&](Int p, Int q) {
         double square = 0;
         for (int k = 0; k < 3; ++k) square += (vertices(q, k) - vertices(p, k)) * (vertices(q, k) - vertices(p, k));
-        return std::sqrt(square);
+        return square;
     };
     const double wide = 2 * tolerance;
     const Int count = faces.size();
     std::vector<std::array<double, 3>> vectors(static_cast<std::size_t>(count));  // across, twice the area long
-    std::vector<double> longest(vectors.size()), twice(vectors.size());
+    std::vector<double> twice(vectors.size());
     for (Int f = 0; f < count; ++f) {
         const auto a = vertices[faces(f, 0)], b = vertices[faces(f, 1)], c = vertices[faces(f, 2)];
         const double u[] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v[] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
         const std::array<double, 3> n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
         vectors[f] = n;
         twice[f] = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-        longest[f] = std::max(
-            {apart(faces(f, 0), faces(f, 1)), apart(faces(f, 1), faces(f, 2)), apart(faces(f, 2), faces(f, 0))});
-        if (!(twice[f] > wide * longest[f])) return true;  // this bounds the shortest edge, too
+        const double longest = std::sqrt(std::max(
+            {apart2(faces(f, 0), faces(f, 1)), apart2(faces(f, 1), faces(f, 2)), apart2(faces(f, 2), faces(f, 0))}));
+        if (!(twice[f] > wide * longest)) return true;  // this bounds the shortest edge, too
     }
     std::vector<Int> root(vectors.size());
     std::iota(root.begin(), root.end(), Int{0});
@@ -113,7 +113,8 @@ inline bool may_lose_corners(InMat vertices, InIntMat faces, InIntMat ends, InIn
         const double w[] = {q[0] - at[0], q[1] - at[1], q[2] - at[2]};
         const double across =
             std::hypot(u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]);
-        if (!(across > 2 * wide * std::max(apart(v, found[0]), apart(v, found[1])))) return true;
+        const double longer = std::sqrt(std::max(apart2(v, found[0]), apart2(v, found[1])));
+        if (!(across > 2 * wide * longer)) return true;
     }
     return false;
 }

@@ -17,6 +17,7 @@ constexpr Int LEAST_AROUND = 10, MOST_AROUND = 60;  // vertices in two rings, to
 constexpr double SMOOTHNESS =
     0.9659258262890683;  // cosine of 15 deg: the most to the mean normal of an even neighbourhood
 constexpr int TERMS = 6;
+constexpr double LITTLE = 0.01;  // share of a squared length whose rounding counts
 
 // The directions (3, 3, in rows) along which points are spread, the least first: those of their ``moments`` by Jacobi's
 // method
@@ -84,31 +85,61 @@ inline double scatter_about(InMat vertices, const std::vector<Int>& around) {
         const double row[] = {1, x, y, x * x, x * y, y * y, z};
         for (int t = 0; t <= TERMS; ++t) column[t][i] = row[t];
     }
+    const Int padded = (count + 3) / 4 * 4;  // beyond, all columns are 0
     const auto product = [&](int a, int b) {
-        double sum = 0;
-        for (Int i = 0; i < count; ++i) sum += column[a][i] * column[b][i];
-        return sum;
+        double sum[4] = {0, 0, 0, 0};  // as one sum, each addition would wait for the one before
+        for (Int i = 0; i < padded; i += 4) {
+            for (int k = 0; k < 4; ++k) sum[k] += column[a][i + k] * column[b][i + k];
+        }
+        return (sum[0] + sum[1]) + (sum[2] + sum[3]);
     };
-    // Gram and Schmidt, twice for each column; one that those before it explain is left out
+    // Gram and Schmidt, twice for a column of which little is left; one that those before it explain is left out
     for (int t = 0; t <= TERMS; ++t) {
         const double before = product(t, t);
-        for (int again = 0; again < 2; ++again) {
+        double left = before;
+        for (int again = 0; again < 2 && (again == 0 || left < LITTLE * before); ++again) {
             for (int s = 0; s < t; ++s) {
                 const double share = product(s, t);
-                for (Int i = 0; i < count; ++i) column[t][i] -= share * column[s][i];
+                for (Int i = 0; i < padded; ++i) column[t][i] -= share * column[s][i];
             }
+            left = product(t, t);
         }
         if (t == TERMS) break;
-        const double left = product(t, t);
         const double by = left > 1e-26 * before ? 1 / std::sqrt(left) : 0.0;
-        for (Int i = 0; i < count; ++i) column[t][i] *= by;
+        for (Int i = 0; i < padded; ++i) column[t][i] *= by;
     }
     return scale * std::sqrt(product(TERMS, TERMS) / static_cast<double>(count - TERMS));
 }
 
-// The scatter at those of the vertices ``chosen`` whose two rings of neighbours are even: without sharp edges
-inline std::vector<double> scatters(InMat vertices, InIntMat faces, In areas, InMat normals, InInts starts,
-                                    InInts neighbours, InInts chosen) {
+// The median of some numbers; not a number if one of them is not, or if there are none
+inline double median(std::vector<double>& numbers) {
+    if (numbers.empty() || std::ranges::any_of(numbers, [](double each) { return std::isnan(each); })) {
+        return std::numeric_limits<double>::quiet_NaN();
+    }
+    const auto middle = numbers.begin() + std::ssize(numbers) / 2;
+    std::nth_element(numbers.begin(), middle, numbers.end());
+    return numbers.size() % 2 == 1 ? *middle : (*middle + *std::max_element(numbers.begin(), middle)) / 2;
+}
+
+// The median length of edges with these ``ends`` (E, 2)
+inline double median_length(InMat vertices, InIntMat ends) {
+    std::vector<double> lengths;
+    lengths.reserve(static_cast<std::size_t>(ends.size()));
+    for (Int i = 0; i < ends.size(); ++i) {
+        double square = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double run = vertices(ends(i, 1), k) - vertices(ends(i, 0), k);
+            square += run * run;
+        }
+        lengths.push_back(std::sqrt(square));
+    }
+    return median(lengths);
+}
+
+// The median scatter at up to ``samples`` vertices, evenly among all, whose two rings of neighbours are even: without
+// sharp edges. Not a number if there are fewer than ``least_samples`` of them.
+inline double median_scatter(InMat vertices, InIntMat faces, In areas, InMat normals, InInts starts, InInts neighbours,
+                             Int samples, Int least_samples) {
     Array<double, 2> mean({vertices.size(), 3});
     const auto into = mean.view();
     for (Int f = 0; f < faces.size(); ++f) {
@@ -123,7 +154,11 @@ inline std::vector<double> scatters(InMat vertices, InIntMat faces, In areas, In
     }
     std::vector<double> found;
     std::vector<Int> around;
-    for (Int vertex : chosen) {
+    const Int last = vertices.size() - 1;
+    const double step = static_cast<double>(last) / static_cast<double>(samples - 1);
+    for (Int sample = 0, before = -1; sample < samples; ++sample) {
+        const Int vertex = sample + 1 < samples ? static_cast<Int>(static_cast<double>(sample) * step) : last;
+        if (std::exchange(before, vertex) == vertex) continue;
         const auto ring = neighbours.part(starts[vertex], starts[vertex + 1]);
         around.assign(ring.begin(), ring.end());
         for (Int one : ring) {
@@ -145,7 +180,7 @@ inline std::vector<double> scatters(InMat vertices, InIntMat faces, In areas, In
         }
         if (least >= SMOOTHNESS * length) found.push_back(scatter_about(vertices, around));
     }
-    return found;
+    return std::ssize(found) < least_samples ? std::numeric_limits<double>::quiet_NaN() : median(found);
 }
 
 }  // namespace holdfast

@@ -94,8 +94,17 @@ void bind_surfaces(nanobind::module_& m) {
         },
         "beside"_a, "bend"_a, "angle"_a, "count"_a, nogil());
     m.def(
-        "scatters",
-        [](InMat vertices, InIntMat faces, In areas, InMat normals, InInts starts, InInts neighbours, InInts chosen) {
+        "median_length",
+        [](InMat vertices, InIntMat ends) {
+            expect(vertices.size(1) == 3 && ends.size(1) == 2, "points of three numbers, and edges of two ends");
+            for (Int i = 0; i < ends.size(); ++i) expect_indices(ends[i], vertices.size(), "a known vertex");
+            return median_length(vertices, ends);
+        },
+        "vertices"_a, "ends"_a, nogil());
+    m.def(
+        "median_scatter",
+        [](InMat vertices, InIntMat faces, In areas, InMat normals, InInts starts, InInts neighbours, Int samples,
+           Int least_samples) {
             expect(vertices.size(1) == 3 && normals.size(1) == 3, "points and normals of three numbers");
             expect(normals.size() == faces.size() && areas.size() == faces.size(),
                    "a normal and an area for each face");
@@ -104,13 +113,11 @@ void bind_surfaces(nanobind::module_& m) {
             for (Int v = 0; v < vertices.size(); ++v) expect(starts[v] <= starts[v + 1], "starts that rise");
             expect(starts[vertices.size()] == neighbours.size(), "starts up to the last neighbour");
             expect_indices(neighbours, vertices.size(), "a known neighbour");
-            expect_indices(chosen, vertices.size(), "a known vertex");
-            Array<double> found;
-            found.numbers = scatters(vertices, faces, areas, normals, starts, neighbours, chosen);
-            found.sizes = {static_cast<Int>(found.numbers.size())};
-            return found;
+            expect(vertices.size() > 0 && samples > 1 && least_samples > 0, "vertices, and two samples or more");
+            return median_scatter(vertices, faces, areas, normals, starts, neighbours, samples, least_samples);
         },
-        "vertices"_a, "faces"_a, "areas"_a, "normals"_a, "starts"_a, "neighbours"_a, "chosen"_a, nogil());
+        "vertices"_a, "faces"_a, "areas"_a, "normals"_a, "starts"_a, "neighbours"_a, "samples"_a, "least_samples"_a,
+        nogil());
 }
 
 }  // namespace holdfast
