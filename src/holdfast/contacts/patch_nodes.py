@@ -316,7 +316,7 @@ def _rectangle_shares(unit: Float, owned: Float, aspect: float) -> Float:
     a, d = aspect, math.hypot(1.0, aspect)
     moments = np.array([a, a / 2, a * a / 2, a / 3, a * a / 4, a**3 / 3])
     arm = (2 * a * d + a**3 * math.asinh(1 / a) + math.asinh(a)) / 12
-    return frozen(_matched(unit * [1.0, a], owned + 0.5, moments, arm, d) / a)
+    return frozen(core.matched_weights(unit * [1.0, a], owned + 0.5, moments, arm, d) / a)
 
 
 def _owned(unit: Float, cells: Float, shares: Float | None = None) -> Float:
@@ -337,23 +337,7 @@ def _weights(sheet: _Sheet, unit: Float, owned: Float) -> Float:
     else:
         shares = owned + LEAST * patch.measure / len(owned)
         arm = float(spots.shares @ np.linalg.norm(_seen(patch, spots) - centre, axis=1))
-    return _matched(sheet.flat(unit), shares, patch.moments, arm, patch.size)
-
-
-def _matched(nodes: Float, shares: Float, moments: Float, arm: float, scale: float) -> Float:
-    """Return tributary areas, corrected as little as possible so that they integrate known moments of a patch exactly.
-
-    Before the correction they are proportional to ``shares`` (n,). ``moments`` (6,) are area, first and second moments,
-    which makes linear pressure exact. ``arm`` is the integral of the distance to the centroid, which makes uniform
-    friction against twisting exact. If the nodes (n, 2) [m] cannot match all of them, fewer are matched. ``scale`` [m]
-    is the size of the patch.
-    """
-    tributary: Float = shares / shares.sum() * moments[0]
-    cx, cy = centre = moments[1:3] / moments[0]
-    x, y = ((nodes - centre) / scale).T
-    rows = np.array([np.ones_like(x), x, y, x * x, x * y, y * y, np.hypot(x, y)])
-    second = (moments[3:] - moments[0] * np.array([cx * cx, cx * cy, cy * cy])) / scale**2
-    return corrected(tributary, rows, np.array([moments[0], 0, 0, *second, arm / scale]), (7, 6, 3))
+    return core.matched_weights(sheet.flat(unit), shares, patch.moments, arm, patch.size)
 
 
 def _seen(patch: Patch, spots: Spots) -> Float:

@@ -7,6 +7,7 @@
 #include "even_nodes.hpp"
 #include "features.hpp"
 #include "grids.hpp"
+#include "matched_weights.hpp"
 #include "meshes.hpp"
 #include "near_bodies.hpp"
 #include "search_mesh.hpp"
@@ -181,6 +182,21 @@ void bind_contacts(nanobind::module_& m) {
             return as_rows(farthest_of(candidates, chosen, count));
         },
         "candidates"_a, "chosen"_a, "count"_a, nogil());
+    m.def(
+        "corrected",
+        [](In given, InMat basis, In wanted, InInts matched) {
+            expect(basis.size() == wanted.size() && basis.size(1) == given.size(), "a row for each integral");
+            for (const Int count : matched) expect(count > 0 && count <= wanted.size(), "known integrals");
+            return corrected(given, basis, wanted, matched);
+        },
+        "given"_a, "basis"_a, "wanted"_a, "matched"_a, nogil());
+    m.def(
+        "matched_weights",
+        [](InMat nodes, In shares, In moments, double arm, double scale) {
+            expect(nodes.size(1) == 2 && nodes.size() == shares.size() && moments.size() == 6, "a share for each node");
+            return matched_weights(nodes, shares, moments, arm, scale);
+        },
+        "nodes"_a, "shares"_a, "moments"_a, "arm"_a, "scale"_a, nogil());
     m.def(
         "cuboid_contacts",
         [](InTen bodies, InIntMat pairs, InMat limits, double rounding, double wide) {
