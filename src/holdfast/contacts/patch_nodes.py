@@ -69,15 +69,15 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
     random = np.random.default_rng(seed) if sampling == "paper" else None
     result = []
     total = sum(patch.measure for patch in interface.patches)
-    for patch in interface.patches:
-        share = max(4, round(count * patch.measure / total))
+    shares = [max(4, round(count * patch.measure / total)) for patch in interface.patches]
+    grids = _grids(interface.patches, shares) if sampling == "quadrature" else [None] * len(shares)
+    for patch, share, grid in zip(interface.patches, shares, grids, strict=True):
         if patch.spots is not None and patch.spots.bent:
             result.append(bent_sample(patch.spots, MOST_BENT if sampling == "corners" else share))
             continue
         if patch.kind != "face":
             result.append(thin_sample(patch, share))
             continue
-        grid = _grids([patch], [share])[0] if sampling == "quadrature" else None
         if grid is not None:
             result.append(grid)
             continue
