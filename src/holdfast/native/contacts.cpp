@@ -17,7 +17,7 @@ namespace holdfast {
 namespace {
 
 constexpr Int MOST_NODES = 1'000'000'000;  // of a face, so that their number is an integer
-constexpr Int MOST_STEPS = 1'000'000;      // of a grid along either side
+constexpr Int MOST_STEPS = 999'999;        // of a grid along either side
 
 void expect_face(const Face& face) {
     expect(face.corners.size(1) == 2 && face.hull.size(1) == 2 && face.hull.size() > 0, "corners of two numbers");
