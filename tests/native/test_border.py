@@ -43,6 +43,7 @@ BED = Bed(
     np.array([[0.5, 1.0, 0.0], [0.5, -1, 0], [0.5, 0, 1], [0.5, 0, -1]]),
     np.array([0.8, 0.5]),
 )
+FACE = (SQUARE, np.array([0, 4]), np.vstack([np.eye(2), np.zeros(2), np.ones(2)]), SQUARE)
 REST = np.array([1.0, 0, 0, 0, 0, 0])
 
 
@@ -258,6 +259,18 @@ CALLS: dict[str, Callable[[], Arguments]] = {
         "normals": mesh().normals, "starts": mesh().starts, "neighbours": mesh().neighbours, "samples": 8,
         "least_samples": 4,
     },
+    "nodes_on": lambda: {"face": FACE, "across": 4, "along": 3, "most": 4, "margin": 1e-9},
+    "cells_on": lambda: {"face": FACE, "along": 4, "across": 3},
+    "nearest_of": lambda: {"points": SQUARE, "places": SQUARE},
+    "farthest_of": lambda: {"candidates": SQUARE, "chosen": SQUARE[:1], "count": 3},
+    "corrected": lambda: {
+        "given": np.ones(4), "basis": np.ones((1, 4)), "wanted": np.full(1, 4.0), "matched": np.array([1])
+    },
+    "matched_weights": lambda: {
+        "nodes": SQUARE, "shares": np.ones(4), "moments": np.array([1, 0.5, 0.5, 1 / 3, 0.25, 1 / 3]), "arm": 0.4,
+        "scale": 1.0,
+    },
+    "without_touching": lambda: bare(q=q(), rounding=1e-7),
 }  # fmt: skip
 
 # What is written to, by its name or the names that lead to it
@@ -282,13 +295,15 @@ FREE = {
     "add_moments": {"ring"}, "placed": {"faces"}, "near_faces": {"?.neighbours"},
     "clip_faces": {"?.neighbours", "pairs"},
     "touching_features": {"pairs"}, "facing_corners": {"pairs"}, "facing_near": {"pairs"}, "spread_points": {"rows"},
-    "edges_of": {"faces"}, "median_length": {"ends"},
+    "edges_of": {"faces"}, "median_length": {"ends"}, "nodes_on": {"face.3"}, "cells_on": {"face.3"},
+    "nearest_of": {"*"}, "farthest_of": {"*"}, "corrected": {"matched"},
 } | {name: {"bed.edges", "bed.hull"} for name in CALLS if "bed" in CALLS[name]()}  # fmt: skip
 LONGER = {
     "cut": {"first"}, "write_entries": {"rows", "columns", "values"}, "peel": {"first", "left"},
     "place_sheets": {"com"}, "corner_numbers": {"points"}, "tiled_hull": {"corners"}, "winding_numbers": {"vertices"},
     "nearest_of_pairs": {"triangles"}, "placed": {"points"}, "touching_features": {"?.neighbours"},
     "flush_faces": {"bodies"}, "fill_triangles": {"pixels"}, "topology_of": {"vertices"}, "median_length": {"vertices"},
+    "nodes_on": {"face.1"}, "cells_on": {"face.1"},
 }  # fmt: skip
 WIDER = {"eliminate": {"F"}, "finish": {"F"}, "apply_pivots": {"F", "X"}, "combined": {"near"}}
 # Whole numbers that are compared with each other alone, or that a call does not look at

@@ -86,9 +86,8 @@ def altered(value: T, **items: object) -> T:
 
     Cached properties are not taken over.
     """
-    other = object.__new__(type(value))
-    for name, item in {**dict(items_of(value)), **items}.items():
-        object.__setattr__(other, name, item)
+    other, own = object.__new__(type(value)), value.__dict__
+    other.__dict__.update({name: own[name] for name in _names_of(value)}, **items)
     return other
 
 

@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
+from itertools import accumulate
 from typing import Literal, get_args
 
 import numpy as np
 
-from holdfast.base.arrays import Float, frozen
+from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.spots import Spots, nearest_spot
@@ -25,8 +26,6 @@ CANDIDATES = 10  # number of random points from which the paper chooses the fart
 CELLS = 6  # cells for each grid step, to measure tributary areas; even, so that none is halfway between two nodes
 MANY, FEW_CELLS = 2000, 2  # for grids with at least MANY nodes, FEW_CELLS for each step are enough
 EXACT = 1e-12  # largest deviation of the corners of a rectangular patch, relative to its sides
-CURVED = np.radians(20)  # [rad] largest angle of an outline at a corner that belongs to a tessellated curve
-NEAR = 0.3  # [grid steps] grid nodes within this distance of a node on the outline are dropped
 LATTICE = 19  # candidate points along each side of a patch; odd, so that the middle is among them
 MOST_CACHED = 1000  # largest number of grids, and of shares of rectangles, in the caches
 MOST_BENT = 64  # largest number of spots of a bent patch that are used as its corners
@@ -70,15 +69,15 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
     random = np.random.default_rng(seed) if sampling == "paper" else None
     result = []
     total = sum(patch.measure for patch in interface.patches)
-    for patch in interface.patches:
-        share = max(4, round(count * patch.measure / total))
+    shares = [max(4, round(count * patch.measure / total)) for patch in interface.patches]
+    grids = _grids(interface.patches, shares) if sampling == "quadrature" else [None] * len(shares)
+    for patch, share, grid in zip(interface.patches, shares, grids, strict=True):
         if patch.spots is not None and patch.spots.bent:
             result.append(bent_sample(patch.spots, MOST_BENT if sampling == "corners" else share))
             continue
         if patch.kind != "face":
             result.append(thin_sample(patch, share))
             continue
-        grid = _grids([patch], [share])[0] if sampling == "quadrature" else None
         if grid is not None:
             result.append(grid)
             continue
@@ -198,29 +197,12 @@ class _Sheet:
         """Return points (n, 2) [m] in the frame of the patch."""
         return np.asarray((self.low + unit * self.size) @ self.axes)
 
-    def kept(self, unit: Float, margin: float = 0.0) -> Float:
-        """Return those of the points (n, 2) that lie on the patch, or within ``margin`` [m] of it."""
-        polygon = flat.shapely_polygon(self.patch.rings)
-        return unit[flat.inside(polygon.buffer(margin) if margin else polygon, self.flat(unit))]
-
-    def outline(self, steps: Float) -> Float:
-        """Return the corners of the hull, and points along its edges on the patch, at most one step apart.
-
-        ``steps`` (2,) are the numbers of steps along both sides of the rectangle. Edges of a tessellated curve get no
-        points between their corners, because a round rim has no edge on which a body could stand.
-        """
-        ahead = np.roll(self.corners, -1, axis=0)
-        along = (ahead - self.corners) * self.size
-        angle = np.arctan2(along[:, 1], along[:, 0])
-        # the angle at the corner where each edge begins
-        turn = np.abs((angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi)
-        straight = np.maximum(turn, np.roll(turn, -1)) > CURVED
-        pieces = np.ceil(np.linalg.norm((ahead - self.corners) * steps, axis=1) - 0.01).astype(int)
-        between = [
-            one + np.arange(1, count)[:, None] / count * (other - one)
-            for one, other, count in zip(self.corners, ahead, np.where(straight, pieces, 1), strict=True)
-        ]
-        return np.vstack([self.corners, self.kept(np.vstack(between), 1e-9 * self.patch.size)])
+    @cached_property
+    def face(self) -> tuple[Float, Int, Float, Float]:
+        """The same as native/even_nodes.hpp reads it."""
+        rings = self.patch.rings
+        first = np.array([0, *accumulate(map(len, rings))], dtype=np.int64)
+        return np.concatenate(rings), first, np.vstack([self.axes, self.low, self.size]), self.corners
 
     @property
     def whole(self) -> bool:
@@ -240,15 +222,7 @@ class _Sheet:
         """Points (n, 2) on the patch that represent equal areas, or its spots if it is a merged patch."""
         if self.patch.spots is not None:
             return np.asarray((_seen(self.patch, self.patch.spots) @ self.axes.T - self.low) / self.size)
-        return self.spread(LATTICE, LATTICE)
-
-    def spread(self, along: int, across: int) -> Float:
-        """Return the centres (n, 2) of a grid of ``along`` x ``across`` cells that lie on the patch.
-
-        The corners of the hull are added if there are fewer than eight.
-        """
-        kept = self.kept(_middles(along, across))
-        return kept if len(kept) >= 8 else np.vstack([kept, self.corners])
+        return core.cells_on(self.face, LATTICE, LATTICE)
 
 
 def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
@@ -268,7 +242,7 @@ def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
 def _hull_chosen(corners: Float, lattice: Float, count: int) -> Float:
     """Return ``count`` nodes (n, 2): corners first, then the farthest points of a lattice (m, 2)."""
     limit = len(corners) if len(corners) <= count // 2 else max(4, count // 2)
-    return _farthest(lattice, _farthest(corners, corners[:1], min(limit, count)), count)
+    return core.farthest_of(lattice, core.farthest_of(corners, corners[:1], min(limit, count)), count)
 
 
 @lru_cache(maxsize=MOST_CACHED)
@@ -299,15 +273,8 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     along = max(2, round(count / across))
     # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
     between = CELLS if count < MANY else FEW_CELLS
-    grid = _grid(across, along)
-    steps = np.array([across - 1, along - 1])
-    edge = sheet.outline(steps)
-    if len(edge) > count // 2:
-        edge = _farthest(edge, edge[:1], max(4, count // 2))
-    inner = sheet.kept(grid, 1e-9 * patch.size)
-    apart = np.asarray(search_tree(edge * steps).query(inner * steps, p=np.inf)[0]) > NEAR
-    nodes = np.vstack([edge, inner[apart]])
-    cells = sheet.spread(between * (across - 1), between * (along - 1))
+    nodes = core.nodes_on(sheet.face, across, along, count // 2, 1e-9 * patch.size)
+    cells = core.cells_on(sheet.face, between * (across - 1), between * (along - 1))
     return sheet.flat(nodes), _weights(sheet, nodes, _owned(nodes, cells))
 
 
@@ -349,33 +316,16 @@ def _rectangle_shares(unit: Float, owned: Float, aspect: float) -> Float:
     a, d = aspect, math.hypot(1.0, aspect)
     moments = np.array([a, a / 2, a * a / 2, a / 3, a * a / 4, a**3 / 3])
     arm = (2 * a * d + a**3 * math.asinh(1 / a) + math.asinh(a)) / 12
-    return frozen(_matched(unit * [1.0, a], owned + 0.5, moments, arm, d) / a)
+    return frozen(core.matched_weights(unit * [1.0, a], owned + 0.5, moments, arm, d) / a)
 
 
 def _owned(unit: Float, cells: Float, shares: Float | None = None) -> Float:
     """Return how many of the ``cells`` (m, 2) are nearest to each node (n,), or the sum of their ``shares`` (m,)."""
-    return np.bincount(np.asarray(search_tree(unit).query(cells)[1]), shares, len(unit)).astype(float)
-
-
-def _farthest(candidates: Float, chosen: Float, count: int) -> Float:
-    """Extend ``chosen`` to ``count`` points; each new point is the candidate farthest from those before it.
-
-    If the candidates are symmetric about the centre, points are added in opposite pairs. Otherwise the choice among
-    equally distant points, and with it the answer, would depend on the orientation of the patch.
-    """
-    opposite = np.asarray(search_tree(candidates).query(1 - candidates)[1])
-    paired = np.abs(candidates[opposite] - (1 - candidates)).max() < 1e-6
-    distance = np.min(((candidates[:, None] - chosen) ** 2).sum(-1), axis=1)
-    points = list(chosen)
-    while len(points) < count:
-        next_ = int(np.argmax(np.round(distance, 9)))
-        if distance[next_] <= 0:
-            break
-        for index in (next_, int(opposite[next_])) if paired else (next_,):
-            if len(points) < count and distance[index] > 0:
-                points.append(candidates[index])
-                distance = np.minimum(distance, ((candidates - candidates[index]) ** 2).sum(1))
-    return np.array(points)
+    nearest = core.nearest_of(unit, cells)
+    tied = nearest < 0
+    if tied.any():
+        nearest[tied] = search_tree(unit).query(cells[tied])[1]
+    return np.bincount(nearest, shares, len(unit)).astype(float)
 
 
 def _weights(sheet: _Sheet, unit: Float, owned: Float) -> Float:
@@ -387,23 +337,7 @@ def _weights(sheet: _Sheet, unit: Float, owned: Float) -> Float:
     else:
         shares = owned + LEAST * patch.measure / len(owned)
         arm = float(spots.shares @ np.linalg.norm(_seen(patch, spots) - centre, axis=1))
-    return _matched(sheet.flat(unit), shares, patch.moments, arm, patch.size)
-
-
-def _matched(nodes: Float, shares: Float, moments: Float, arm: float, scale: float) -> Float:
-    """Return tributary areas, corrected as little as possible so that they integrate known moments of a patch exactly.
-
-    Before the correction they are proportional to ``shares`` (n,). ``moments`` (6,) are area, first and second moments,
-    which makes linear pressure exact. ``arm`` is the integral of the distance to the centroid, which makes uniform
-    friction against twisting exact. If the nodes (n, 2) [m] cannot match all of them, fewer are matched. ``scale`` [m]
-    is the size of the patch.
-    """
-    tributary: Float = shares / shares.sum() * moments[0]
-    cx, cy = centre = moments[1:3] / moments[0]
-    x, y = ((nodes - centre) / scale).T
-    rows = np.array([np.ones_like(x), x, y, x * x, x * y, y * y, np.hypot(x, y)])
-    second = (moments[3:] - moments[0] * np.array([cx * cx, cx * cy, cy * cy])) / scale**2
-    return corrected(tributary, rows, np.array([moments[0], 0, 0, *second, arm / scale]), (7, 6, 3))
+    return core.matched_weights(sheet.flat(unit), shares, patch.moments, arm, patch.size)
 
 
 def _seen(patch: Patch, spots: Spots) -> Float:

@@ -5,8 +5,10 @@
 #include "clipping.hpp"
 #include "cover.hpp"
 #include "cuboids.hpp"
+#include "even_nodes.hpp"
 #include "features.hpp"
 #include "grids.hpp"
+#include "matched_weights.hpp"
 #include "meshes.hpp"
 #include "near_bodies.hpp"
 #include "search_mesh.hpp"
@@ -16,6 +18,21 @@ namespace holdfast {
 namespace {
 
 constexpr Int MOST_NODES = 1'000'000'000;  // of a face, so that their number is an integer
+constexpr Int MOST_STEPS = 999'999;        // of a grid along either side
+
+void expect_face(const Face& face) {
+    expect(face.corners.size(1) == 2 && face.hull.size(1) == 2 && face.hull.size() > 0, "corners of two numbers");
+    expect(face.rectangle.size() == 4 && face.rectangle.size(1) == 2, "a rectangle of four rows");
+    expect(face.first.size() > 0, "where the rings begin");
+    expect_begins(face.first, face.first.size() - 1, face.corners.size(), "where the rings begin");
+    for (Int k = 0; k < face.hull.size(); ++k) {
+        expect(std::abs(face.hull(k, 0)) <= 2 && std::abs(face.hull(k, 1)) <= 2, "a hull in the unit square");
+    }
+}
+
+void expect_steps(Int one, Int other) {
+    expect(one > 0 && one <= MOST_STEPS && other > 0 && other <= MOST_STEPS, "a number of steps");
+}
 
 }  // namespace
 
@@ -169,6 +186,52 @@ void bind_contacts(nanobind::module_& m) {
                               array_of(std::move(found.points), std::array<Int, 2>{nodes, 3})};
         },
         "corners"_a, "first"_a, "normal"_a, "count"_a, nogil());
+    m.def(
+        "nodes_on",
+        [](const Face& face, Int across, Int along, Int most, double margin) {
+            expect_face(face);
+            expect(across > 1 && along > 1, "a grid");
+            expect_steps(across, along);
+            return as_rows(nodes_on(face, across, along, most, margin));
+        },
+        "face"_a, "across"_a, "along"_a, "most"_a, "margin"_a, nogil());
+    m.def(
+        "cells_on",
+        [](const Face& face, Int along, Int across) {
+            expect_face(face);
+            expect_steps(along, across);
+            return as_rows(cells_on(face, along, across));
+        },
+        "face"_a, "along"_a, "across"_a, nogil());
+    m.def(
+        "nearest_of",
+        [](InMat points, InMat places) {
+            expect(points.size() > 0 && points.size(1) == 2 && places.size(1) == 2, "points of two numbers");
+            return nearest_of(points, places);
+        },
+        "points"_a, "places"_a, nogil());
+    m.def(
+        "farthest_of",
+        [](InMat candidates, InMat chosen, Int count) {
+            expect(candidates.size() > 0 && candidates.size(1) == 2 && chosen.size(1) == 2, "points of two numbers");
+            return as_rows(farthest_of(candidates, chosen, count));
+        },
+        "candidates"_a, "chosen"_a, "count"_a, nogil());
+    m.def(
+        "corrected",
+        [](In given, InMat basis, In wanted, InInts matched) {
+            expect(basis.size() == wanted.size() && basis.size(1) == given.size(), "a row for each integral");
+            for (const Int count : matched) expect(count > 0 && count <= wanted.size(), "known integrals");
+            return corrected(given, basis, wanted, matched);
+        },
+        "given"_a, "basis"_a, "wanted"_a, "matched"_a, nogil());
+    m.def(
+        "matched_weights",
+        [](InMat nodes, In shares, In moments, double arm, double scale) {
+            expect(nodes.size(1) == 2 && nodes.size() == shares.size() && moments.size() == 6, "a share for each node");
+            return matched_weights(nodes, shares, moments, arm, scale);
+        },
+        "nodes"_a, "shares"_a, "moments"_a, "arm"_a, "scale"_a, nogil());
     m.def(
         "cuboid_contacts",
         [](InTen bodies, InIntMat pairs, InMat limits, double rounding, double wide) {

@@ -148,6 +148,14 @@ void bind_law(nanobind::module_& m) {
         },
         "model"_a, "q"_a, "f"_a, nogil());
     m.def(
+        "without_touching",
+        [](const Elastic& model, In q, double rounding) {
+            expect_model(model);
+            expect_displacement(model, q);
+            return without_touching(model, q, rounding);
+        },
+        "model"_a, "q"_a, "rounding"_a, nogil());
+    m.def(
         "next_change",
         [](const Elastic& model, In q, In t) {
             expect_model(model);

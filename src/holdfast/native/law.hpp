@@ -15,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "model.hpp"
 #include "pressing.hpp"
@@ -111,6 +112,37 @@ inline void node_forces(const Elastic& m, In q, Mat f) {
             f(i, 2) = -share * u2;
         }
     }
+}
+
+// The clearances (I,) of nodes at displacements ``q`` (6J,), wider than they are pressed where two bodies just touch:
+// where the force of springs that pull, too, is nothing but ``rounding``, as a share of the largest on each of both
+inline Array<double> without_touching(const Elastic& m, In q, double rounding) {
+    std::array<double, 6> twist;
+    const Vec v(twist.data(), {6});
+    Array<double> apart({m.k.size()});
+    std::vector<double> pressed(apart.numbers.size()), largest(m.scale.size() / 6);
+    for (Int p = 0; p < m.a.size(); ++p) {
+        sheet_twist(m, p, q, v);
+        double most = 0.0;
+        for (Int i = m.first[p]; i < m.first[p + 1]; ++i) {
+            pressed[i] = m.x[i] * v[5] - m.y[i] * v[4] - v[0] - m.apart[i];
+            most = std::max(most, m.k[i] * pressed[i]);
+        }
+        for (const Int body : {m.a[p], m.b[p]}) {
+            if (body >= 0) largest[body] = std::max(largest[body], most);
+        }
+    }
+    for (Int p = 0; p < m.a.size(); ++p) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const Int body : {m.a[p], m.b[p]}) {
+            if (body >= 0) least = std::min(least, largest[body]);
+        }
+        for (Int i = m.first[p]; i < m.first[p + 1]; ++i) {
+            const double off = std::abs(pressed[i]);
+            apart.numbers[i] = m.apart[i] + (m.k[i] * off <= rounding * least ? 2 * off + 1 : 0.0);
+        }
+    }
+    return apart;
 }
 
 // How far a ``body`` would have moved if every contact stuck, as ``slid`` has it; 0 if it is fixed

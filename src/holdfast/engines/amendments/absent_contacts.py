@@ -56,7 +56,7 @@ class Absences:
         on_sides = frozenset(
             k for k in self.uncertain if all(abs(p.normal @ up) < SIDE for p in self.assembly.interfaces[k].patches)
         )
-        settled = on_sides if self._may_rest(on_sides) else frozenset()
+        settled = on_sides if on_sides and self._may_rest(on_sides) else frozenset()
         if self._many:
             return tuple(k for k in self.uncertain if k in settled)
         return tuple(k for k in self.uncertain if k in settled or self._may_rest(frozenset([k])))
@@ -115,7 +115,7 @@ class Absences:
     def _opened(self, order: Sequence[int], *, sure: bool) -> Absent:
         """Take away all, or else halves, and so on, so that a few needed ones among many cost few verdicts."""
         absent: Absent = frozenset()
-        parts = [list(order[1:]), list(order[:1])]  # the last is tried first
+        parts = [list(part) for part in (order[1:], order[:1]) if part]  # the last is tried first
         while parts:
             part = parts.pop()
             more = absent | frozenset(part)

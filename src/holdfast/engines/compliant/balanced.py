@@ -10,17 +10,25 @@ neighbour, because what it stands on yields by a hair, and the friction there se
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes, equilibrium_operator
-from holdfast.base.arrays import Bool, Float
+from holdfast.assembly.contact_nodes import (
+    ContactNodes,
+    dense_by_bodies,
+    equilibrium_blocks,
+    equilibrium_operator,
+)
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
+from holdfast.elastic.sparse import MOST_DENSE
 from holdfast.engines.forces import NO_FORCE, force_program, lighter_share
 from holdfast.engines.rest import corner_nodes
 from holdfast.geometry.hull import convex_hull
@@ -30,6 +38,9 @@ NOT_MOVED = 1e-6  # velocity, relative to that of the fastest body, up to which 
 OPENS = 1e-4  # how fast a node opens at least, in the same units, in a motion that opens it
 MUCH = 0.3  # what a contact carries, relative to that which carries most of a body, above which it counts beside that
 BORDER = 0.05  # how near, relative to the size of a contact, a force acts to its border that may really act on it
+MOST_NODES = 1000  # largest number of nodes of a dense matrix
+
+Matrix = Any  # an array, or a sparse.csr_matrix where that is large
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +126,7 @@ def neutral_at(assembly: Assembly, wrench: Float) -> Neutral | None:
         return None
     pressed |= nodes.pull > 0
     units = np.repeat(np.array([(1.0, 1 / body.size) for body in assembly.movable]), 3, axis=1).ravel()
-    gather = sparse.csr_matrix(equilibrium_operator(assembly, nodes).T @ sparse.diags(units))
+    gather = _motions_of(assembly, nodes, units)
     held = np.repeat(pressed, 3)
     held[1::3] &= nodes.mu > 0
     held[2::3] &= nodes.mu > 0
@@ -124,14 +135,15 @@ def neutral_at(assembly: Assembly, wrench: Float) -> Neutral | None:
     motions, rates = np.zeros((6 * count, 0)), np.zeros((0, 0))
     if columns.any():
         free = _null(resisted[:, columns])
-        rates = opening[np.flatnonzero(opening[:, columns].getnnz(axis=1))][:, columns] @ free
+        opening = opening[:, columns]
+        rates = opening[_used(opening)] @ free
         rates = rates[(np.abs(rates) > NOT_MOVED).any(axis=1)]
         open_ = _opened(rates)
         if open_ is None:
             return None
         motions = np.zeros((6 * count, free.shape[1]))
         motions[columns] = free
-        moved = motions @ _null(sparse.csr_matrix(rates[~open_]))
+        moved = motions @ _null(rates[~open_])
     else:
         moved = motions
     bodies = np.abs(moved).max(axis=1, initial=0.0).reshape(-1, 6).max(axis=1) > NOT_MOVED
@@ -149,22 +161,39 @@ def _pressed(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Bool | N
     return np.asarray(found.x[::3] > NO_FORCE * lighter_share(assembly, nodes))
 
 
-def _free(resisted: sparse.csr_matrix) -> Bool:
+def _motions_of(assembly: Assembly, nodes: ContactNodes, units: Float) -> Matrix:
+    """Return how nodes move (3I, 6J) as bodies do, in ``units`` (6J,): dense if it is small, as SciPy is slow then."""
+    if len(units) > MOST_DENSE or len(nodes) > MOST_NODES:
+        return sparse.csr_matrix(equilibrium_operator(assembly, nodes).T @ sparse.diags(units))
+    blocks = equilibrium_blocks(assembly, nodes)
+    return np.ascontiguousarray(dense_by_bodies(len(assembly.movable), nodes, blocks).T) * units
+
+
+def _used(A: Matrix) -> Int:
+    """Return the numbers of the rows of ``A`` with any entries."""
+    return np.flatnonzero(A.any(axis=1) if isinstance(A, np.ndarray) else A.getnnz(axis=1))
+
+
+def _free(resisted: Matrix) -> Bool:
     """Tell which bodies (J,) take part in motions that no row of ``resisted`` (m, 6J) resists, by inverse iteration."""
-    square = (resisted.T @ resisted).tocsc()
-    solved = splu(square + NEAR_SINGULAR * sparse.eye(square.shape[0], format="csc"))
+    square = resisted.T @ resisted
+    if isinstance(square, np.ndarray):
+        lu, order, _ = dgetrf(square + NEAR_SINGULAR * np.eye(len(square)))
+    else:
+        solved = splu(square.tocsc() + NEAR_SINGULAR * sparse.eye(square.shape[0], format="csc"))
     x = np.random.default_rng(0).normal(size=square.shape[0])  # the same each time, and along no axis
     for _ in range(3):
-        x = solved.solve(x)
+        x = dgetrs(lu, order, x)[0] if isinstance(square, np.ndarray) else solved.solve(x)
         x /= np.abs(x).max()
     if np.abs(resisted @ x).max(initial=0.0) > NOT_MOVED:
         return np.zeros(len(x) // 6, dtype=bool)
     return np.asarray(np.abs(x).reshape(-1, 6).max(axis=1) > NOT_MOVED)
 
 
-def _null(A: sparse.csr_matrix) -> Float:
+def _null(A: Matrix) -> Float:
     """Return a basis (n, d) of what ``A`` (m, n) makes shorter than NOT_MOVED times its length."""
-    dense = A[np.flatnonzero(A.getnnz(axis=1))].toarray()
+    used = A[_used(A)]
+    dense = used if isinstance(used, np.ndarray) else used.toarray()
     _, values, rows = np.linalg.svd(np.vstack([dense, np.zeros((1, A.shape[1]))]), full_matrices=True)
     return np.asarray(rows[int((values > NOT_MOVED).sum()) :].T)
 

@@ -137,7 +137,8 @@ def state_on(
         return Unpushable(certain.after(_LIMIT, before=verdict))
     verdict = verdict.after(_LIMIT, certain.reason)
     # without a hold some motions have no stiffness, and no path begins; what is said of others must not hang on it
-    for holding in (grid.holding(held), grid.with_hold):
+    for bodies in (held, np.ones_like(held)):
+        holding = grid.with_hold if bodies.all() else grid.holding(bodies)
         rests = holding.settled.outcome is RestOutcome.RESTS if rest is not None else at_rest(holding) is not None
         if rests:
             return _standing(verdict, holding, refinements, neutral)

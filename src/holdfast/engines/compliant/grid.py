@@ -12,6 +12,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
+from holdfast.elastic.model import Elastic
 from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import WEAKEST_SPRING, held
@@ -65,12 +66,16 @@ class Grid:
         return cls._on(places, wrench, springs, hold)
 
     @classmethod
-    def _on(cls, places: Places, wrench: Float, springs: Springs, hold: Bool | None) -> Grid:
-        model = springs.model(places, wrench)
+    def _on(
+        cls, places: Places, wrench: Float, springs: Springs, hold: Bool | None, model: Elastic | None = None
+    ) -> Grid:
+        """Return the same on given ``places``; ``model`` is that without a hold, if it is known."""
+        if model is None:
+            model = springs.model(places, wrench)
         grid = cls(places, wrench, springs, System.of(model if hold is None else held(model, hold)), hold)
         if hold is None or hold.all() or grid.settled.outcome is RestOutcome.RESTS:
             return grid
-        return cls._on(places, wrench, springs, np.ones_like(hold))
+        return cls._on(places, wrench, springs, np.ones_like(hold), model)
 
     @property
     def settled(self) -> Settled:
@@ -127,7 +132,8 @@ class Grid:
 
     def holding(self, bodies: Bool) -> Grid:
         """Return the grid on the same nodes with a regularisation spring of ``bodies`` (J,)."""
-        return Grid._on(self.places, self.wrench, self.springs, bodies)
+        model = self.system.model if self.hold is None else None
+        return Grid._on(self.places, self.wrench, self.springs, bodies, model)
 
     def loads_held(self, W: Float) -> Bool:
         """Tell which columns of W (6J, k) load a body that is held: the hold may take part in what they meet."""

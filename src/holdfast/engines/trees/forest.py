@@ -140,6 +140,8 @@ class Forest:
         All contacts on its way to the support are plane bridges with the share SPARE of their friction to spare, and of
         their size between the centre of pressure and the edge of the hull.
         """
+        if not len(self.cuts.root):
+            return np.zeros(len(self.assembly.movable), dtype=bool)
         roots, _, beds = self._table
         carried, shares, inside = self._carried
         spare = (shares >= 0) & (shares < 1 - SPARE) & (inside > SPARE * beds.size[:, 0] * carried[:, 0])
