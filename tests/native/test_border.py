@@ -45,6 +45,9 @@ BED = Bed(
 )
 FACE = (SQUARE, np.array([0, 4]), np.vstack([np.eye(2), np.zeros(2), np.ones(2)]), SQUARE)
 REST = np.array([1.0, 0, 0, 0, 0, 0])
+PIECES = np.vstack([SQUARE, SQUARE + 0.5])
+RINGS = (np.hstack([PIECES, np.zeros((8, 1))]), np.array([0, 4, 8]), np.arange(3))  # of two faces, one ring each
+UP = np.array([[0.0, 0, 1]] * 2)
 
 
 @cache
@@ -226,9 +229,9 @@ CALLS: dict[str, Callable[[], Arguments]] = {
         "a": mesh(), "b": mesh(), "pairs": PAIRS, "gap": 9.0, "depth": 9.0, "flat_cosine": -1.0, "curved_cosine": -1.0
     },
     "touching_features": lambda: {"a": mesh(), "b": mesh(), "pairs": PAIRS, "limits": LIMITS},
-    "flush_faces": lambda: {
-        "bodies": np.stack([np.vstack([np.zeros(3), np.eye(3), np.ones(3)])] * 2), "pairs": PAIRS, "along": PAIRS,
-        "same": np.full(2, 1e-9),
+    "cuboid_contacts": lambda: {
+        "bodies": np.stack([np.vstack([np.full(3, 2.0 * k), np.eye(3), np.ones(3)]) for k in range(2)]), "pairs": PAIRS,
+        "limits": np.tile([0.1, 1.0, 1e-6], (2, 1)), "rounding": 1e-9, "wide": 1e-6,
     },
     "facing_corners": lambda: {
         "triangles_a": TRIANGLES, "normals_a": ONES3[:2], "triangles_b": TRIANGLES, "normals_b": -ONES3[:2],
@@ -271,6 +274,45 @@ CALLS: dict[str, Callable[[], Arguments]] = {
         "scale": 1.0,
     },
     "without_touching": lambda: bare(q=q(), rounding=1e-7),
+    "area_vectors": lambda: {"vertices": POINTS, "faces": FACES},
+    "areas_of": lambda: {"vertices": POINTS, "faces": FACES},
+    "normals_of": lambda: {"vertices": POINTS, "faces": FACES},
+    "may_lose_corners": lambda: {
+        "vertices": mesh().vertices, "faces": mesh().faces, "ends": mesh().edges, "beside": mesh().sides,
+        "of_face": mesh().of_face, "tolerance": 1e-9,
+    },
+    "prepared": lambda: {
+        "vertices": mesh().vertices, "faces": mesh().faces, "normals": mesh().normals, "ends": mesh().edges,
+        "bend": mesh().bend,
+    },
+    "outward_of": lambda: {"vertices": mesh().vertices, "faces": mesh().faces, "normals": mesh().normals},
+    "near_bodies": lambda: {
+        "boxes": np.stack(boxes(), 1), "fixed": np.zeros(4, bool), "asked": np.ones(4, bool), "gap": 0.1
+    },
+    "canonical": lambda: {
+        "patches": (*RINGS, UP, np.array([False, True])), "origin": np.zeros(3), "axes": np.eye(3)
+    },
+    "grids_over": lambda: {"corners": RINGS[0], "first": RINGS[1], "normal": UP, "count": np.array([4, 9])},
+    "convex_hull": lambda: {"points": SQUARE, "tolerance": 1e-9},
+    "groups_apart": lambda: {"corners": SQUARE, "ends": np.array([2, 4]), "apart": 0.1},
+    "outlines_of": lambda: {"corners": PIECES, "ends": np.array([4, 8]), "near": 1e-9},
+    "measures_of": lambda: {"rings": PIECES.reshape(2, 4, 2)},
+    "cuts_of": lambda: {"count": 3, "ends": np.array([[-1, 0], [0, 1], [1, 2]])},
+    "beds_of": lambda: {"faces": (*RINGS, UP, np.ones(2), np.array([1.0, -1.0]), np.arange(3))},
+    "carried_by": lambda: {
+        "beds": (
+            np.array([0, 4]), np.array([0, 4]), BED.edges, BED.hull, BED.size[None], EYES[:1], np.zeros((1, 3)),
+            np.array([0, 2]), np.arange(2),
+        ),
+        "com": POINTS[:2], "wrenches": LOADS[:2],
+    },
+    "node_wrenches": lambda: {
+        "points": POINTS, "axes": EYES, "a": np.array([-1, 0, 1, 1]), "b": np.array([0, 1, -1, 0]), "com": POINTS[:2],
+        "forces": ONES3,
+    },
+    "order_fronts": lambda: {
+        "count": 3, "a": np.array([-1, 0, 1]), "b": np.array([0, 1, 2]), "ranks": np.array([[0, 1, 2], [2, 0, 1]])
+    },
 }  # fmt: skip
 
 # What is written to, by its name or the names that lead to it
@@ -297,19 +339,24 @@ FREE = {
     "touching_features": {"pairs"}, "facing_corners": {"pairs"}, "facing_near": {"pairs"}, "spread_points": {"rows"},
     "edges_of": {"faces"}, "median_length": {"ends"}, "nodes_on": {"face.3"}, "cells_on": {"face.3"},
     "nearest_of": {"*"}, "farthest_of": {"*"}, "corrected": {"matched"},
+    "area_vectors": {"faces"}, "areas_of": {"faces"}, "normals_of": {"faces"}, "convex_hull": {"points"},
+    "groups_apart": {"ends"}, "outlines_of": {"ends"}, "measures_of": {"rings"}, "cuts_of": {"ends"},
+    "order_fronts": {"ranks"},
 } | {name: {"bed.edges", "bed.hull"} for name in CALLS if "bed" in CALLS[name]()}  # fmt: skip
 LONGER = {
     "cut": {"first"}, "write_entries": {"rows", "columns", "values"}, "peel": {"first", "left"},
     "place_sheets": {"com"}, "corner_numbers": {"points"}, "tiled_hull": {"corners"}, "winding_numbers": {"vertices"},
     "nearest_of_pairs": {"triangles"}, "placed": {"points"}, "touching_features": {"?.neighbours"},
-    "flush_faces": {"bodies"}, "fill_triangles": {"pixels"}, "topology_of": {"vertices"}, "median_length": {"vertices"},
-    "nodes_on": {"face.1"}, "cells_on": {"face.1"},
+    "cuboid_contacts": {"bodies"}, "fill_triangles": {"pixels"}, "topology_of": {"vertices"}, "median_length": {"vertices"},
+    "nodes_on": {"face.1"}, "cells_on": {"face.1"}, "area_vectors": {"vertices"}, "areas_of": {"vertices"},
+    "normals_of": {"vertices"}, "may_lose_corners": {"vertices"}, "prepared": {"vertices"}, "outward_of": {"vertices"},
+    "groups_apart": {"corners"}, "outlines_of": {"corners"}, "node_wrenches": {"com"},
 }  # fmt: skip
 WIDER = {"eliminate": {"F"}, "finish": {"F"}, "apply_pivots": {"F", "X"}, "combined": {"near"}}
 # Whole numbers that are compared with each other alone, or that a call does not look at
 UNREAD = {
     "nearest": {"runs.*"}, "passes_on": {"fronts.*"}, "sheets_begin": {"interface"}, "near_faces": {"*"},
-    "clip_faces": {"[ab].*"}, "touching_features": {"?.facet"}, "draw_lines": {"body"},
+    "clip_faces": {"[ab].*"}, "touching_features": {"?.facet"}, "draw_lines": {"body"}, "order_fronts": {"ranks"},
 }  # fmt: skip
 
 
