@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from fnmatch import fnmatchcase
 from functools import cache
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,15 @@ def boxes(low: np.ndarray = POINTS) -> tuple[np.ndarray, np.ndarray]:
 
 def swept() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return TRIANGLES, TRIANGLES.min(1), TRIANGLES.max(1)
+
+
+def covering() -> Arguments:
+    """Two patches, the second one with a hole."""
+    hole = 0.25 + SQUARE[::-1] / 2
+    flat = np.vstack([SQUARE, SQUARE + 0.5, hole + 0.5])
+    frames = np.tile([[1.0, 0, 0], [0, 1, 0]], (2, 1, 1))
+    return {"corners": np.hstack([flat, np.zeros((12, 1))]), "stops": np.array([4, 8, 12]), "rings": np.array([1, 3]),
+            "normals": UP, "tangents": frames, "gap": 0.1}  # fmt: skip
 
 
 def paths() -> Arguments:
@@ -274,6 +284,14 @@ CALLS: dict[str, Callable[[], Arguments]] = {
         "scale": 1.0,
     },
     "without_touching": lambda: bare(q=q(), rounding=1e-7),
+    "Cover": covering,
+    "Cover.covered": lambda: {
+        "self": core.Cover(**covering()), "ends": np.stack([POINTS[:2], POINTS[[0, 2]]], 1), "normals": UP,
+        "alike": np.full(2, 0.9),
+    },
+    "Cover.along": lambda: {
+        "self": core.Cover(**covering()), "ends": POINTS[:2], "normal": UP[0], "alike": 0.9
+    },
     "area_vectors": lambda: {"vertices": POINTS, "faces": FACES},
     "areas_of": lambda: {"vertices": POINTS, "faces": FACES},
     "normals_of": lambda: {"vertices": POINTS, "faces": FACES},
@@ -347,10 +365,10 @@ LONGER = {
     "cut": {"first"}, "write_entries": {"rows", "columns", "values"}, "peel": {"first", "left"},
     "place_sheets": {"com"}, "corner_numbers": {"points"}, "tiled_hull": {"corners"}, "winding_numbers": {"vertices"},
     "nearest_of_pairs": {"triangles"}, "placed": {"points"}, "touching_features": {"?.neighbours"},
-    "cuboid_contacts": {"bodies"}, "fill_triangles": {"pixels"}, "topology_of": {"vertices"}, "median_length": {"vertices"},
-    "nodes_on": {"face.1"}, "cells_on": {"face.1"}, "area_vectors": {"vertices"}, "areas_of": {"vertices"},
-    "normals_of": {"vertices"}, "may_lose_corners": {"vertices"}, "prepared": {"vertices"}, "outward_of": {"vertices"},
-    "groups_apart": {"corners"}, "outlines_of": {"corners"}, "node_wrenches": {"com"},
+    "cuboid_contacts": {"bodies"}, "fill_triangles": {"pixels"}, "topology_of": {"vertices"},
+    "median_length": {"vertices"}, "nodes_on": {"face.1"}, "cells_on": {"face.1"}, "area_vectors": {"vertices"},
+    "areas_of": {"vertices"}, "normals_of": {"vertices"}, "may_lose_corners": {"vertices"}, "prepared": {"vertices"},
+    "outward_of": {"vertices"}, "groups_apart": {"corners"}, "outlines_of": {"corners"}, "node_wrenches": {"com"},
 }  # fmt: skip
 WIDER = {"eliminate": {"F"}, "finish": {"F"}, "apply_pivots": {"F", "X"}, "combined": {"near"}}
 # Whole numbers that are compared with each other alone, or that a call does not look at
@@ -390,7 +408,7 @@ def put(value: Any, path: list[str], new: Any) -> Any:
 
 
 def call(name: str, arguments: Arguments) -> object:
-    return getattr(core, name)(**arguments)
+    return attrgetter(name)(core)(**arguments)
 
 
 def changed(name: str, leaf: str, new: Any) -> object:
@@ -430,11 +448,15 @@ def test_all_that_takes_arrays_is_asked() -> None:
     stub = Path(core.__file__).with_name("core.pyi")
     if not stub.exists():
         pytest.skip("the stub of the core is not made")
-    taking = {
-        line[4:].partition("(")[0]
-        for line in stub.read_text().splitlines()
-        if line.startswith("def ") and "NDArray" in line
-    }
+    taking, owner = set(), ""
+    for line in stub.read_text().splitlines():
+        name = line.strip().removeprefix("def ").partition("(")[0]
+        if line.startswith("class "):
+            owner = line.removeprefix("class ").rstrip(":")
+        elif line.startswith("def ") and "NDArray" in line:
+            taking.add(name)
+        elif line.startswith("    def ") and "NDArray" in line.partition(" -> ")[0]:
+            taking.add(owner if name == "__init__" else f"{owner}.{name}")
     assert not taking - CALLS.keys()
 
 
