@@ -37,7 +37,7 @@ def test_pushes_on_a_pallet_are_as_hard_with_an_orange_on_it() -> None:
     ends = np.isfinite(found.force)
     assert 10 < ends.sum() < 40
     assert beside.force[ends] == pytest.approx(found.force[ends], rel=0.01)
-    known = ends & (beside.lower > 1e-6) & (found.lower > 1e-6)  # one path in 100 is lost on finer nodes: [N] no promise
+    known = ends & (beside.lower > 1e-6) & (found.lower > 1e-6)  # [N] one path in 100 is lost
     assert (ends & ~known).sum() <= 2
     assert beside.lower[known] == pytest.approx(found.lower[known], rel=0.05)
 
