@@ -84,6 +84,12 @@ def test_arrays_that_do_not_fit_are_refused() -> None:
         core.may_lose_corners(
             surface.vertices, surface.faces, known.edges, known.sides, known.of_face + len(known.edges), 1e-9
         )
+    elsewhere = np.roll(known.edges, 1, axis=0)
+    with pytest.raises(ValueError, match="edges between corners"):
+        core.may_lose_corners(surface.vertices, surface.faces, elsewhere, known.sides, known.of_face, 1e-9)
+    one_more, beside = np.vstack([known.edges, known.edges[:1]]), np.vstack([known.sides, known.sides[:1]])
+    with pytest.raises(ValueError, match="faces of their edges"):
+        core.may_lose_corners(surface.vertices, surface.faces, one_more, beside, known.of_face, 1e-9)
     with pytest.raises(ValueError, match="a normal for each face"):
         core.prepared(surface.vertices, surface.faces, surface.normals[:-1], known.edges, known.bend)
     with pytest.raises(ValueError, match="known vertex"):

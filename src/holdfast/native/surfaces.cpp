@@ -1,5 +1,7 @@
 // What Python calls of triangle surfaces; sizes and indices are checked here.
 
+#include <algorithm>
+
 #include "area.hpp"
 #include "bindings.hpp"
 #include "reducible.hpp"
@@ -53,6 +55,13 @@ void bind_surfaces(nanobind::module_& m) {
             for (Int f = 0; f < faces.size(); ++f) {
                 expect_indices(of_face[f], ends.size(), "a known edge");
                 for (Int e : of_face[f]) expect(beside(e, 0) == f || beside(e, 1) == f, "edges beside their faces");
+                for (Int k = 0; k < 3; ++k) {
+                    const Int e = of_face(f, k), from = faces(f, k), to = faces(f, (k + 1) % 3);
+                    expect(std::minmax(ends(e, 0), ends(e, 1)) == std::minmax(from, to), "edges between corners");
+                }
+            }
+            for (Int e = 0; e < beside.size(); ++e) {  // so that who goes around a corner stays there
+                for (Int f : beside[e]) expect(f < 0 || std::ranges::count(of_face[f], e) > 0, "faces of their edges");
             }
             return may_lose_corners(vertices, faces, ends, beside, of_face, tolerance);
         },
