@@ -254,7 +254,8 @@ struct Cover {
         return {std::move(marks), std::move(open)};
     }
 
-    // The numbers of the patches that may cover a part of the line between ``ends`` (2, 3) with a ``normal`` (3,), as in
+    // The numbers of the patches that may cover a part of the line between ``ends`` (2, 3) with a ``normal`` (3,), as
+    // in
     // ``covered``
     Array<Int> along(InMat ends, In normal, double alike) const {
         Array<Int> found({0});
