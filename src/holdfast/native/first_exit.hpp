@@ -204,7 +204,7 @@ inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double u
     while (low < end * (1 - ROUNDING)) {
         const double at = std::min(last - (last - low) * std::exp(-step), end);
         share = share_at(bed, rest, load, at, s, near, true);
-        if (share < 0.0) {
+        if (!(share >= 0.0)) {
             if (edge >= 0 && low >= sooner_than(tips, LONG)) break;
             if (step <= FINEST) return UNKNOWN;
             step /= 2;
