@@ -164,6 +164,9 @@ inline Around slides_evenly(const Bed& bed, const Six& rest, const Six& load, do
 // the number of the edge of the hull, that of another one that it reaches at once, or -1, and how fast it does so, over
 // the first. From θ = ``until`` on, something else gives way: NEVER says that this contact does not before.
 inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double until, Scratch& s, double* out) {
+    for (int i = 0; i < 6; ++i) {
+        if (!std::isfinite(rest[i]) || !std::isfinite(load[i])) return UNKNOWN;
+    }
     double tips = until, rate = 0.0, slower = 0.0;
     Int edge = -1, other = -1;
     for (Int k = 0; k < bed.hull.size(); ++k) {
