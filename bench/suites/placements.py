@@ -46,7 +46,7 @@ def cases_of(scenes: Mapping[str, Callable[[], PlacementScene]]) -> Mapping[str,
 
 def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int) -> list[Row]:
     """Placements of seeds 0 to ``count`` - 1 in one scene by one engine."""
-    prepared_planner(make(), engine)  # warm-up: compilation and reading do not count as the planner's time
+    prepared_planner(make(), engine)  # warm-up: reading does not count as the planner's time
     start = time.perf_counter()
     asked = prepared_planner(make(), engine)
     before = time.perf_counter() - start

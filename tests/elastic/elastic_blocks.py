@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from path_events import Event
 
-from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.outcome import Event
+from holdfast.elastic.ordering import fronts_of
 from holdfast.elastic.step_control import QUICK
 from holdfast.elastic.system import System
 from holdfast.native import core

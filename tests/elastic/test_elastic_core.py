@@ -19,9 +19,10 @@ import numpy as np
 import pytest
 from elastic_blocks import block, push
 from numpy.typing import NDArray
+from path_events import Event
 
 import holdfast as hf
-from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome
+from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.step_control import BRIEF, QUICK
 from holdfast.elastic.system import System

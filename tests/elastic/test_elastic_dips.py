@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from elastic_blocks import Walk, at, push
+from path_events import Event
 
 import holdfast as hf
-from holdfast.elastic.outcome import Event
 from holdfast.elastic.step_control import CLOSE
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid

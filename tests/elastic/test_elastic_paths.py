@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from elastic_blocks import HALF, HEIGHT, Array, Walk, at, block, push
+from path_events import Event
 
 import holdfast as hf
 from holdfast.base.progress import listening
-from holdfast.elastic.outcome import Event, PathOutcome, RestOutcome
+from holdfast.elastic.outcome import PathOutcome, RestOutcome
 from holdfast.elastic.step_control import QUICK
 from holdfast.elastic.system import System
 from holdfast.engines.compliant.elastic_model import Springs

@@ -9,9 +9,8 @@ import pytest
 from elastic_blocks import twist_matrices
 from numpy.typing import NDArray
 
-from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.ordering import Fronts
+from holdfast.elastic.ordering import Fronts, fronts_of
 from holdfast.native import core
 
 Array = NDArray[np.float64]

@@ -1,1 +1,1 @@
-"""What every floor stands on: errors, arrays, rigid motions, files, progress, the one compiler switch."""
+"""What every floor stands on: errors, arrays, rigid motions, files, progress."""

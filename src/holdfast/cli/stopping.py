@@ -49,7 +49,7 @@ def stoppable(*, process: bool = False) -> Iterator[None]:
     complain = sys.unraisablehook
 
     def unraisable(lost: sys.UnraisableHookArgs) -> None:
-        """Ignore an interrupt that cannot be raised, for example in a callback of the compiler; _watch handles it."""
+        """Ignore an interrupt that cannot be raised, for example in a callback of a library; _watch handles it."""
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             complain(lost)
 

@@ -62,10 +62,9 @@ class _Prism(NamedTuple):
             surface, normal = self.body.reduced_world, self.normals[face]
             rings = [surface.vertices[ring] for (ring,) in self.body.shape.surface.reduced.facets.rings]
             return max(rings, key=lambda ring: float(ring[0] @ normal))
-        across, up = cuboid.axes[(face + 1) % 3], cuboid.axes[(face + 2) % 3]
-        if float(np.cross(across, up) @ self.normals[face]) < 0:
-            across, up = up, across
-        one, other = (cuboid.half @ np.abs(cuboid.axes @ way) * way for way in (across, up))
+        one, other = (cuboid.half[k % 3] * cuboid.axes[k % 3] for k in (face + 1, face + 2))
+        if float(np.cross(one, other) @ self.normals[face]) < 0:
+            one, other = other, one
         middle = cuboid.centre + cuboid.half[face % 3] * self.normals[face]
         return np.array([middle - one - other, middle + one - other, middle + one + other, middle - one + other])
 

@@ -17,7 +17,7 @@ from holdfast.base.memory import Memory
 from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
-from holdfast.base.values import Value
+from holdfast.base.values import Value, altered
 from holdfast.contacts.spots import Spots
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
@@ -273,6 +273,11 @@ class Interface(Value):
     def area(self) -> float:
         """The total area of the patches [m²]; 0 if only lines or points touch."""
         return sum(patch.area for patch in self.patches)
+
+    def flipped(self) -> Interface:
+        """Return the same contact with its bodies in the other order, and all normals reversed."""
+        a, b = self.bodies
+        return altered(self, bodies=(b, a), patches=tuple(patch.flipped() for patch in self.patches))
 
 
 def given_patch(polygon: Any, normal: Any, where: str) -> Patch:  # noqa: ANN401 - checked here

@@ -15,6 +15,8 @@ from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.elastic.model import Elastic
 from holdfast.native import core
 
+Matrix = Any  # an array, or one of scipy.sparse where that is large
+
 # Largest resistance that counts as none, where that of bonded contacts is of order one; a regularisation spring has it
 NO_RESISTANCE = 1e-9
 WEAKEST_SPRING = 1e-11  # the same where bodies move far, so that the springs carry next to nothing there, too
@@ -56,16 +58,24 @@ def _start(n: int) -> Float:
     return frozen(np.random.default_rng(0).normal(size=n))
 
 
-def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Any, Callable[[Float], Float]]:
+def _factored(rows: Int, columns: Int, values: Float, n: int) -> tuple[Matrix, Callable[[Float], Float]]:
     """Return the matrix (n, n) of these entries, summed where they meet, and what solves it; dense if it is small."""
     if n <= MOST_DENSE:
         A = np.bincount(n * rows + columns, values, n * n).reshape(n, n)
-        lu, order, _ = dgetrf(A + NEAR_SINGULAR * np.eye(n))
-        return A, lambda x: dgetrs(lu, order, x)[0]
+        return A, solver(A, NEAR_SINGULAR)
     B = sparse.csc_matrix((values, (rows, columns)), shape=(n, n))
-    C = B + NEAR_SINGULAR * sparse.eye(n, format="csc")  # whatever slips, rows and columns have the same places
+    # whatever slips, rows and columns have the same places
     order = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": LEAST_PIVOT, "options": {"SymmetricMode": True}}
-    return B, splu(C, **order).solve
+    return B, solver(B, NEAR_SINGULAR, **order)
+
+
+def solver(A: Matrix, shift: float, **order: Any) -> Callable[[Float], Float]:  # noqa: ANN401 - what splu takes
+    """Return what solves for a matrix (n, n), dense or sparse, with ``shift`` added to its diagonal."""
+    n = A.shape[0]
+    if isinstance(A, np.ndarray):
+        lu, pivots, _ = dgetrf(A + shift * np.eye(n))
+        return lambda x: dgetrs(lu, pivots, x)[0]
+    return splu(A.tocsc() + shift * sparse.eye(n, format="csc"), **order).solve
 
 
 def held(m: Elastic, bodies: Bool | None = None, stiffness: float = NO_RESISTANCE) -> Elastic:

@@ -11,9 +11,8 @@ import numpy as np
 from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.parallel import free_threads, in_parallel
 from holdfast.base.progress import report
-from holdfast.elastic.fronts import fronts_of
 from holdfast.elastic.model import Elastic
-from holdfast.elastic.ordering import Fronts
+from holdfast.elastic.ordering import Fronts, fronts_of
 from holdfast.elastic.outcome import RestOutcome
 from holdfast.elastic.path import PathResult
 from holdfast.elastic.sparse import MOST_DENSE

@@ -1,7 +1,7 @@
 """Convex hulls of points, in a plane and in space.
 
 There are three algorithms, because each does something that the others cannot: corners within a stated tolerance
-(``convex_hull``), corner numbers inside compiled code (``corner_numbers``), and facets in space (Qhull).
+(``convex_hull``), corner numbers of scaled points (``corner_numbers``), and facets in space (Qhull).
 """
 
 from __future__ import annotations

@@ -37,10 +37,9 @@ def roughness_of(vertices: Float, faces: Int, areas: Float, normals: Float, topo
 
     A quadric is fitted to the two rings of neighbours of a vertex, and the residual is the scatter. It is exactly 0 on
     a plane, and on a smooth surface it vanishes with the third power of the edge length. The median over many vertices
-    is taken, leaving out vertices near sharp edges and small features.
+    is taken, leaving out vertices near sharp edges and small features. Surfaces with fewer vertices than LEAST_VERTICES
+    are drawings, and not asked about.
     """
-    if len(vertices) < LEAST_VERTICES:
-        return NONE
     around = topology.starts, topology.neighbours
     height = core.median_scatter(vertices, faces, areas, normals, *around, SAMPLES, LEAST_SAMPLES)
     if not height > EXACT * float(np.linalg.norm(np.ptp(vertices, axis=0))):

@@ -57,12 +57,7 @@ inline std::tuple<Array<double, 3>, Array<Int>, Array<Int>> cut_by_grid(InTen tr
                 keep_half_plane(now, 0.0, 1.0, static_cast<double>(-j) * step[1]);
                 keep_half_plane(now, 0.0, -1.0, static_cast<double>(j + 1) * step[1]);
                 if (now.count < 3) continue;
-                const Int size = std::min(now.count, CELL_CORNERS);
-                for (Int k = 0; k < CELL_CORNERS; ++k) {
-                    pieces.numbers.push_back(k < size ? now.at[k][0] : 0.0);
-                    pieces.numbers.push_back(k < size ? now.at[k][1] : 0.0);
-                }
-                sizes.numbers.push_back(size);
+                sizes.numbers.push_back(append_corners(now, CELL_CORNERS, pieces.numbers));
                 cells.numbers.push_back(i * columns + j);
             }
         }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "clipping.hpp"
+#include "frame.hpp"
 #include "polygon.hpp"
 #include "span.hpp"
 #include "vec3.hpp"
@@ -150,22 +151,6 @@ inline Lie lie_of(InMat a, InMat b, double gap, double size, double negligible, 
     return {Lying::OTHER, 0, 0};
 }
 
-// Two unit tangents (2, 3) with t1 x t2 = normal, with the digits of ``tangents`` of base/rigid.py
-inline void put_tangents(In normal, Mat axes) {
-    const double x = normal[0], y = normal[1], z = normal[2];
-    const double sx = std::abs(x) < 0.9 ? 1.0 : 0.0, sy = 1.0 - sx;
-    const double along = sx * x + sy * y + 0.0 * z;
-    double ax = sx - along * x, ay = sy - along * y, az = 0.0 - along * z;
-    const double length = std::sqrt(ax * ax + ay * ay + az * az);
-    ax /= length;
-    ay /= length;
-    az /= length;
-    const double t[2][3] = {{ax, ay, az}, {y * az - z * ay, z * ax - x * az, x * ay - y * ax}};
-    for (int i = 0; i < 2; ++i) {
-        for (int j = 0; j < 3; ++j) axes(i, j) = t[i][j];
-    }
-}
-
 // What pairs of cuboids share: for each pair how many corners (m,) its patch has, -1 if they are apart and 0 if neither
 // is certain; these corners (m, RECTANGLE_CORNERS, 3); the normal, the least and the largest separation (m, 5); and two
 // tangents (m, 2, 3)
@@ -189,7 +174,8 @@ inline CuboidContacts cuboid_contacts(InTen bodies, InIntMat pairs, InMat limits
         if (lie.how != Lying::FLUSH) continue;
         const Vec plane = planes.view()[pair];
         counts.numbers[pair] = share_faces(a, b, lie.k, lie.m, SAME * negligible, corners.view()[pair], plane);
-        put_tangents(plane.part(0, 3), tangents.view()[pair]);
+        const auto frame = frame_on({plane[0], plane[1], plane[2]});
+        for (Int i = 0; i < 2; ++i) std::copy_n(frame[i].data(), 3, tangents.view()[pair][i].data());
     }
     return {std::move(counts), std::move(corners), std::move(planes), std::move(tangents)};
 }

@@ -21,6 +21,13 @@ void expect_triangles(InTen triangles, Int size = 3) {
     expect(triangles.size(1) == 3 && triangles.size(2) == size, "triangles of three corners");
 }
 
+// Rings of corners one after another, and where each ends
+void expect_rings(InMat corners, InInts ends) {
+    expect(corners.size(1) == 2, "corners of two numbers");
+    expect_indices(ends, corners.size() + 1, "a known corner");
+    for (Int k = 1; k < ends.size(); ++k) expect(ends[k - 1] <= ends[k], "ends in ascending order");
+}
+
 void expect_boxed(const SweptFaces& faces) {
     expect_triangles(faces.triangles);
     expect(faces.low.sizes() == faces.high.sizes() && faces.low.size(1) == 3, "boxes of two corners");
@@ -61,28 +68,23 @@ void bind_geometry(nanobind::module_& m) {
     m.def(
         "tiled_hull",
         [](InMat corners, InInts ends, InInts order, double tolerance) {
-            expect(corners.size(1) == 2 && order.size() <= corners.size(), "corners of two numbers, and their order");
+            expect_rings(corners, ends);
+            expect(order.size() <= corners.size(), "an order of corners");
             expect_indices(order, corners.size(), "a known corner");
-            expect_indices(ends, corners.size() + 1, "a known corner");
-            for (Int k = 1; k < ends.size(); ++k) expect(ends[k - 1] <= ends[k], "ends in ascending order");
             return tiled_hull(corners, ends, order, tolerance);
         },
         "corners"_a, "ends"_a, "order"_a, "tolerance"_a, nogil());
     m.def(
         "groups_apart",
         [](InMat corners, InInts ends, double apart) {
-            expect(corners.size(1) == 2, "corners of two numbers");
-            expect_indices(ends, corners.size() + 1, "a known corner");
-            for (Int k = 1; k < ends.size(); ++k) expect(ends[k - 1] <= ends[k], "ends in ascending order");
+            expect_rings(corners, ends);
             return groups_apart(corners, ends, apart);
         },
         "corners"_a, "ends"_a, "apart"_a, nogil());
     m.def(
         "outlines_of",
         [](InMat corners, InInts ends, double near) {
-            expect(corners.size(1) == 2, "corners of two numbers");
-            expect_indices(ends, corners.size() + 1, "a known corner");
-            for (Int k = 1; k < ends.size(); ++k) expect(ends[k - 1] <= ends[k], "ends in ascending order");
+            expect_rings(corners, ends);
             Outlines found = outlines_of(corners, ends, near);
             return std::tuple{std::move(found.corners), std::move(found.ends), found.known};
         },

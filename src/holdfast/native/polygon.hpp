@@ -2,9 +2,11 @@
 
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include "span.hpp"
 
@@ -24,6 +26,16 @@ struct Ring {
         ++count;
     }
 };
+
+// Append up to ``most`` corners of a polygon to ``rows``, and zeros where it has fewer; return their number
+inline Int append_corners(const Ring& ring, Int most, std::vector<double>& rows) {
+    const Int count = std::min(ring.count, most);
+    for (Int k = 0; k < most; ++k) {
+        rows.push_back(k < count ? ring.at[k][0] : 0.0);
+        rows.push_back(k < count ? ring.at[k][1] : 0.0);
+    }
+    return count;
+}
 
 // Clip a polygon in place to a x + b y + c >= 0 (Sutherland-Hodgman)
 inline void keep_half_plane(Ring& ring, double a, double b, double c) {

@@ -4,6 +4,7 @@
 
 #include "area.hpp"
 #include "bindings.hpp"
+#include "meshes.hpp"
 #include "reducible.hpp"
 #include "roughness.hpp"
 #include "topology.hpp"
@@ -12,7 +13,7 @@ namespace holdfast {
 
 static void expect_faces(InIntMat faces, Int vertices) {
     expect(faces.size(1) == 3, "faces of three corners");
-    for (Int f = 0; f < faces.size(); ++f) expect_indices(faces[f], vertices, "a known vertex");
+    expect_rows(faces, vertices, "a known vertex");
 }
 
 static void expect_triangles(InMat vertices, InIntMat faces) {
@@ -20,28 +21,17 @@ static void expect_triangles(InMat vertices, InIntMat faces) {
     expect_faces(faces, vertices.size());
 }
 
+// What is measured of each triangle
+template <auto measure>
+static auto measured(InMat vertices, InIntMat faces) {
+    expect_triangles(vertices, faces);
+    return measure(vertices, faces);
+}
+
 void bind_surfaces(nanobind::module_& m) {
-    m.def(
-        "area_vectors",
-        [](InMat vertices, InIntMat faces) {
-            expect_triangles(vertices, faces);
-            return area_vectors(vertices, faces);
-        },
-        "vertices"_a, "faces"_a, nogil());
-    m.def(
-        "areas_of",
-        [](InMat vertices, InIntMat faces) {
-            expect_triangles(vertices, faces);
-            return areas_of(vertices, faces);
-        },
-        "vertices"_a, "faces"_a, nogil());
-    m.def(
-        "normals_of",
-        [](InMat vertices, InIntMat faces) {
-            expect_triangles(vertices, faces);
-            return normals_of(vertices, faces);
-        },
-        "vertices"_a, "faces"_a, nogil());
+    m.def("area_vectors", &measured<area_vectors>, "vertices"_a, "faces"_a, nogil());
+    m.def("areas_of", &measured<areas_of>, "vertices"_a, "faces"_a, nogil());
+    m.def("normals_of", &measured<normals_of>, "vertices"_a, "faces"_a, nogil());
     m.def(
         "may_lose_corners",
         [](InMat vertices, InIntMat faces, InIntMat ends, InIntMat beside, InIntMat of_face, double tolerance) {

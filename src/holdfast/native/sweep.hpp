@@ -117,12 +117,7 @@ inline std::tuple<Array<double, 3>, Array<Int>, Array<double>> shared_parts(cons
                 nearest = std::min(nearest, height_of(other, polygon.at[k]) - height_of(one, polygon.at[k]));
             }
             if (polygon.count < 3) continue;
-            const Int count = std::min(polygon.count, MOST_SHARED);
-            for (Int k = 0; k < MOST_SHARED; ++k) {
-                pieces.numbers.push_back(k < count ? polygon.at[k][0] : 0.0);
-                pieces.numbers.push_back(k < count ? polygon.at[k][1] : 0.0);
-            }
-            corners.numbers.push_back(count);
+            corners.numbers.push_back(append_corners(polygon, MOST_SHARED, pieces.numbers));
             ahead.numbers.push_back(nearest);
         }
     }

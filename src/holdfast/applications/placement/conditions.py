@@ -117,7 +117,7 @@ class Approach(Value):
 class Search(Value):
     """How long to search for a place, and by what a pose is judged.
 
-    - ``seconds`` [s]: the longest time, without compilation on first use. Steps for which there is no time are skipped,
+    - ``seconds`` [s]: the longest time. Steps for which there is no time are skipped,
       and the result says so. The default is 60 without ``solves``, and no limit with it.
     - ``solves``: the largest number of poses that are tried; 400 by default. For ``place_all`` it is the number for
       each object without a level place, 25 by default. With ``solves`` and without ``seconds``, the same ``seed`` gives

@@ -14,7 +14,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.progress import OutOfTimeError
 
 CHECK = "check the file, or export it again"
-SECONDS = 300.0  # [s] in which a scene must be read, with the compilation of readers on first use
+SECONDS = 300.0  # [s] in which a scene must be read
 MAX_DEPTH = 40  # the deepest nesting of data that is accepted
 BYTES, JSON, YAML, ELEMENTS = "bytes of files", "bytes of JSON", "bytes of YAML", "elements of XML"
 # of all files of a scene; 1 MB of YAML takes 3 s, and parsed JSON twenty times its memory

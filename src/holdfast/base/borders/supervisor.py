@@ -17,12 +17,12 @@ from typing import Any
 from holdfast.base.borders.outcomes import CRASH, DONE, MEMORY, PART, READY, TIME
 from holdfast.base.errors import HoldfastError, message
 
-STARTING = 600.0  # [s] time limit for the start of a worker, which imports and may compile
+STARTING = 600.0  # [s] time limit for the start of a worker, which imports
 RENEWED = 2000  # number of items after which a worker is replaced, in case its memory grows
 TRIES = 3  # number of times that an item is tried if its worker is killed from outside
 OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)  # exit codes of a worker that was killed from outside
 NO_MEMORY = ("bad_alloc", "memory allocation of", "MemoryError", "Cannot allocate memory")  # messages of libraries
-THREADS = ("OPENBLAS", "OMP", "MKL", "NUMBA")  # libraries that are limited to one native thread in a worker
+THREADS = ("OPENBLAS", "OMP", "MKL")  # libraries that are limited to one native thread in a worker
 LAST = 1500  # number of characters at the end of a worker's stderr that are reported
 
 

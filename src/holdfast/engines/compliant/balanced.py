@@ -10,12 +10,9 @@ neighbour, because what it stands on yields by a hair, and the friction there se
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg.lapack import dgetrf, dgetrs
-from scipy.sparse.linalg import splu
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import (
@@ -28,7 +25,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 from holdfast.conic.program import ConeProgram
 from holdfast.conic.solve import Outcome, solve
-from holdfast.elastic.sparse import MOST_DENSE
+from holdfast.elastic.sparse import MOST_DENSE, Matrix, solver
 from holdfast.engines.forces import NO_FORCE, force_program, lighter_share
 from holdfast.engines.rest import corner_nodes
 from holdfast.geometry.hull import convex_hull
@@ -39,8 +36,6 @@ OPENS = 1e-4  # how fast a node opens at least, in the same units, in a motion t
 MUCH = 0.3  # what a contact carries, relative to that which carries most of a body, above which it counts beside that
 BORDER = 0.05  # how near, relative to the size of a contact, a force acts to its border that may really act on it
 MOST_NODES = 1000  # largest number of nodes of a dense matrix
-
-Matrix = Any  # an array, or a sparse.csr_matrix where that is large
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,13 +172,10 @@ def _used(A: Matrix) -> Int:
 def _free(resisted: Matrix) -> Bool:
     """Tell which bodies (J,) take part in motions that no row of ``resisted`` (m, 6J) resists, by inverse iteration."""
     square = resisted.T @ resisted
-    if isinstance(square, np.ndarray):
-        lu, order, _ = dgetrf(square + NEAR_SINGULAR * np.eye(len(square)))
-    else:
-        solved = splu(square.tocsc() + NEAR_SINGULAR * sparse.eye(square.shape[0], format="csc"))
+    solve_near = solver(square, NEAR_SINGULAR)
     x = np.random.default_rng(0).normal(size=square.shape[0])  # the same each time, and along no axis
     for _ in range(3):
-        x = dgetrs(lu, order, x)[0] if isinstance(square, np.ndarray) else solved.solve(x)
+        x = solve_near(x)
         x /= np.abs(x).max()
     if np.abs(resisted @ x).max(initial=0.0) > NOT_MOVED:
         return np.zeros(len(x) // 6, dtype=bool)

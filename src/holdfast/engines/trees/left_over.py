@@ -7,7 +7,6 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Int
 from holdfast.base.values import altered
-from holdfast.contacts.interface import Interface
 from holdfast.engines.trees.forest import Forest
 
 
@@ -31,23 +30,9 @@ def left_over(forest: Forest) -> tuple[Assembly, Int] | None:
     )
     fixed = {k for k in range(FIXED, len(whole.movable)) if k not in of_open}
     interfaces = tuple(
-        _seen_from_other(whole.interfaces[k]) if whole.ends[k][1] in fixed else whole.interfaces[k] for k in contacts
+        whole.interfaces[k].flipped() if whole.ends[k][1] in fixed else whole.interfaces[k] for k in contacts
     )
     scene = altered(whole.scene, bodies=bodies, excluded=())
     part = Assembly(scene, interfaces, whole.tolerances, detected=False, absent=whole.known_names)
     part.__dict__["axes"] = whole.axes
     return part, open_
-
-
-def _seen_from_other(interface: Interface) -> Interface:
-    """Return the same contact with its bodies in the other order, so that a fixed one comes first."""
-    a, b = interface.bodies
-    patches = [patch.flipped() for patch in interface.patches]
-    return Interface(
-        (b, a),
-        patches=patches,
-        status=interface.status,
-        flags=interface.flags,
-        certain=interface.certain,
-        mu=interface.mu,
-    )
