@@ -42,13 +42,13 @@ def test_a_point_is_covered_up_to_the_gap_from_the_edge(x: float, y: float, free
 
 def test_a_line_is_covered_only_if_all_of_it_is() -> None:
     lines = features([(0.1, 0.5), (1.0009, 0.5)], [(0.1, 0.5), (1.01, 0.5)], [(1.01, 0.2), (1.01, 0.8)])
-    assert Cover([SQUARE], GAP).uncovered(lines).tolist() == [1, 2]
+    assert Cover([SQUARE], GAP).free(lines).tolist() == [False, True, True]
 
 
 def test_a_line_across_a_notch_is_not_covered_though_its_ends_are() -> None:
     notched = [(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0.6, 1, 0), (0.6, 0.2, 0), (0.4, 0.2, 0), (0.4, 1, 0), (0, 1, 0)]
     cover = Cover([Patch(np.array(notched), UP)], GAP)
-    assert cover.uncovered(features([(0.2, 0.5), (0.8, 0.5)], [(0.2, 0.1), (0.8, 0.1)])).tolist() == [0]
+    assert cover.free(features([(0.2, 0.5), (0.8, 0.5)], [(0.2, 0.1), (0.8, 0.1)])).tolist() == [True, False]
 
 
 def test_what_is_left_of_a_line_begins_at_the_gap_from_the_edge() -> None:
@@ -74,7 +74,7 @@ def test_each_of_many_patches_covers_what_lies_on_it() -> None:
     assert not cover.free(features(*([point] for point in on))).any()
     assert cover.free(features(*([point] for point in beside))).all()
     lines = [*map(list, zip(on, ends, strict=True)), *map(list, zip(on, beside, strict=True))]
-    assert cover.uncovered(features(*lines)).tolist() == list(range(len(on), 2 * len(on)))
+    assert np.flatnonzero(cover.free(features(*lines))).tolist() == list(range(len(on), 2 * len(on)))
     line = np.array([(-0.05, 0.05, 0.0), (0.35, 0.05, 0.0)])
     left = np.array(cover.left_of(line, UP, 1e-4, False))[:, :, 0]
     np.testing.assert_allclose(left, [(-0.05, -GAP), (0.1 + GAP, 0.2 - GAP), (0.3 + GAP, 0.35)], atol=1e-8)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 
 import holdfast as hf
+from holdfast.contacts.interface import Patch
 from holdfast.scene.shipped.blocks import at, box, floor, table
 
 SIDE = (0.1, 0.1, 0.1)
@@ -66,3 +68,41 @@ def test_a_turn_of_the_pose_reaches_further_on_a_longer_body() -> None:
     for length, touches in ((1.0, True), (0.15, False)):
         scene = hf.Scene([floor(), box("beam", (length, 0.05, 0.05), 1, (0, 0, 0.025 + 2e-3))], 0.5)
         assert bool(hf.assemble(scene, pose_sigma=(1e-4, 0.1)).interfaces) == touches
+
+
+def on_floor(shape: hf.Mesh, floor: hf.Box | hf.Cylinder) -> tuple[Patch, ...]:
+    """The patches of a mesh of height 0.1, with the origin in its middle, that stands on a floor of the same height."""
+    under = hf.Body("floor", floor, fixed=True, position=(0, 0, -0.05))
+    over = hf.Body("thing", shape, mass=1.0, position=(0, 0, 0.05))
+    return hf.assemble(hf.Scene([under, over], 0.5), gap=1e-4, angle_degrees=1).interfaces[0].patches
+
+
+def test_a_prong_in_the_plane_of_a_face_is_found() -> None:
+    """One body is a box and, beside it, a pyramid that stands on its point: that corner is no face's."""
+    box_ = trimesh.creation.box(SIDE)
+    prong = trimesh.convex.convex_hull([(0.1, 0, -0.05), (0.08, 0.02, 0.05), (0.12, 0.02, 0.05), (0.1, -0.02, 0.05)])
+    both = trimesh.util.concatenate([box_, prong])
+    patches = on_floor(hf.Mesh(both.vertices, both.faces), hf.Box((1, 1, 0.1)))
+    assert sorted(patch.kind for patch in patches) == ["face", "point"]
+
+
+def test_small_feet_beside_a_large_face_are_found() -> None:
+    """A tin with a box beside it in one mesh: of both ends in the plane, only the tin's counts as large."""
+    tin = hf.Cylinder(0.05, 0.1, 400).surface
+    block = trimesh.creation.box((0.02, 0.02, 0.1))
+    block.apply_translation((0.08, 0, 0))
+    both = trimesh.util.concatenate([trimesh.Trimesh(tin.vertices, tin.faces), block])
+    patches = on_floor(hf.Mesh(both.vertices, both.faces), hf.Cylinder(0.2, 0.1, 400))
+    disc = 200 * 0.05**2 * np.sin(2 * np.pi / 400)
+    assert sorted(patch.area for patch in patches) == pytest.approx([4e-4, disc], rel=1e-9)
+
+
+@pytest.mark.parametrize("segments", [5, 24, 400])
+@pytest.mark.parametrize("share", [1.0, 0.6])
+def test_prisms_with_equal_or_inner_rims_touch_on_the_face_that_they_share(segments: int, share: float) -> None:
+    """No edge or corner of a side counts beside the face."""
+    surface = hf.Cylinder(0.05, 0.1, segments).surface
+    mesh = hf.Mesh(surface.vertices * [share, share, 1], surface.faces)
+    (face,) = on_floor(mesh, hf.Cylinder(0.05, 0.1, segments))
+    area = segments / 2 * (share * 0.05) ** 2 * np.sin(2 * np.pi / segments)
+    assert face.area == pytest.approx(area, rel=1e-9)

@@ -40,7 +40,7 @@ REFUSED: dict[str, Callable[[], object]] = {
     "patches with rings that no corner belongs to": lambda: cover(stops=(3, 5)),
     "more patches than rings": lambda: cover(rings=(1, 2)),
     "features without normals": lambda: cover().covered(np.ones((1, 2, 3)), NONE, np.ones(1)),
-    "a line of one end": lambda: cover().along(POINTS, np.ones(3), 0.9),
+    "a line of one end": lambda: cover().left(POINTS, np.ones(3), 0.9, 0.0),
     "no corners": lambda: core.rectangle_axes(np.zeros((0, 2))),
     "an unknown point of a hull": lambda: core.corner_numbers(CORNERS, np.array([3])),
     "pieces that end before they begin": lambda: core.tiled_hull(CORNERS, np.array([3, 2]), ORDER, 0.0),

@@ -289,8 +289,8 @@ CALLS: dict[str, Callable[[], Arguments]] = {
         "self": core.Cover(**covering()), "ends": np.stack([POINTS[:2], POINTS[[0, 2]]], 1), "normals": UP,
         "alike": np.full(2, 0.9),
     },
-    "Cover.along": lambda: {
-        "self": core.Cover(**covering()), "ends": POINTS[:2], "normal": UP[0], "alike": 0.9
+    "Cover.left": lambda: {
+        "self": core.Cover(**covering()), "ends": POINTS[:2], "normal": UP[0], "alike": 0.9, "slack": 0.0
     },
     "area_vectors": lambda: {"vertices": POINTS, "faces": FACES},
     "areas_of": lambda: {"vertices": POINTS, "faces": FACES},

@@ -8,7 +8,7 @@ the contact is known without searching triangles, edges and corners:
   which is not a contact.
 - ``FLUSH``: a face of each lies in one plane, up to rounding, and the plane separates them. The contact is the
   intersection of the two rectangles. All other faces are perpendicular to the plane or beyond the gap, so that the
-  patch accounts for all edges and corners (flush.py).
+  patch accounts for all edges and corners.
 
 All other pairs are left to the search through triangles (``detect.find_patches``), which finds the same contacts for
 these two kinds.
@@ -24,10 +24,11 @@ import numpy as np
 from holdfast.base.arrays import frozen
 from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import made
-from holdfast.contacts.flush import WIDE
 from holdfast.contacts.interface import Patch
 from holdfast.geometry.cuboid import Cuboid
 from holdfast.native import core
+
+WIDE = 1e-6  # least gap, relative to the size of the smaller body, at which rounding cannot decide what touches
 
 
 class Cuboids(NamedTuple):

@@ -19,7 +19,6 @@ from holdfast.contacts.facing_polygons import facing_pairs, facing_polygons
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.flags import flags_of, is_certain
 from holdfast.contacts.flat_ends import on_end
-from holdfast.contacts.flush import lie_flat
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.known_planes import features_on_planes, pieces_on_planes
 from holdfast.contacts.materials import by_material
@@ -30,7 +29,6 @@ from holdfast.contacts.round_contacts import feet, meet_smoothly, not_at
 from holdfast.contacts.round_on_plane import on_plane
 from holdfast.contacts.search_mesh import (
     SearchMesh,
-    in_common_box,
     near_but_facets,
     near_faces,
     near_facets,
@@ -346,26 +344,13 @@ def find_patches(
 def _on_triangles(
     a: Body, b: Body, mesh_a: SearchMesh, mesh_b: SearchMesh, tolerances: Tolerances, most: float
 ) -> list[Patch] | None:
-    """Find the patches of two tessellated bodies; None if no faces are near each other.
-
-    Bodies of many triangles usually rest on each other with large flat faces. If these account for the whole contact,
-    no triangles have to be searched.
-    """
+    """Find the patches of two tessellated bodies; None if no faces are near each other."""
     gap, depth, size = tolerances.gap, tolerances.depth, min(a.size, b.size)
     negligible, breadth = NEGLIGIBLE_WIDTH * size, NOMINAL_BREADTH * size
     angles = tolerances.angles
     locals_ = a.shape.surface.reduced, b.shape.surface.reduced
     facets = near_facets(mesh_a, mesh_b, gap)
     facing, left = facing_polygons(mesh_a, mesh_b, *locals_, facets, gap=gap, depth=depth, angles=angles)
-    of_facets = tuple(
-        np.isin(mesh.facet, sorted({two[k] for two in facets})) for k, mesh in enumerate((mesh_a, mesh_b))
-    )
-    if any(facing.values()) and not left:
-        large = [piece for pieces in facing.values() for piece in pieces]
-        faces = face_patches(pieces_on_planes(a, b, large, tolerances), gap, angles, negligible)
-        near_a, near_b = (one | two for one, two in zip(in_common_box(mesh_a, mesh_b, gap), of_facets, strict=True))
-        if lie_flat(mesh_a, mesh_b, near_a, near_b, faces, gap=gap, size=size, by_large=True):
-            return faces
     pairs = near_but_facets(mesh_a, mesh_b, gap)
     if not len(pairs) and not facets:
         return None
@@ -377,10 +362,6 @@ def _on_triangles(
     if len(pieces) > most:
         raise TooFineError
     faces = face_patches(pieces_on_planes(a, b, pieces, tolerances), gap, angles, negligible)
-    near_a, near_b = of_facets
-    near_a[pairs[:, 0]] = near_b[pairs[:, 1]] = True
-    if lie_flat(mesh_a, mesh_b, near_a, near_b, faces, gap=gap, size=size):
-        return faces
     lines, points = touching_features(
         mesh_a, mesh_b, pairs, gap=gap, depth=depth, angles=angles, size=size, strict=negligible
     )

@@ -10,8 +10,8 @@ import shapely
 from holdfast.base.arrays import Float, frozen, unit
 from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
+from holdfast.contacts.cuboids import WIDE
 from holdfast.contacts.facing_polygons import BROAD
-from holdfast.contacts.flush import STEEP, WIDE
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.patches import HAIRLINE
 from holdfast.contacts.tolerances import Tolerances
@@ -21,6 +21,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.round_shapes import round_of
 from holdfast.scene.shapes import Cylinder
 
+STEEP = 0.01  # least sine of the angle at which a triangle with one corner in the plane rises
 LEVEL = 0.1 * COORDINATES  # [rad] largest angle between faces in one plane: corners are as level as flush ones
 
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import shapely
@@ -24,6 +21,7 @@ HAIRLINE = 1e-3  # relative to the negligible width: gaps between pieces that be
 SAME_WAY = float(np.cos(np.radians(15)))  # cosine of the largest angle between normals of the same contact
 BLENDED = float(np.cos(SMOOTH))  # the same if one of the normals is a mean, which deviates more from those of faces
 STRAIGHT = float(np.cos(np.radians(2)))  # cosine of the largest angle between lines that may be joined
+SLACK = 2e-9  # share of a line that is a rounding error
 MOST_POINTS = 16  # largest number of points with similar normals of a pair: corners of their hull, then farthest ones
 
 
@@ -92,7 +90,7 @@ def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible
     cover = Cover(faces, gap)
     run = lines.ends[:, 1] - lines.ends[:, 0]
     length = np.linalg.norm(run, axis=1)
-    left = cover.uncovered(lines)
+    left = np.flatnonzero(cover.free(lines))
     left = left[np.argsort(-length[left], kind="stable")]
     while len(left):
         seed = left[0]
@@ -134,81 +132,35 @@ def _joined(spans: Float, apart: float) -> list[tuple[float, float, Int]]:
     return result
 
 
-@dataclass(frozen=True, eq=False)
 class Cover:
     """Patches that were found before; they cover features with similar normals that lie on them, within ``gap`` [m]."""
 
-    patches: Sequence[Patch]
-    gap: float
-
-    @cached_property
-    def _native(self) -> core.Cover:
-        rings = [ring for patch in self.patches for ring in (patch.polygon, *patch.holes)]
-        return core.Cover(
+    def __init__(self, patches: Sequence[Patch], gap: float) -> None:
+        rings = [ring for patch in patches for ring in (patch.polygon, *patch.holes)]
+        self._native = patches and core.Cover(
             np.vstack(rings),
             np.cumsum([len(ring) for ring in rings]),
-            np.cumsum([1 + len(patch.holes) for patch in self.patches]),
-            np.array([patch.normal for patch in self.patches]),
-            np.array([patch.frame for patch in self.patches]),
-            self.gap,
+            np.cumsum([1 + len(patch.holes) for patch in patches]),
+            np.array([patch.normal for patch in patches]),
+            np.array([patch.frame for patch in patches]),
+            gap,
         )
 
-    @cached_property
-    def _wide(self) -> dict[int, shapely.Geometry]:
-        return {}
-
-    def _widened(self, k: int) -> shapely.Geometry:
-        """Return a patch widened by the gap, in its frame: made only if a line is near, as it is dear for stars."""
-        if k not in self._wide:
-            rings = self.patches[k].rings
-            shape = shapely.LineString(rings[0]) if len(rings[0]) < 3 else flat.shapely_polygon(rings)
-            self._wide[k] = flat.widened(shape, self.gap)
-            shapely.prepare(self._wide[k])
-        return self._wide[k]
-
-    def free(self, points: Features) -> Bool:
-        """Tell which points (n,) lie on none of the patches."""
-        return ~self._marked(points)[0]
-
-    def uncovered(self, lines: Features) -> Int:
-        """Return the numbers of the lines that do not lie entirely on one of the patches."""
-        covered, open_ = self._marked(lines)
-        for line, k in open_.tolist():
-            if not covered[line]:
-                covered[line] = shapely.covers(self._widened(k), shapely.linestrings(self._seen(lines.ends[line], k)))
-        return np.flatnonzero(~covered)
-
-    def _marked(self, found: Features) -> tuple[Bool, Int]:
-        """Mark the features (n,) that lie on a patch; the pairs (m, 2) of other features and patches are undecided."""
-        if not self.patches or not len(found.ends):
-            return np.zeros(len(found.ends), dtype=bool), np.empty((0, 2), dtype=np.int64)
-        alike = np.where(found.blended, BLENDED, SAME_WAY)
-        marks, open_ = self._native.covered(found.ends, np.ascontiguousarray(found.normals), alike)
-        return marks.view(bool), open_
-
-    def _seen(self, ends: Float, k: int) -> Float:
-        """Return the ends (2, 2) of a line (2, 3) in the frame of a patch."""
-        patch = self.patches[k]
-        return np.asarray((ends - patch.polygon[0]) @ patch.frame.T)
+    def free(self, features: Features) -> Bool:
+        """Tell which points or lines (n,) do not lie entirely on one of the patches."""
+        if not self._native or not len(features.ends):
+            return np.ones(len(features.ends), dtype=bool)
+        alike = np.where(features.blended, BLENDED, SAME_WAY)
+        return ~self._native.covered(features.ends, np.ascontiguousarray(features.normals), alike).view(bool)
 
     def left_of(self, ends: Float, normal: Float, negligible: float, blended: bool) -> list[Float]:
         """Return the parts (2, 3) of a line, longer than ``negligible`` [m], that lie on none of the patches."""
-        left = [(0.0, 1.0)]  # shares of the line
-        length, alike = float(np.linalg.norm(ends[1] - ends[0])), BLENDED if blended else SAME_WAY
-        for k in self._native.along(ends, normal, alike).tolist() if self.patches else ():
-            seen = self._seen(ends, k)
-            cover = shapely.intersection(shapely.linestrings(seen), self._widened(k))
-            (x, y), (u, v) = seen.tolist()
-            whole = max(math.hypot(u - x, v - y), 1e-300)
-            for piece in getattr(cover, "geoms", [cover]):
-                at = shapely.get_coordinates(piece).tolist()
-                if at:
-                    t = [math.hypot(u - x, v - y) / whole for u, v in at]
-                    low, high = min(t) - 1e-9, max(t) + 1e-9
-                    rest = [part for p, q in left for part in ((p, min(q, low)), (max(p, high), q))]
-                    left = [(p, q) for p, q in rest if p < q]
-        long = [part for part in left if (part[1] - part[0]) * length > max(negligible, 2e-9 * length)]
-        return [ends[0] + np.array(part)[:, None] * (ends[1] - ends[0]) for part in long]
+        run = ends[1] - ends[0]
+        length = float(np.linalg.norm(run))
+        alike, slack = BLENDED if blended else SAME_WAY, SLACK * length
+        left = self._native.left(ends, normal, alike, slack).tolist() if self._native else [(0.0, 1.0)]
+        long = [part for part in left if (part[1] - part[0]) * length > max(negligible, slack)]
+        return [ends[0] + np.array(part)[:, None] * run for part in long]
 
 
 def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth: float) -> list[Patch]:

@@ -114,16 +114,6 @@ def near_but_facets(a: SearchMesh, b: SearchMesh, gap: float) -> Int:
     return core.near_faces(a, b, gap, -1, -1, but_facets=True)
 
 
-def in_common_box(a: SearchMesh, b: SearchMesh, gap: float) -> tuple[Bool, Bool]:
-    """Mark the faces (F,) of a and of b within ``gap`` [m] of the intersection of the boxes of both bodies."""
-    low, high = np.maximum(a.box[0], b.box[0]) - gap, np.minimum(a.box[1], b.box[1]) + gap
-    of_a, of_b = (np.ones(len(mesh.low), dtype=bool) for mesh in (a, b))
-    for mesh, of in ((a, of_a), (b, of_b)):
-        for k in range(3):  # by columns, because NumPy is slow along short rows
-            of &= (mesh.high[:, k] >= low[k]) & (mesh.low[:, k] <= high[k])
-    return of_a, of_b
-
-
 def near_facets(a: SearchMesh, b: SearchMesh, gap: float) -> list[tuple[int, int]]:
     """Return the pairs of large flat faces of a and b, by their numbers, whose boxes come within ``gap`` [m]."""
     (low_a, high_a), (low_b, high_b) = _facet_boxes(a), _facet_boxes(b)

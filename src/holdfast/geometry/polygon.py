@@ -16,8 +16,7 @@ from holdfast.geometry.tiling import FEW, tiled
 from holdfast.native import core
 
 SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
-# of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13; an outline with
-# more corners is widened in steps: a single one takes 8 s for a star of 720 needles
+# of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13
 MANY = 32 * SCATTERED
 MITRE = 100  # most by which a corner moves out, relative to its sides, where a polygon is widened
 
@@ -186,14 +185,6 @@ def _fewer(pieces: Sequence[Sequence[Float]], tolerance: float, count: int = FEW
         else:
             found += _fewer(some, tolerance, count // 2) if count > 2 else some
     return found
-
-
-def widened(shape: shapely.Geometry, by: float) -> shapely.Geometry:
-    """Return all points of the plane that are within ``by`` of a line or a polygon, with round corners."""
-    steps = (1 / 256, 3 / 256, 3 / 64, 3 / 16, 3 / 4) if shapely.get_num_coordinates(shape) > MANY else (1.0,)
-    for share in steps:
-        shape = shapely.buffer(shape, share * by, quad_segs=4)
-    return shape
 
 
 def polygons(pieces: Sequence[Sequence[Float]]) -> NDArray[np.object_]:

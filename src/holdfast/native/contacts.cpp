@@ -97,17 +97,16 @@ void bind_contacts(nanobind::module_& m) {
                 expect(ends.size(1) == 2 && ends.size(2) == 3, "two ends of three numbers");
                 expect(normals.size() == ends.size() && normals.size(1) == 3, "a normal for each feature");
                 expect(alike.size() == ends.size(), "a cosine for each feature");
-                auto found = self.covered(ends, normals, alike);
-                return std::tuple{std::move(found.first), std::move(found.second)};
+                return self.covered(ends, normals, alike);
             },
             "ends"_a, "normals"_a, "alike"_a, nogil())
         .def(
-            "along",
-            [](const Cover& self, InMat ends, In normal, double alike) {
+            "left",
+            [](const Cover& self, InMat ends, In normal, double alike, double slack) {
                 expect(ends.size() == 2 && ends.size(1) == 3 && normal.size() == 3, "two ends, and a normal");
-                return self.along(ends, normal, alike);
+                return self.left(ends, normal, alike, slack);
             },
-            "ends"_a, "normal"_a, "alike"_a, nogil());
+            "ends"_a, "normal"_a, "alike"_a, "slack"_a, nogil());
     m.def(
         "near_boxes",
         [](InMat low_a, InMat high_a, InMat low_b, InMat high_b, Int axis, double gap) {

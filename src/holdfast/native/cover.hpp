@@ -16,9 +16,8 @@
 
 namespace holdfast {
 
-// The least share of the distance by which a polygon is widened that its drawn corners reach: sixteen chords a round,
-// about an outline from which shallow notches are gone
-constexpr double DRAWN = 0.96;
+// From and to, along a segment [m]
+using Span1 = std::pair<double, double>;
 
 // A patch in its frame: its rings, one after the other, closed, with the ``ends`` of each
 struct FlatPatch {
@@ -38,52 +37,41 @@ struct FlatPatch {
         }
     }
 
-    // The distance of a point; 0 inside, but a line has no inside
-    double away(const double* at) const {
-        bool inside = false;
-        double least = std::numeric_limits<double>::infinity();  // squared
+    // Tell whether a point is inside or within ``near`` of a side; a line has no inside
+    bool covers(const double* at, double near) const {
+        bool inside = false, beside = false;
         each_side([&](const auto& p, const auto& q) {
+            if (std::max(p[1], q[1]) < at[1] - near || std::min(p[1], q[1]) > at[1] + near) return;
             const double x = q[0] - p[0], y = q[1] - p[1], u = at[0] - p[0], v = at[1] - p[1];
+            if ((p[1] > at[1]) != (q[1] > at[1]) && u < x * v / y) inside = !inside;
             const double square = x * x + y * y;
             const double t = square > 0 ? std::clamp((u * x + v * y) / square, 0.0, 1.0) : 0.0;
-            least = std::min(least, (u - t * x) * (u - t * x) + (v - t * y) * (v - t * y));
-            if ((p[1] > at[1]) != (q[1] > at[1]) && u < x * v / y) inside = !inside;
+            beside = beside || std::hypot(u - t * x, v - t * y) <= near;
         });
-        return inside && corners.size() > 2 ? 0.0 : std::sqrt(least);
+        return beside || (inside && corners.size() > 2);
     }
 
-    // Tell whether a point of the segment from ``a`` to ``b`` is inside or within ``near`` of a side
-    bool meets(const double* a, const double* b, double near) const {
-        if (away(a) <= near || away(b) <= near) return true;
-        FlatPatch segment{{{a[0], a[1]}, {b[0], b[1]}}, {2}};
-        if (std::ranges::any_of(corners, [&](const auto& corner) { return segment.away(corner.data()) <= near; }))
-            return true;
-        bool crossed = false;
-        const auto left = [](const double* p, const double* q, const double* r) {
-            return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]) > 0;
-        };
-        each_side([&](const auto& p, const auto& q) {
-            crossed = crossed || (left(a, b, p.data()) != left(a, b, q.data()) &&
-                                  left(p.data(), q.data(), a) != left(p.data(), q.data(), b));
-        });
-        return crossed;
-    }
-
-    // Tell whether each point of the segment from ``a`` to ``b`` is inside or within ``near`` of a side
-    bool holds(const double* a, const double* b, double near) const {
+    // The parts of the segment from ``a`` to ``b`` [m] that are inside or within ``near`` of a side, which may overlap.
+    // All that is within a distance of a side is convex: what a line has of it is one part.
+    std::vector<Span1> covered(const double* a, const double* b, double near) const {
         const double run[] = {b[0] - a[0], b[1] - a[1]};
         const double length = std::hypot(run[0], run[1]);
-        if (!(length > 0)) return away(a) <= near;
+        std::vector<Span1> found;
+        if (!(length > 0)) {
+            if (covers(a, near)) found.push_back({0.0, 0.0});
+            return found;
+        }
         const double along[] = {run[0] / length, run[1] / length};
-        std::vector<std::pair<double, double>> held;  // from and to, along the segment
         std::vector<double> crossings{0.0, length};
         each_side([&](const auto& p, const auto& q) {
+            for (int m = 0; m < 2; ++m) {
+                if (std::max(p[m], q[m]) < std::min(a[m], b[m]) - near) return;
+                if (std::min(p[m], q[m]) > std::max(a[m], b[m]) + near) return;
+            }
             const double side[] = {q[0] - p[0], q[1] - p[1]}, whole = std::hypot(side[0], side[1]);
-            std::pair<double, double> span{std::numeric_limits<double>::infinity(), 0};
-            span.second = -span.first;
+            Span1 span{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
             const auto add = [&](double from, double to) {
-                span.first = std::min(span.first, from);
-                span.second = std::max(span.second, to);
+                span = {std::min(span.first, from), std::max(span.second, to)};
             };
             for (const auto& end : {p, q}) {  // within reach of an end
                 const double u = end[0] - a[0], v = end[1] - a[1];
@@ -108,7 +96,7 @@ struct FlatPatch {
                 keep(v * x - u * y, along[1] * x - along[0] * y, -near, near);
                 if (from < to) add(from, to);
             }
-            if (span.first < span.second) held.push_back(span);
+            if (span.first <= span.second) found.push_back(span);
             const double turn = along[0] * side[1] - along[1] * side[0];
             if (turn != 0) {
                 const double at = ((p[0] - a[0]) * side[1] - (p[1] - a[1]) * side[0]) / turn;
@@ -119,24 +107,30 @@ struct FlatPatch {
         for (std::size_t i = 1; i < crossings.size(); ++i) {
             const double at = (crossings[i - 1] + crossings[i]) / 2;
             const double middle[] = {a[0] + at * along[0], a[1] + at * along[1]};
-            if (away(middle) == 0) held.push_back({crossings[i - 1], crossings[i]});
+            if (covers(middle, 0)) found.push_back({crossings[i - 1], crossings[i]});
         }
-        std::sort(held.begin(), held.end());
-        double upto = 0;
-        for (const auto& [from, to] : held) {
-            if (from > upto) break;
-            upto = std::max(upto, to);
-        }
-        return upto >= length;
+        return found;
     }
 };
+
+// What a line of this ``length`` [m] has beside parts of it that are covered; gaps up to ``slack`` [m] do not count
+inline std::vector<Span1> beside(std::vector<Span1> parts, double length, double slack) {
+    std::sort(parts.begin(), parts.end());
+    std::vector<Span1> left;
+    double upto = 0;
+    for (const auto& [from, to] : parts) {
+        if (from > upto + slack) left.push_back({upto, std::min(from, length)});
+        upto = std::max(upto, to);
+    }
+    if (length > upto + slack) left.push_back({upto, length});
+    return left;
+}
 
 // Patches that cover features: as ``Cover`` in contacts/patches.py
 struct Cover {
     double gap;
     std::vector<FlatPatch> flats;
-    std::vector<double> radii;  // [m] about the mean corner of the outline
-    Array<double, 2> origins, facing, centres, low, high;
+    Array<double, 2> origins, facing, low, high;
     Array<double, 3> frames;
 
     // Patch k has the normal ``normals[k]`` and the unit ``tangents[k]``, and the rings from ``rings[k - 1]`` up to,
@@ -144,33 +138,21 @@ struct Cover {
     Cover(InMat corners, InInts stops, InInts rings, InMat normals, InTen tangents, double within)
         : gap(within),
           flats(static_cast<std::size_t>(rings.size())),
-          radii(flats.size()),
           origins({rings.size(), 3}),
           facing({rings.size(), 3}),
-          centres({rings.size(), 3}),
           low({rings.size(), 3}, std::numeric_limits<double>::infinity()),
           high({rings.size(), 3}, -std::numeric_limits<double>::infinity()),
           frames({rings.size(), 2, 3}) {
         Int ring = 0, corner = 0;
         for (Int k = 0; k < rings.size(); ++k) {
-            const Int outline = stops[ring] - corner;
             for (int m = 0; m < 3; ++m) {
                 origins.view()(k, m) = corners(corner, m);
                 facing.view()(k, m) = normals(k, m);
                 for (Int t = 0; t < 2; ++t) frames.view()(k, t, m) = tangents(k, t, m);
-                double sum = 0;
-                for (Int i = 0; i < outline; ++i) sum += corners(corner + i, m);
-                centres.view()(k, m) = sum / static_cast<double>(outline);
-            }
-            for (Int i = 0; i < outline; ++i) {
-                double square = 0;
-                for (int m = 0; m < 3; ++m) {
-                    const double at = corners(corner + i, m), arm = at - centres.view()(k, m);
-                    square += arm * arm;
-                    low.view()(k, m) = std::min(low.view()(k, m), at);
-                    high.view()(k, m) = std::max(high.view()(k, m), at);
+                for (Int i = corner; i < stops[ring]; ++i) {
+                    low.view()(k, m) = std::min(low.view()(k, m), corners(i, m));
+                    high.view()(k, m) = std::max(high.view()(k, m), corners(i, m));
                 }
-                radii[k] = std::max(radii[k], std::sqrt(square));
             }
             FlatPatch& flat = flats[k];
             for (; ring < rings[k]; ++ring) {
@@ -197,13 +179,11 @@ struct Cover {
         return arm[0] * normal[0] + arm[1] * normal[1] + arm[2] * normal[2];
     }
 
-    // Which features with ``ends`` (n, 2, 3) and ``normals`` (n, 3) lie on patches, up to the gap, as 1; the cosine of
-    // the angle between both normals is ``alike`` (n,) or more. Also the pairs (m, 2) of other features and patches
-    // that may cover them.
-    std::pair<Array<unsigned char>, Array<Int, 2>> covered(InTen ends, InMat normals, In alike) const {
+    // Which features with ``ends`` (n, 2, 3) and ``normals`` (n, 3) lie on one of the patches, up to the gap, as 1; the
+    // cosine of the angle between both normals is ``alike`` (n,) or more
+    Array<unsigned char> covered(InTen ends, InMat normals, In alike) const {
         const Int count = ends.size();
         Array<unsigned char> marks({count});
-        Array<Int, 2> open({0, 2}), unsure({0, 2});
         Array<double, 2> from({count, 3}), to({count, 3});
         double least[3], most[3];
         std::fill_n(least, 3, std::numeric_limits<double>::infinity());
@@ -237,44 +217,22 @@ struct Cover {
                     if (!(at[end][m] >= patch.low[m] - gap && at[end][m] <= patch.high[m] + gap)) return;
                 }
             }
-            if (!(patch.away(at[0]) <= gap)) return;
-            const bool point = at[0][0] == at[1][0] && at[0][1] == at[1][1];
-            if (!point && !(patch.away(at[1]) <= gap)) return;
-            if (point || patch.holds(at[0], at[1], DRAWN * gap)) {
-                marks.numbers[i] = 1;
-            } else {
-                unsure.numbers.insert(unsure.numbers.end(), {i, k});
-            }
+            const double length = std::hypot(at[1][0] - at[0][0], at[1][1] - at[0][1]);
+            const auto parts = patch.covered(at[0], at[1], gap);
+            if (!parts.empty() && beside(parts, length, 0.0).empty()) marks.numbers[i] = 1;
         });
-        for (std::size_t at = 0; at < unsure.numbers.size(); at += 2) {
-            if (marks.numbers[unsure.numbers[at]]) continue;
-            open.numbers.insert(open.numbers.end(), {unsure.numbers[at], unsure.numbers[at + 1]});
-            ++open.sizes[0];
-        }
-        return {std::move(marks), std::move(open)};
+        return marks;
     }
 
-    // The numbers of the patches that may cover a part of the line between ``ends`` (2, 3) with a ``normal`` (3,), as
-    // in
-    // ``covered``
-    Array<Int> along(InMat ends, In normal, double alike) const {
-        Array<Int> found({0});
-        double run[3], square = 0;
-        for (int m = 0; m < 3; ++m) {
-            run[m] = ends(1, m) - ends(0, m);
-            square += run[m] * run[m];
-        }
+    // The parts of the line between ``ends`` (2, 3) with a ``normal`` (3,) that lie on none of the patches, as shares
+    // (n, 2) of it; up to ``slack`` [m] between two patches does not count
+    Array<double, 2> left(InMat ends, In normal, double alike, double slack) const {
+        std::vector<Span1> parts;
+        double square = 0;
+        for (int m = 0; m < 3; ++m) square += (ends(1, m) - ends(0, m)) * (ends(1, m) - ends(0, m));
+        const double length = std::sqrt(square);
         for (Int k = 0; k < std::ssize(flats); ++k) {
             if (!(dot3(normal, facing.view()[k]) >= alike)) continue;
-            const In centre = centres.view()[k];
-            double share = 0, off = 0;
-            for (int m = 0; m < 3; ++m) share += (centre[m] - ends(0, m)) * run[m];
-            share = std::clamp(share / std::max(square, 1e-300), 0.0, 1.0);
-            for (int m = 0; m < 3; ++m) {
-                const double arm = ends(0, m) + share * run[m] - centre[m];
-                off += arm * arm;
-            }
-            if (!(std::sqrt(off) <= radii[k] + 2 * gap)) continue;
             double at[2][2], height[2];
             for (Int end = 0; end < 2; ++end) height[end] = std::abs(seen(k, ends[end], at[end]));
             if (std::min(height[0], height[1]) > 2 * gap) continue;
@@ -284,9 +242,16 @@ struct Cover {
                 apart = apart || std::max(at[0][m], at[1][m]) < patch.low[m] - gap;
                 apart = apart || std::min(at[0][m], at[1][m]) > patch.high[m] + gap;
             }
-            if (!apart && patch.meets(at[0], at[1], gap)) found.numbers.push_back(k);
+            if (apart) continue;
+            const double drawn = std::hypot(at[1][0] - at[0][0], at[1][1] - at[0][1]);
+            const double scale = drawn > 0 ? length / drawn : 1.0;  // a line that leans is longer than it looks
+            for (const auto& [from, to] : patch.covered(at[0], at[1], gap)) parts.push_back({scale * from, scale * to});
         }
-        found.sizes[0] = std::ssize(found.numbers);
+        Array<double, 2> found({0, 2});
+        for (const auto& [from, to] : beside(std::move(parts), length, slack)) {
+            found.numbers.insert(found.numbers.end(), {from / length, to / length});
+            ++found.sizes[0];
+        }
         return found;
     }
 };
