@@ -13,7 +13,7 @@ import trimesh
 import holdfast as hf
 from bench.suite import Case, Row, Suite
 from holdfast.base.arrays import Float
-from holdfast.contacts.detect import find_contacts
+from holdfast.contacts.contact_search import find_contacts
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.scene.compound import Shape
 from holdfast.scene.shipped.blocks import wall

@@ -33,7 +33,7 @@ from bench.suites.reliability import SETTLED, random_pushes, settled_file
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import tangents
-from holdfast.contacts.detect import find_contacts
+from holdfast.contacts.contact_search import find_contacts
 from holdfast.engines.groups import prepared
 
 TOLERANCES: Mapping[str, Mapping[str, float]] = {**SETTLED, "dishes": {"gap": 5e-3}, "masonry_crossvault": {}}

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import pose_from
-from holdfast.contacts.detect import find_contacts
+from holdfast.contacts.contact_search import find_contacts
 
 # the overlaps of these cases are known, and said to be there by their own README
 pytestmark = [shared.needed, pytest.mark.filterwarnings("ignore::holdfast.errors.HoldfastWarning")]

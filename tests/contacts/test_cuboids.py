@@ -7,11 +7,11 @@ import pytest
 import trimesh
 
 from holdfast.base.arrays import Float
-from holdfast.contacts.cuboids import Cuboids, patches_of
 from holdfast.contacts.detect import find_patches
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Tolerances
+from holdfast.contacts.without_triangles import Cuboids, patches_of
 from holdfast.native import core
 from holdfast.scene.body import Body
 from holdfast.scene.shapes import Box

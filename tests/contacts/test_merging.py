@@ -12,7 +12,7 @@ import trimesh
 import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.rigid import transform
-from holdfast.contacts.detect import find_contacts
+from holdfast.contacts.contact_search import find_contacts
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.merging import merged
 from holdfast.contacts.patch_nodes import interface_nodes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from holdfast.contacts.weights import corrected
+from holdfast.contacts.spots import corrected
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -7,10 +7,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float
-from holdfast.contacts.detect import find_patches, of_cuboids, of_round
+from holdfast.contacts.detect import find_patches
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Tolerances
+from holdfast.contacts.without_triangles import of_cuboids, of_round
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part
 from holdfast.scene.halfspace import HalfSpace

@@ -8,7 +8,7 @@ from reachable import arrays, writable
 
 import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.contacts.facing_polygons import Piece
+from holdfast.contacts.clipping import Piece
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.geometry.cells import surface_cells
 from holdfast.geometry.sweep import Swept

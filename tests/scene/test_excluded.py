@@ -11,7 +11,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.assembly.one_group import part_of
-from holdfast.contacts.detect import neighbours
+from holdfast.contacts.neighbours import neighbours
 from holdfast.scene.shipped.blocks import at, box, floor
 
 SIDE = (0.1, 0.1, 0.1)

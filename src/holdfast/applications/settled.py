@@ -21,7 +21,7 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import BETWEEN, LENGTH, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value, seal
-from holdfast.contacts.detect import neighbours
+from holdfast.contacts.neighbours import neighbours
 from holdfast.contacts.overlap import Overlap, find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.engines.verdict import Status

@@ -20,7 +20,7 @@ from holdfast.base.rigid import cross
 from holdfast.base.values import Value, seal
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.patch_nodes import Sampling, nodes_of
-from holdfast.contacts.weights import corrected
+from holdfast.contacts.spots import corrected
 from holdfast.native import core
 
 

@@ -11,8 +11,7 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.axes import by_place, own_frame
 from holdfast.base.arrays import Bool, Int, frozen
 from holdfast.base.memory import Same
-from holdfast.contacts.canonical import canonical
-from holdfast.contacts.interface import Interface
+from holdfast.contacts.interface import Interface, canonical
 from holdfast.contacts.overlap import Overlap
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.excluded import Excluded, excluded_among

@@ -1,17 +1,46 @@
-"""The search for all contacts and overlaps of a scene, which reuses earlier results between unchanged bodies."""
+"""All interfaces and overlaps of a scene; a search reuses earlier results between bodies that have not changed."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-from holdfast.contacts.detect import Shown, Touching, find_all_patches, near_pairs, show
-from holdfast.contacts.interface import Interface
-from holdfast.contacts.occlusion import Pair
+from holdfast.base.archive import archived
+from holdfast.base.values import Value, made
+from holdfast.contacts.compound_parts import by_material
+from holdfast.contacts.detect import Touching, find_all_patches
+from holdfast.contacts.flags import flags_of, is_certain
+from holdfast.contacts.interface import Interface, Patch
+from holdfast.contacts.merging import merged
+from holdfast.contacts.neighbours import near_pairs
+from holdfast.contacts.occlusion import Fronts, Pair
 from holdfast.contacts.overlap import Overlap, find_overlaps
+from holdfast.contacts.patches import NEGLIGIBLE_WIDTH
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound
 from holdfast.scene.scene import Scene
+
+
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Contacts(Value):
+    """The interfaces of a scene, and the ``occluded`` pairs, which would touch if no third body lay between them."""
+
+    interfaces: tuple[Interface, ...]
+    occluded: tuple[tuple[str, str], ...]
+
+
+class Shown(NamedTuple):
+    """Where two bodies are ``touching``, what third bodies have ``left`` of that, and the resulting ``interfaces``.
+
+    ``left`` holds the remaining patches of each of ``touching.parts``. If nothing is left, there are no interfaces.
+    """
+
+    touching: Touching
+    left: tuple[tuple[Patch, ...], ...]
+    interfaces: tuple[Interface, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,3 +116,105 @@ def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) ->
 def _changed(now: Mapping[Pair, Touching], before: Mapping[Pair, Touching]) -> set[str]:
     """Return the names of the bodies that have other patches now than before."""
     return {name for pair in {**now, **before} for name in pair if now.get(pair) is not before.get(pair)}
+
+
+def find_contacts(scene: Scene, tolerances: Tolerances, *, merge: bool = True) -> Contacts:
+    """Find all interfaces between bodies of which at least one is movable, in the order of the bodies.
+
+    If poses are uncertain, no interface is certain. Many patches between two bodies are merged into few, unless
+    ``merge`` is False.
+    """
+    shown = show(scene, tolerances, find_all_patches(scene, tolerances), merge=merge)
+    return Contacts(
+        tuple(interface for each in shown.values() for interface in each.interfaces),
+        tuple(pair for pair, each in shown.items() if not each.interfaces),
+    )
+
+
+def show(
+    scene: Scene,
+    tolerances: Tolerances,
+    found: Mapping[Pair, Touching],
+    known: Mapping[Pair, Shown] | None = None,
+    changed: Set[str] = frozenset(),
+    *,
+    merge: bool = True,
+) -> dict[Pair, Shown]:
+    """Return the interfaces of pairs of bodies that touch, without what third bodies hide.
+
+    ``known`` can pass an earlier result; only bodies named in ``changed`` have other patches than then. If the visible
+    patches of a pair are the same as before, its interfaces are the same objects. ``merge`` is as in ``find_contacts``.
+    """
+    result: dict[Pair, Shown] = {}
+    fronts = Fronts({pair: touching.patches for pair, touching in found.items()})
+    for pair, touching in found.items():
+        before = None if known is None else known.get(pair)
+        if before is None or before.touching is not touching:
+            before = None
+        elif pair[0] not in changed and pair[1] not in changed:
+            result[pair] = before
+            continue
+        a, b = scene.body(pair[0]), scene.body(pair[1])
+        gap, width = touching.limits.own.gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)
+        left = tuple([fronts.visible(patches, pair, gap, width) for *_, patches in touching.parts])
+        if before is not None and left == before.left:
+            result[pair] = before
+        else:
+            found_now = _interfaces(scene, (a, b), touching, left, posed=not tolerances.capped, merge=merge)
+            result[pair] = Shown(touching, left, found_now)
+    return result
+
+
+def _interfaces(
+    scene: Scene,
+    bodies: tuple[Body, Body],
+    touching: Touching,
+    left: tuple[tuple[Patch, ...], ...],
+    *,
+    posed: bool,
+    merge: bool,
+) -> tuple[Interface, ...]:
+    """Return the interfaces of two ``bodies`` that are ``touching``; ``left`` are the patches that are not hidden.
+
+    ``posed`` says that the poses are as given.
+    """
+    rest = left[0] if len(left) == 1 else tuple(patch for patches in left for patch in patches)
+    if not rest:
+        return ()
+    a, b = bodies
+    own, base, usual, sagitta = touching.limits
+    flags = flags_of(a, b, rest, own.gap, hidden=rest != touching.patches)
+    certain = posed and is_certain(rest, flags, gap=base, usual=usual, sagitta=sagitta)
+    shares: dict[float | None, list[Patch]] = {}
+    if _mixed(a) or _mixed(b):
+        for (one, two, _), patches in zip(touching.parts, left, strict=True):
+            for mu, piece in by_friction(scene, one, two, patches, own.gap).items():
+                shares.setdefault(mu, []).extend(piece)
+    else:
+        shares[None] = list(rest)
+    pair = a.name, b.name
+    interfaces = []
+    for mu, share in shares.items():
+        few = merged(share, own.gap, own.angle) if merge else tuple(share)
+        more = (*flags, "merged") if any(patch.spots is not None for patch in few) else flags
+        found = made(Interface, bodies=pair, patches=few, status="touching", flags=more, certain=certain, mu=mu)
+        interfaces.append(found)
+    return tuple(interfaces)
+
+
+def by_friction(
+    scene: Scene, a: Body, b: Body, patches: Sequence[Patch], gap: float
+) -> dict[float | None, list[Patch]]:
+    """Return the patches by friction coefficient; the key is None where the coefficient of the two bodies holds."""
+    if not patches or not (_mixed(a) or _mixed(b)):
+        return {None: list(patches)} if patches else {}
+    found: dict[float | None, list[Patch]] = {}
+    for (of_a, of_b), piece in by_material(a, b, patches, gap).items():
+        mu = scene.friction.between(a.name, b.name, {a.name: of_a, b.name: of_b})
+        found.setdefault(mu, []).extend(piece)
+    return found
+
+
+def _mixed(body: Body) -> bool:
+    """Tell whether a part of a body is not of its material."""
+    return isinstance(body.shape, Compound) and {*body.materials} != {body.material}

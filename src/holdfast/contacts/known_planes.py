@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.contacts.facing_polygons import Piece
+from holdfast.contacts.clipping import Piece
 from holdfast.contacts.features import Features
 from holdfast.contacts.patches import SAME_WAY
 from holdfast.contacts.tolerances import SIGMAS, Tolerances

@@ -19,8 +19,7 @@ from holdfast.base.arrays import Bool, Float, Int, unit
 from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.spots import Spots, in_order, nearest_spot
-from holdfast.contacts.weights import LEAST, corrected
+from holdfast.contacts.spots import LEAST, Spots, corrected, in_order, nearest_spot
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull, corner_numbers
 

@@ -9,10 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.contacts.detect import by_friction, find_patches, of_cuboids
+from holdfast.contacts.contact_search import by_friction
+from holdfast.contacts.detect import find_patches
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, Tolerances, doubtful_gap
+from holdfast.contacts.without_triangles import of_cuboids
 from holdfast.geometry.polygon import MANY
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene

@@ -14,7 +14,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.values import Value
-from holdfast.contacts.detect import Near, in_order, near_pairs
+from holdfast.contacts.neighbours import Near, in_order, near_pairs
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.solid import closed_solid

@@ -14,8 +14,7 @@ import numpy as np
 from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.contacts.interface import Interface, Patch
-from holdfast.contacts.spots import Spots, nearest_spot
-from holdfast.contacts.weights import LEAST, corrected
+from holdfast.contacts.spots import LEAST, Spots, corrected, nearest_spot
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.spatial import search_tree
 from holdfast.native import core

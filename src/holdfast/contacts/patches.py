@@ -9,7 +9,7 @@ import shapely
 
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.rigid import tangents
-from holdfast.contacts.facing_polygons import Piece
+from holdfast.contacts.clipping import Piece
 from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.tolerances import Angles
@@ -17,6 +17,8 @@ from holdfast.geometry import polygon as flat
 from holdfast.geometry.topology import SMOOTH
 from holdfast.native import core
 
+NEGLIGIBLE_WIDTH = 1e-6  # width, relative to the size of the smaller body, below which a patch is a rounding error
+NOMINAL_BREADTH = 1e-3  # width of a line or a point in the weights of nodes, relative to the size of the smaller body
 HAIRLINE = 1e-3  # relative to the negligible width: gaps between pieces that belong together
 SAME_WAY = float(np.cos(np.radians(15)))  # cosine of the largest angle between normals of the same contact
 BLENDED = float(np.cos(SMOOTH))  # the same if one of the normals is a mean, which deviates more from those of faces

@@ -22,7 +22,7 @@ from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.compound_parts import exposed, nearest_part
 from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.sharp_edges import on_edges
+from holdfast.contacts.sharp_contacts import on_edges
 from holdfast.contacts.swept import Meeting, Swept
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.facets import COPLANAR

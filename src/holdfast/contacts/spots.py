@@ -1,7 +1,8 @@
-"""Spots: the points that represent a merged patch, each with a normal and a share of the contact."""
+"""Spots: the points that represent a merged patch, each with a normal and a share that sums up exactly."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,9 +12,11 @@ from holdfast.base.arrays import Float, Int, read_only, unit
 from holdfast.base.kinds import shaped
 from holdfast.base.rigid import Frame, snapped
 from holdfast.base.values import Value
+from holdfast.native import core
 
 TURNED = 0.5  # distance of points with opposite normals, relative to the extent, so that both sides of a lip get spots
 TOGETHER = 4_000_000  # number of distances that are in memory at a time
+LEAST = 0.02  # share of the mean weight that is added to every spot or node of merged patches before a correction
 
 
 @archived
@@ -85,3 +88,13 @@ def _places(points: Float, normals: Float) -> Float:
     """Return points (n, 6) whose distances combine those of the places and of the normals."""
     extent = float(np.linalg.norm(np.ptp(points, axis=0)))
     return np.hstack([points, normals * (TURNED / 2 * extent)])
+
+
+def corrected(weights: Float, basis: Float, wanted: Float, matched: Sequence[int]) -> Float:
+    """Return the weights (n,) nearest to the given ones with ``basis @ weights = wanted``.
+
+    ``basis`` (m, n) holds the values of m functions at the nodes, and ``wanted`` (m,) their integrals. Only the first
+    of them are matched, as many as one of the counts ``matched``: the first count that positive weights can match. If
+    there is none, the weights remain as they are.
+    """
+    return core.corrected(weights, np.ascontiguousarray(basis), wanted, np.array(matched))

@@ -17,7 +17,7 @@
 namespace holdfast {
 
 // From and to, along a segment [m]
-using Span1 = std::pair<double, double>;
+using Stretch = std::pair<double, double>;
 
 // A patch in its frame: its rings, one after the other, closed, with the ``ends`` of each
 struct FlatPatch {
@@ -53,10 +53,10 @@ struct FlatPatch {
 
     // The parts of the segment from ``a`` to ``b`` [m] that are inside or within ``near`` of a side, which may overlap.
     // All that is within a distance of a side is convex: what a line has of it is one part.
-    std::vector<Span1> covered(const double* a, const double* b, double near) const {
+    std::vector<Stretch> covered(const double* a, const double* b, double near) const {
         const double run[] = {b[0] - a[0], b[1] - a[1]};
         const double length = std::hypot(run[0], run[1]);
-        std::vector<Span1> found;
+        std::vector<Stretch> found;
         if (!(length > 0)) {
             if (covers(a, near)) found.push_back({0.0, 0.0});
             return found;
@@ -69,7 +69,7 @@ struct FlatPatch {
                 if (std::min(p[m], q[m]) > std::max(a[m], b[m]) + near) return;
             }
             const double side[] = {q[0] - p[0], q[1] - p[1]}, whole = std::hypot(side[0], side[1]);
-            Span1 span{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+            Stretch span{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
             const auto add = [&](double from, double to) {
                 span = {std::min(span.first, from), std::max(span.second, to)};
             };
@@ -114,9 +114,9 @@ struct FlatPatch {
 };
 
 // What a line of this ``length`` [m] has beside parts of it that are covered; gaps up to ``slack`` [m] do not count
-inline std::vector<Span1> beside(std::vector<Span1> parts, double length, double slack) {
+inline std::vector<Stretch> uncovered(std::vector<Stretch> parts, double length, double slack) {
     std::sort(parts.begin(), parts.end());
-    std::vector<Span1> left;
+    std::vector<Stretch> left;
     double upto = 0;
     for (const auto& [from, to] : parts) {
         if (from > upto + slack) left.push_back({upto, std::min(from, length)});
@@ -219,7 +219,7 @@ struct Cover {
             }
             const double length = std::hypot(at[1][0] - at[0][0], at[1][1] - at[0][1]);
             const auto parts = patch.covered(at[0], at[1], gap);
-            if (!parts.empty() && beside(parts, length, 0.0).empty()) marks.numbers[i] = 1;
+            if (!parts.empty() && uncovered(parts, length, 0.0).empty()) marks.numbers[i] = 1;
         });
         return marks;
     }
@@ -227,7 +227,7 @@ struct Cover {
     // The parts of the line between ``ends`` (2, 3) with a ``normal`` (3,) that lie on none of the patches, as shares
     // (n, 2) of it; up to ``slack`` [m] between two patches does not count
     Array<double, 2> left(InMat ends, In normal, double alike, double slack) const {
-        std::vector<Span1> parts;
+        std::vector<Stretch> parts;
         double square = 0;
         for (int m = 0; m < 3; ++m) square += (ends(1, m) - ends(0, m)) * (ends(1, m) - ends(0, m));
         const double length = std::sqrt(square);
@@ -248,7 +248,7 @@ struct Cover {
             for (const auto& [from, to] : patch.covered(at[0], at[1], gap)) parts.push_back({scale * from, scale * to});
         }
         Array<double, 2> found({0, 2});
-        for (const auto& [from, to] : beside(std::move(parts), length, slack)) {
+        for (const auto& [from, to] : uncovered(std::move(parts), length, slack)) {
             found.numbers.insert(found.numbers.end(), {from / length, to / length});
             ++found.sizes[0];
         }

@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.contacts.detect import NEGLIGIBLE_WIDTH, NOMINAL_BREADTH
 from holdfast.contacts.features import Features, touching_features
+from holdfast.contacts.patches import NEGLIGIBLE_WIDTH, NOMINAL_BREADTH
 from holdfast.contacts.round_contacts import feet
 from holdfast.contacts.tolerances import THINNEST, Angles
 from holdfast.native import core

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from holdfast.contacts.detect import neighbours
+from holdfast.contacts.neighbours import neighbours
 from holdfast.scene.scene import Scene
 
 

@@ -35,7 +35,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import transform
 from holdfast.base.rounding import COORDINATES
-from holdfast.contacts.detect import find_contacts
+from holdfast.contacts.contact_search import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
 from holdfast.engines.bearing import bearings

@@ -11,8 +11,8 @@ from holdfast.applications.placement.support import STEEPEST
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, unit
 from holdfast.base.rigid import tangents
-from holdfast.contacts.detect import box_distance
 from holdfast.contacts.interface import Interface, Patch
+from holdfast.contacts.neighbours import box_distance
 from holdfast.contacts.overlap import distance
 from holdfast.scene.body import Body
 

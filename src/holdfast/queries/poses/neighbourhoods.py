@@ -15,7 +15,7 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.connected import components
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.contacts.detect import box_distance, neighbours
+from holdfast.contacts.neighbours import box_distance, neighbours
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, doubtful_gap
 from holdfast.queries.poses.given_poses import GivenPoses
 from holdfast.queries.poses.outlines import Outline, outlines_of, separation

@@ -17,8 +17,8 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents, transform
-from holdfast.contacts.detect import Near, shared_length
 from holdfast.contacts.flags import SHAKY
+from holdfast.contacts.neighbours import Near, shared_length
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import doubtful_gap
 from holdfast.engines.answers import ONLY_BALANCED

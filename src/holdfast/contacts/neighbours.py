@@ -1,0 +1,78 @@
+"""The pairs of bodies whose bounding boxes are near each other."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from holdfast.contacts.occlusion import Pair
+from holdfast.contacts.tolerances import OfPair, Tolerances
+from holdfast.native import core
+from holdfast.scene.body import Body, place_cuboids
+from holdfast.scene.scene import Scene
+
+T = TypeVar("T")
+
+
+class Near(NamedTuple):
+    """Two bodies, or some parts of them, that are near each other, and the tolerances of the whole bodies.
+
+    ``shared`` [m] is how far their bounding boxes overlap (``shared_length``).
+    """
+
+    a: Body
+    b: Body
+    shared: float
+    limits: OfPair
+
+
+def near_pairs(scene: Scene, tolerances: Tolerances, gap: float, same: Collection[str] = ()) -> list[Near]:
+    """Return the pairs of ``neighbours``."""
+    found = list(_near(scene, gap, same))
+    limits = tolerances.of_pairs([(scene.body(a.name), scene.body(b.name)) for a, b, _ in found])
+    return [Near(*each, own) for each, own in zip(found, limits, strict=True)]
+
+
+def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator[tuple[Body, Body]]:
+    """Yield the pairs of bodies, neither both fixed nor excluded, whose bounding boxes come within ``gap`` [m].
+
+    Pairs of two bodies named in ``same`` are left out. If only some parts of two bodies may touch, bodies with only
+    these parts are yielded, one pair for each set of parts that may touch each other (``Scene.touching``).
+    """
+    for a, b, _ in _near(scene, gap, same):
+        yield a, b
+
+
+def _near(scene: Scene, gap: float, same: Collection[str]) -> Iterator[tuple[Body, Body, float]]:
+    """Yield the pairs of ``neighbours``, and how far [m] their bounding boxes overlap, negative if they are apart."""
+    bodies = scene.bodies
+    place_cuboids(bodies)
+    boxes = np.array([body.box for body in bodies]).reshape(-1, 2, 3)
+    fixed = np.array([body.fixed for body in bodies], dtype=bool)
+    asked = np.array([body.name not in same for body in bodies], dtype=bool)
+    pairs, shared = core.near_bodies(boxes, fixed, asked, gap)
+    for (i, j), along in zip(pairs.tolist(), shared.tolist(), strict=True):
+        a, b = bodies[i], bodies[j]
+        for one, two in scene.touching(a, b):
+            whole = one is a and two is b
+            yield one, two, along if whole else shared_length(one, two)
+
+
+def shared_length(a: Body, b: Body) -> float:
+    """Return how far [m] the bounding boxes of two bodies overlap, along the axis of least overlap."""
+    (low_a, high_a), (low_b, high_b) = a.box, b.box
+    return float((np.minimum(high_a, high_b) - np.maximum(low_a, low_b)).min())
+
+
+def box_distance(a: Body, b: Body) -> float:
+    """Return the distance of the world bounding boxes [m], which is a lower bound of the distance of the bodies."""
+    (low_a, high_a), (low_b, high_b) = a.box, b.box
+    return float(np.linalg.norm(np.maximum(np.maximum(low_a - high_b, low_b - high_a), 0)))
+
+
+def in_order(by_pair: Mapping[Pair, T], scene: Scene) -> dict[Pair, T]:
+    """Return a dict by pairs of bodies, sorted by the order of the bodies in the scene."""
+    place = {body.name: k for k, body in enumerate(scene.bodies)}
+    return {pair: by_pair[pair] for pair in sorted(by_pair, key=lambda pair: (place[pair[0]], place[pair[1]]))}
