@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 
 from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
@@ -80,3 +81,20 @@ def test_each_of_many_patches_covers_what_lies_on_it() -> None:
     np.testing.assert_allclose(left, [(-0.05, -GAP), (0.1 + GAP, 0.2 - GAP), (0.3 + GAP, 0.35)], atol=1e-8)
     above = line + np.array([0, 0, 3 * GAP])
     assert cover.left_of(above, UP, 1e-4, False)[0].tolist() == above.tolist()
+
+
+def test_a_star_of_needles_covers_what_is_within_reach() -> None:
+    """Points at random, and their distances from all sides by hand."""
+    angle = 2 * np.pi * np.arange(1200) / 1200
+    radius = np.where(np.arange(1200) % 4 < 2, 1.0, 0.3)
+    ring, by = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]), 0.02
+    points = np.random.default_rng(5).uniform(-1.1, 1.1, size=(400, 2))
+    start, along = ring, np.roll(ring, -1, axis=0) - ring
+    share = ((points[:, None] - start) * along).sum(2) / (along * along).sum(1)
+    feet = start + np.clip(share, 0, 1)[..., None] * along
+    away = np.linalg.norm(points[:, None] - feet, axis=2).min(1)
+    away[shapely.intersects_xy(shapely.Polygon(ring), *points.T)] = 0.0
+    star = Patch(np.column_stack([ring, np.zeros(len(ring))]), UP)
+    free = Cover([star], by).free(features(*([(x, y)] for x, y in points)))
+    assert free.tolist() == (away > by).tolist()
+    assert 20 < free.sum() < 380

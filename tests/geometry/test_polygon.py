@@ -6,8 +6,6 @@ import itertools
 
 import numpy as np
 import pytest
-import shapely
-from numpy.typing import NDArray
 
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.polygon import signed_area, union, without_collinear
@@ -68,41 +66,6 @@ def test_moments_of_a_rectangle_with_a_hole_are_their_difference() -> None:
     rings = [np.array([[a, c], [b, c], [b, d], [a, d]]) for a, b, c, d in (outer, inner)]
     found = flat.polynomial_moments([rings[0], rings[1][::-1]])
     np.testing.assert_allclose(found, np.subtract(moments(*outer), moments(*inner)), rtol=1e-12)
-
-
-def star(spikes: int, outer: float, inner: float) -> NDArray[np.float64]:
-    """The corners (4 spikes, 2) of a star of thin spikes around a disc."""
-    angle = 2 * np.pi * np.arange(4 * spikes) / (4 * spikes)
-    radius = np.where(np.arange(4 * spikes) % 4 < 2, outer, inner)
-    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
-
-
-def test_a_convex_outline_of_many_corners_grows_as_steiner_says() -> None:
-    """The area of all points within r of a convex polygon is A + P r + π r²; round corners are 16-sided, inside it."""
-    for count in (8, 300):
-        ring = star(count, 1.0, 1.0)
-        polygon = flat.shapely_polygon([ring])
-        for by in (0.01, 0.3):
-            found = flat.widened(polygon, by)
-            right = polygon.area + polygon.length * by + np.pi * by * by
-            assert right * (1 - 0.03 * by) <= found.area <= right * (1 + 1e-9)
-
-
-def test_a_star_of_needles_grows_by_what_is_within_reach() -> None:
-    """Points at random, and their distances from all sides: those surely within are in it, those beyond are not."""
-    ring, by = star(300, 1.0, 0.3), 0.02
-    found = flat.widened(flat.shapely_polygon([ring]), by)
-    rng = np.random.default_rng(5)
-    points = rng.uniform(-1.1, 1.1, size=(400, 2))
-    start, along = ring, np.roll(ring, -1, axis=0) - ring
-    share = ((points[:, None] - start) * along).sum(2) / (along * along).sum(1)
-    feet = start + np.clip(share, 0, 1)[..., None] * along
-    away = np.linalg.norm(points[:, None] - feet, axis=2).min(1)
-    away[shapely.intersects_xy(shapely.Polygon(ring), *points.T)] = 0.0
-    inside = flat.inside(found, points)
-    assert inside[away < 0.97 * by].all()
-    assert not inside[away > 1.001 * by].any()
-    assert 20 < (away > 1.001 * by).sum() < 380
 
 
 def test_thousands_of_wedges_join_to_their_disc() -> None:

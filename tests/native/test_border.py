@@ -217,7 +217,6 @@ CALLS: dict[str, Callable[[], Arguments]] = {
     },
     "rectangle_axes": lambda: {"hull": SQUARE},
     "corner_numbers": lambda: {"points": SQUARE, "order": np.arange(4)},
-    "tiled_hull": lambda: {"corners": SQUARE, "ends": np.array([2, 4]), "order": np.arange(4), "tolerance": 1e-9},
     "mark_hits": lambda: {
         "points": POINTS, "normals": ONES3, "triangles": TRIANGLES, "length": 1.0, "result": np.zeros(4, bool)
     },
@@ -350,7 +349,7 @@ WRITTEN = {
 FREE = {
     "Stepper": {"stuck"}, "nearest": {"runs.*"}, "passes_on": {"fronts.*"}, "apply_pivots": {"P", "X"},
     "follow_each": {"rows"}, "loads_nearby": {"rows"}, "rectangle_axes": {"hull"}, "corner_numbers": {"order"},
-    "tiled_hull": {"ends", "order"}, "mark_hits": {"triangles"}, "winding_numbers": {"points", "faces"},
+    "mark_hits": {"triangles"}, "winding_numbers": {"points", "faces"},
     "nearest_of_pairs": {"points", "pairs"}, "squared_distances": {"*"}, "hull_gauge": {"points"},
     "add_moments": {"ring"}, "placed": {"faces"}, "near_faces": {"?.neighbours"},
     "clip_faces": {"?.neighbours", "pairs"},
@@ -363,7 +362,7 @@ FREE = {
 } | {name: {"bed.edges", "bed.hull"} for name in CALLS if "bed" in CALLS[name]()}  # fmt: skip
 LONGER = {
     "cut": {"first"}, "write_entries": {"rows", "columns", "values"}, "peel": {"first", "left"},
-    "place_sheets": {"com"}, "corner_numbers": {"points"}, "tiled_hull": {"corners"}, "winding_numbers": {"vertices"},
+    "place_sheets": {"com"}, "corner_numbers": {"points"}, "winding_numbers": {"vertices"},
     "nearest_of_pairs": {"triangles"}, "placed": {"points"}, "touching_features": {"?.neighbours"},
     "cuboid_contacts": {"bodies"}, "fill_triangles": {"pixels"}, "topology_of": {"vertices"},
     "median_length": {"vertices"}, "nodes_on": {"face.1"}, "cells_on": {"face.1"}, "area_vectors": {"vertices"},

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.geometry.spatial import search_tree
-from holdfast.geometry.tiling import FEW, tiled
 from holdfast.native import core
 
 SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined
 # of more pieces, the union is made of widened ones only: that of 60,000 needles takes 2 s and not 13
 MANY = 32 * SCATTERED
+FEW = 16  # of more than MANY pieces, so many in a row are joined first
 MITRE = 100  # most by which a corner moves out, relative to its sides, where a polygon is widened
 
 
@@ -120,9 +120,6 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
         return [[oriented(without_collinear(ring, tolerance))]] if signed_area(ring) else []
     if len(pieces) == 1:
         return rings_of(shapely_polygon(pieces[0]), tolerance, smallest_hole)
-    outline = tiled(pieces, tolerance)
-    if outline is not None:
-        return [[without_collinear(outline, tolerance)]]
     if len(pieces) <= MANY:
         ends, corners = np.cumsum([len(rings[0]) for rings in pieces]), np.vstack([rings[0] for rings in pieces])
         group = core.groups_apart(corners, ends, 2 * MITRE * tolerance)
@@ -135,7 +132,8 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
             if known:
                 return _nested(np.split(around, ends[:-1]), tolerance, smallest_hole)
     else:
-        pieces = _fewer(_fewer(pieces, tolerance), tolerance)
+        rows = (pieces[k : k + FEW] for k in range(0, len(pieces), FEW))  # neighbours, which are often one polygon
+        pieces = [part for row in rows for part in union(row, tolerance, smallest_hole)]
     whole = polygons(pieces)
     solid = np.where(shapely.is_valid(whole), whole, shapely.convex_hull(whole))
     merged = None if len(pieces) > MANY else shapely.union_all(solid, grid_size=tolerance / 8)
@@ -172,19 +170,6 @@ def _nested(rings: Sequence[Float], tolerance: float, smallest_hole: float) -> l
             if of:  # otherwise a hole in a sliver
                 result[min(of, key=lambda k: areas[outlines[k]])].append(hole)
     return result
-
-
-def _fewer(pieces: Sequence[Sequence[Float]], tolerance: float, count: int = FEW) -> list[Sequence[Float]]:
-    """Return the same area in fewer pieces: up to ``count`` neighbours in a row that tile a convex one are that one."""
-    found: list[Sequence[Float]] = []
-    for first in range(0, len(pieces), count):
-        some = pieces[first : first + count]
-        outline = tiled(some, tolerance) if len(some) > 1 else None
-        if outline is not None:
-            found.append([outline])
-        else:
-            found += _fewer(some, tolerance, count // 2) if count > 2 else some
-    return found
 
 
 def polygons(pieces: Sequence[Sequence[Float]]) -> NDArray[np.object_]:

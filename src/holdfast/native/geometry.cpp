@@ -9,7 +9,6 @@
 #include "overlay.hpp"
 #include "polygon.hpp"
 #include "sweep.hpp"
-#include "tiling.hpp"
 
 namespace holdfast {
 
@@ -65,15 +64,6 @@ void bind_geometry(nanobind::module_& m) {
             return corner_numbers(points, order);
         },
         "points"_a, "order"_a, nogil());
-    m.def(
-        "tiled_hull",
-        [](InMat corners, InInts ends, InInts order, double tolerance) {
-            expect_rings(corners, ends);
-            expect(order.size() <= corners.size(), "an order of corners");
-            expect_indices(order, corners.size(), "a known corner");
-            return tiled_hull(corners, ends, order, tolerance);
-        },
-        "corners"_a, "ends"_a, "order"_a, "tolerance"_a, nogil());
     m.def(
         "groups_apart",
         [](InMat corners, InInts ends, double apart) {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -211,8 +212,9 @@ class Overlay {
     std::vector<Side> sides_;
 };
 
-// The outlines of the union of pieces, as ``tiled_hull`` takes them, whose corners and sides meet within ``near``;
-// not known if they are many, if one is not convex, or if rounding contradicts itself
+// The outlines of the union of pieces, whose corners and sides meet within ``near``;
+// piece p has the corners from ``ends[p - 1]`` up to, not including, ``ends[p]``; not known if they are many, if one is
+// not convex, or if rounding contradicts itself
 inline Outlines outlines_of(InMat corners, InInts ends, double near) {
     Overlay overlay(near);
     if (corners.size() > MOST_SIDES) return {Array<double, 2>({0, 2}), Array<Int>({0})};
@@ -222,6 +224,72 @@ inline Outlines outlines_of(InMat corners, InInts ends, double near) {
         }
     }
     return overlay.outlines();
+}
+
+// The number of the group (n,) of each piece; pieces of two groups, as ``outlines_of`` takes them, are more than
+// ``apart`` from each other. They are separated by a line along the side of a piece, so there may be fewer groups than
+// possible.
+inline Array<Int> groups_apart(InMat corners, InInts ends, double apart) {
+    const Int count = ends.size();
+    const auto start_of = [&](Int piece) { return piece > 0 ? ends[piece - 1] : 0; };
+    Array<double, 2> boxes({count, 4});  // least x and y, largest x and y
+    const Mat box = boxes.view();
+    for (Int piece = 0; piece < count; ++piece) {
+        for (Int m = 0; m < 2; ++m) {
+            box(piece, m) = std::numeric_limits<double>::infinity();
+            box(piece, m + 2) = -box(piece, m);
+            for (Int i = start_of(piece); i < ends[piece]; ++i) {
+                box(piece, m) = std::min(box(piece, m), corners(i, m));
+                box(piece, m + 2) = std::max(box(piece, m + 2), corners(i, m));
+            }
+        }
+    }
+    const auto beside = [&](Int one, Int other) {  // tell whether a side of ``one`` has ``other`` beyond ``one``
+        const Int start = start_of(one), stop = ends[one];
+        for (Int i = start; i < stop; ++i) {
+            const Int j = i + 1 < stop ? i + 1 : start;
+            const double x = corners(j, 0) - corners(i, 0), y = corners(j, 1) - corners(i, 1);
+            double own[] = {0, 0}, theirs[] = {std::numeric_limits<double>::infinity(), 0};
+            theirs[1] = -theirs[0];
+            for (Int k = start; k < stop; ++k) {
+                const double left = x * (corners(k, 1) - corners(i, 1)) - y * (corners(k, 0) - corners(i, 0));
+                own[0] = std::min(own[0], left);
+                own[1] = std::max(own[1], left);
+            }
+            for (Int k = start_of(other); k < ends[other]; ++k) {
+                const double left = x * (corners(k, 1) - corners(i, 1)) - y * (corners(k, 0) - corners(i, 0));
+                theirs[0] = std::min(theirs[0], left);
+                theirs[1] = std::max(theirs[1], left);
+            }
+            if (std::max(theirs[0] - own[1], own[0] - theirs[1]) > apart * std::hypot(x, y)) return true;
+        }
+        return false;
+    };
+    std::vector<Int> root(static_cast<std::size_t>(count));
+    std::iota(root.begin(), root.end(), Int{0});
+    const auto of = [&](Int piece) {
+        while (root[piece] != piece) piece = root[piece] = root[root[piece]];
+        return piece;
+    };
+    for (Int one = 0; one < count; ++one) {
+        for (Int other = 0; other < one; ++other) {
+            if (of(one) == of(other)) continue;
+            bool far = false;
+            for (Int m = 0; m < 2; ++m) {
+                far = far || box(one, m) > box(other, m + 2) + apart || box(other, m) > box(one, m + 2) + apart;
+            }
+            if (far || beside(one, other) || beside(other, one)) continue;
+            const auto [low, high] = std::minmax({of(one), of(other)});
+            root[high] = low;
+        }
+    }
+    Array<Int> found({count});
+    Int groups = 0;
+    for (Int piece = 0; piece < count; ++piece) {
+        const Int first = of(piece);  // the first of its group: roots are the least
+        found.view()[piece] = first == piece ? groups++ : found.view()[first];
+    }
+    return found;
 }
 
 }  // namespace holdfast
