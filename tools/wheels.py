@@ -181,8 +181,8 @@ def zig(tools: str, folder: Path) -> dict[str, str]:
         scripts[command] = folder / command
         scripts[command].write_text(f'#!/bin/sh\nexec "{tools}" -m ziglang {command}{target} "$@"\n')
         scripts[command].chmod(0o755)
-    tools = [f"-DCMAKE_{command.upper()}={shlex.quote(str(scripts[command]))}" for command in ("ar", "ranlib")]
-    return {"CXX": str(scripts["c++"]), "CMAKE_ARGS": " ".join(tools)}
+    others = [f"-DCMAKE_{command.upper()}={shlex.quote(str(scripts[command]))}" for command in ("ar", "ranlib")]
+    return {"CXX": str(scripts["c++"]), "CMAKE_ARGS": " ".join(others)}
 
 
 def different(wheel: Path) -> list[str]:
