@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from holdfast.batches.job import Job, Push, Question
-from holdfast.batches.keys import MISSING, Digests, key_of_files
+from holdfast.batches.job import MISSING, Digests, Job, Push, Question, key_of_files
 
 PUSH = Push("", "cup", (0.1, 0, 0.2), (1, 0, 0))
 

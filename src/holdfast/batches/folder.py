@@ -18,8 +18,8 @@ from holdfast.base.text import quoted
 from holdfast.batches import tables
 from holdfast.batches.inputs import MOST_BYTES
 from holdfast.batches.job import Question
-from holdfast.batches.journal import Journal, Record
 from holdfast.batches.schema import TABLES, VERSION, Row, described
+from holdfast.batches.tables import Journal, Record
 
 ABOUT, SCHEMA, JOURNAL, LOCK = "batch.json", "schema.json", "journal", "lock"
 ABOUT_HOLDS: dict[str, tuple[type, Callable[[Any], bool]]] = {  # type and validity of each entry of batch.json

@@ -14,7 +14,7 @@ from holdfast.base.arrays import checked_items, checked_mapping
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
-from holdfast.batches.csv_files import csv_rows
+from holdfast.batches.inputs import csv_rows
 from holdfast.batches.job import Push, Question
 from holdfast.queries.map import robustness_map
 from holdfast.queries.push import robustness

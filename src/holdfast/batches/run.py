@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.borders.outcomes import DONE, OUTCOMES
@@ -20,20 +20,48 @@ from holdfast.base.files import checked_path
 from holdfast.base.parallel import cores
 from holdfast.base.progress import lines, report
 from holdfast.base.text import quoted
+from holdfast.base.values import Value
 from holdfast.batches.earlier_answers import EarlierAnswers
 from holdfast.batches.folder import Folder, Part, opened
 from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, inputs_of
-from holdfast.batches.job import Job, Question
-from holdfast.batches.journal import Journal, Record, name_of
-from holdfast.batches.keys import Digests, key_of_files, key_of_value
-from holdfast.batches.local_workers import answered_here
+from holdfast.batches.job import Digests, Job, Question, key_of_files, key_of_value
 from holdfast.batches.question import question
-from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.schema import TABLES, Row
+from holdfast.batches.tables import Journal, Record, name_of
+from holdfast.batches.workers import answered_here
 
+if TYPE_CHECKING:
+    from distributed import Client
+
+
+MOST_IN_SHARD = 1_000_000  # more scenes for one process mean a mistake
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
 STAGE = "scenes"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Resources(Value):
+    """Where a batch runs, and how its scenes are divided into shards.
+
+    - ``megabytes`` [MB]: the memory limit of a scene.
+    - ``scheduler``: the address of a Dask scheduler, or a ``distributed.Client``. The processes then run on its
+      workers; by default they run on this machine.
+    - ``shard``: "i/n" computes only every n-th shard, beginning with number i, for arrays of jobs that share a folder.
+    - ``shard_size``: how many scenes one file of a table holds.
+
+    Raises SceneError for a number out of range.
+    """
+
+    megabytes: float = 4000.0
+    scheduler: str | Client | None = None
+    shard: str | None = None
+    shard_size: int = 100
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "megabytes", checked_number(self.megabytes, "Resources: megabytes", above=0))
+        set_(self, "shard_size", checked_whole(self.shard_size, "Resources: shard_size", 1, MOST_IN_SHARD))
 
 
 @hinting(resources=Resources)
@@ -89,7 +117,7 @@ def batch(
         if means.scheduler is None:
             answers = answered_here(jobs, asked, limits, count)
         else:
-            from holdfast.batches.cluster import answered_there
+            from holdfast.batches.workers import answered_there
 
             answers = answered_there(jobs, asked, limits, means.scheduler)
         driver.run(answers)

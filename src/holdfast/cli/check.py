@@ -12,8 +12,8 @@ import typer
 
 from holdfast.base.errors import HoldfastError, message
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Result, Rules, Scenes, findings
-from holdfast.batches.resources import Resources
 from holdfast.batches.result import read_batch
+from holdfast.batches.run import Resources
 from holdfast.cli.batch_commands import Globs, Megabytes, Options, Running, Seconds, Workers
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json

@@ -19,6 +19,7 @@ from holdfast.base.ranges import FRICTION, MASS, PLACE, SCALE
 from holdfast.base.rigid import UNIT_LENGTH, Y_TO_Z, pose_from, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import Inertial
 from holdfast.scene.formats import plain_data
 from holdfast.scene.formats.floor import FLOOR, with_floor
 from holdfast.scene.formats.made_meshes import hull_of
@@ -28,7 +29,6 @@ from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.rigid_parts import Piece, checked_fixed, filled, rigid_body, scene_of
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import Surfaces
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.meshes import glb
 from holdfast.scene.meshes.read import SUFFIXES
 from holdfast.scene.scene import Scene

@@ -15,10 +15,10 @@ from holdfast.base.ranges import FORCE, LENGTH
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import Inertial
 from holdfast.scene.excluded import Excluded
 from holdfast.scene.formats.rigid_parts import Piece, rigid_body
 from holdfast.scene.hold import Hold, Range
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.shapes import Sphere
 
 Torques: TypeAlias = bool | Mapping[str, float]

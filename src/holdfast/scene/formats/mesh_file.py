@@ -18,7 +18,7 @@ from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.rigid_parts import checked_fixed, copies_of, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
-from holdfast.scene.meshes import obj
+from holdfast.scene.meshes.text_meshes import objects_of_obj
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 
@@ -93,7 +93,7 @@ def _meshes(source: Source, bodies: str, rules: MeshRules, notes: list[str]) -> 
     with located(str(path)):
         rules.read(path, (1.0, 1.0, 1.0), notes, name)  # for the errors of the file as a whole
         found = {}
-        for given, vertices, faces in obj.objects(source.content):
+        for given, vertices, faces in objects_of_obj(source.content):
             own_name = checked_name(given or name, "name of an object")
             mesh = rules.turned(Mesh(vertices, faces, label=f"object {quoted(own_name)}"))
             found[own_name] = rules.taken(mesh, notes, own_name)

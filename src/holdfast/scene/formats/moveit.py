@@ -12,14 +12,13 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import UNIT_LENGTH, pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Solid
+from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.floor import with_floor
 from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.rigid_parts import Piece, checked_fixed, filled, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 

@@ -16,10 +16,9 @@ from holdfast.base.ranges import LENGTH
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Compound, Part, Shape, Solid
+from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid
 from holdfast.scene.excluded import Excluded
 from holdfast.scene.friction import Friction
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh, Sphere
 from holdfast.scene.xml import Element

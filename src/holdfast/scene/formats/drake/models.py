@@ -13,6 +13,7 @@ from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import nearest_of
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import listed, quoted
+from holdfast.scene.compound import Inertial
 from holdfast.scene.formats.drake.directives import Directive
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
@@ -30,7 +31,6 @@ from holdfast.scene.formats.urdf.tree import groups_of as urdf_groups
 from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES as URDF_ATTRIBUTES
 from holdfast.scene.formats.urdf.urdf_links import KNOWN as URDF_KNOWN
 from holdfast.scene.formats.urdf.urdf_links import LinkReader as UrdfLinks
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.xml import MAX_BYTES, Element, parsed
 
 WORLD = "world"

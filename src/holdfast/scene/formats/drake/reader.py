@@ -17,6 +17,7 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import together
 from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.formats.drake.directives import WORLD, Directive, directives_of
 from holdfast.scene.formats.drake.models import At, Clump, Member, ModelReader
@@ -28,7 +29,6 @@ from holdfast.scene.formats.rigid_parts import Notes, checked_fixed, rigid_body,
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
 
 DIRECTIVES = re.compile(r"^directives\s*:", re.MULTILINE)

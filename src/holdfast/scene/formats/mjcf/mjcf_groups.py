@@ -12,10 +12,10 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import SceneError, message
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
+from holdfast.scene.compound import Inertial, together
 from holdfast.scene.formats.mjcf.mjcf_names import entries
 from holdfast.scene.formats.mjcf.mobility import FREE, free_by_joints, held_joints, joints_of
 from holdfast.scene.formats.simulators.links import relative
-from holdfast.scene.inertial import Inertial, together
 
 STILL = 0  # the owner of bodies that do not move: the world
 CONNECT, WELD = 0, 1  # mjEQ_CONNECT, mjEQ_WELD

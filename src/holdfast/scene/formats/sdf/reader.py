@@ -13,6 +13,7 @@ from holdfast.base.errors import nearest_of
 from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import together
 from holdfast.scene.formats.floor import FLOOR, with_floor
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
@@ -26,7 +27,6 @@ from holdfast.scene.formats.sdf.touching import Touching, excluded_pairs, touche
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
 

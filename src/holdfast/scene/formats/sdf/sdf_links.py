@@ -10,13 +10,13 @@ import numpy as np
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
 from holdfast.base.text import quoted
+from holdfast.scene.compound import Inertial, together
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.rigid_parts import Notes, Piece
 from holdfast.scene.formats.sdf.frames import posed
 from holdfast.scene.formats.sdf.scopes import Scope, truth
 from holdfast.scene.formats.sdf.sdf_shapes import outlined, plane_pose, solid_of
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
-from holdfast.scene.inertial import Inertial, together
 from holdfast.scene.shapes import MassProperties
 from holdfast.scene.xml import Element
 

@@ -15,12 +15,11 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Part, Shape, Solid
+from holdfast.scene.compound import Inertial, Part, Shape, Solid, together
 from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.formats.rigid_parts import SAME_FRAME, Welded, weld
 from holdfast.scene.formats.simulators.hulls import compound
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial, together
 
 Touching: TypeAlias = Callable[[Sequence[int], Sequence[int]], Bool]  # which colliders may touch, as (len(a), len(b))
 

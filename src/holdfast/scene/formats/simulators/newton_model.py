@@ -16,12 +16,11 @@ from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Solid
+from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.simulators.hulls import hull, made, whole
 from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Sphere

@@ -19,13 +19,12 @@ from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, located, message, nearest_of
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Compound, Solid, as_shape
+from holdfast.scene.compound import Compound, Inertial, Solid, as_shape
 from holdfast.scene.formats.simulators.hulls import hull, made
 from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of, plane, relative
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.round_shapes import Capsule
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Sphere

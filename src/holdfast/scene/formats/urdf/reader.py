@@ -14,6 +14,7 @@ from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import DENSITY
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import together
 from holdfast.scene.formats.floor import FLOOR, with_floor
 from holdfast.scene.formats.joint_holds import Motors, Torques
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
@@ -24,7 +25,6 @@ from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.urdf.motors import with_arms
 from holdfast.scene.formats.urdf.tree import Group, groups_of
 from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES, KNOWN, LinkReader
-from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
 

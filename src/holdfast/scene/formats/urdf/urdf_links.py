@@ -9,13 +9,12 @@ import numpy as np
 from holdfast.base.arrays import checked_number, checked_word
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Solid
+from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.rigid_parts import Notes, Piece, ball, filled
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
 from holdfast.scene.formats.urdf.tree import origin_of
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, Mesh
 from holdfast.scene.xml import Element

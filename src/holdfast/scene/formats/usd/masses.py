@@ -10,10 +10,10 @@ from holdfast.base.arrays import Float, checked, checked_number
 from holdfast.base.errors import located
 from holdfast.base.ranges import DENSITY, INERTIA, MASS, SCALE
 from holdfast.base.rigid import pose_from
+from holdfast.scene.compound import Inertial, together
 from holdfast.scene.formats.rigid_parts import Piece
 from holdfast.scene.formats.usd.stage import Stage
 from holdfast.scene.formats.usd.usd_colliders import number_of, numbers_of, value_of
-from holdfast.scene.inertial import Inertial, together
 
 USUAL_DENSITY = 1000.0  # [kg/m³] default of UsdPhysics
 

@@ -15,6 +15,7 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.ranges import DENSITY, FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import together
 from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.formats.floor import FLOOR, with_floor
 from holdfast.scene.formats.named_meshes import split
@@ -30,7 +31,6 @@ from holdfast.scene.formats.usd.usd_bodies import Group, groups_of, has, touchin
 from holdfast.scene.formats.usd.usd_colliders import along, fail, number_of, numbers_of, piece_of, value_of
 from holdfast.scene.formats.usd.usd_writer import write
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
 
 MAGIC = (b"#usda", b"PXR-USDC")

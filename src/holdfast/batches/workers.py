@@ -1,4 +1,4 @@
-"""Run a batch on other machines by Dask: each task uses a worker process there and returns rows."""
+"""Answer jobs by worker processes: several on this machine, or one for each task of a Dask scheduler's workers."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from itertools import islice
+from multiprocessing.connection import wait
 from typing import TYPE_CHECKING
 
 from holdfast import __version__
@@ -15,17 +16,58 @@ from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
 from holdfast.batches.job import Job, Question
-from holdfast.batches.local_workers import supervisor_for
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
+
+ANSWERED_BY = "holdfast.batches.rows:answered"
 AHEAD = 2  # number of submitted tasks per thread of the cluster, which bounds the memory of replies
 SECONDS = 30  # [s] timeout of the connection to the scheduler
 
 _own = threading.local()  # holds the supervisor of each thread of a Dask worker
 _lock = threading.Lock()
 _supervisors: list[Supervisor] = []
+
+
+def supervisor_for(question: Question, limits: Limits) -> Supervisor:
+    """Return the supervisor of a worker that answers this question."""
+    setup = Job(0, "", Question(question.verbs, question.options))
+    return Supervisor(ANSWERED_BY, setup, limits)
+
+
+def answered_here(jobs: Iterator[Job], question: Question, limits: Limits, workers: int) -> Iterator[tuple[Job, Reply]]:
+    """Yield every job with its reply.
+
+    One job more than there are workers is drawn in advance. It is given to the first idle worker before that worker's
+    reply is yielded, so that no worker waits for jobs or for the consumer of replies.
+    """
+    with ExitStack() as stack:
+        idle = [stack.enter_context(supervisor_for(question, limits)) for _ in range(workers)]
+        busy: list[Supervisor] = []
+        waiting: Job | None = None
+
+        def give() -> None:
+            nonlocal waiting
+            if idle and waiting is not None:
+                idle[-1].give(waiting)
+                busy.append(idle.pop())
+                waiting = None
+
+        while True:
+            while waiting is None and (waiting := next(jobs, None)) is not None:
+                give()
+            if not busy:
+                return
+            wait([supervisor.answers for supervisor in busy], min(supervisor.left for supervisor in busy))
+            for supervisor in list(busy):
+                reply = supervisor.take()
+                if reply is not None:
+                    job = supervisor.item
+                    busy.remove(supervisor)
+                    idle.append(supervisor)
+                    give()
+                    yield job, reply
 
 
 def answered_there(
