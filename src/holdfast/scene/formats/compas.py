@@ -14,10 +14,10 @@ from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, message
 from holdfast.base.ranges import PLACE, SCALE
 from holdfast.base.text import listed, quoted
+from holdfast.scene.formats.links import checked_fixed, not_read, unknown_keys
 from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own, scene_of_nodes
 from holdfast.scene.formats.published import triangulated
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import checked_fixed, not_read, unknown_keys
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.by_trimesh import Node

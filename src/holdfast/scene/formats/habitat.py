@@ -21,12 +21,11 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Inertial
 from holdfast.scene.formats import plain_data
-from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.formats.links import FLOOR, Piece, checked_fixed, filled, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import hull_of
 from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
 from holdfast.scene.formats.references import References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Piece, checked_fixed, filled, rigid_body, scene_of
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.meshes import glb

@@ -11,11 +11,10 @@ from holdfast.base.arrays import checked_name, checked_word
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.formats.floor import with_floor
+from holdfast.scene.formats.links import checked_fixed, copies_of, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import checked_fixed, copies_of, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.text_meshes import objects_of_obj

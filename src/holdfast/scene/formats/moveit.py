@@ -13,10 +13,9 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import UNIT_LENGTH, pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.floor import with_floor
+from holdfast.scene.formats.links import Piece, checked_fixed, filled, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Piece, checked_fixed, filled, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene

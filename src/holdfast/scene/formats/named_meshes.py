@@ -17,9 +17,8 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.floor import with_floor
+from holdfast.scene.formats.links import checked_fixed, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import MESHES, MeshRules
-from holdfast.scene.formats.rigid_parts import checked_fixed, scene_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.by_trimesh import Node, nodes_of
 from holdfast.scene.scene import Scene

@@ -25,10 +25,23 @@ from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.formats import plain_data
+from holdfast.scene.formats.entries import (
+    AnyHoldModel,
+    FrictionModel,
+    Matrix3,
+    Matrix4,
+    Model,
+    Number,
+    Quadruple,
+    Triple,
+    Truth,
+    Whole,
+    friction_data,
+    friction_of,
+    hold_data,
+    hold_of,
+)
 from holdfast.scene.formats.faults import first_fault
-from holdfast.scene.formats.friction_entries import FrictionModel, friction_data, friction_of
-from holdfast.scene.formats.hold_entries import AnyHoldModel, hold_data, hold_of
-from holdfast.scene.formats.models_shared import Matrix3, Matrix4, Model, Number, Quadruple, Triple, Truth, Whole
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.halfspace import HalfSpace

@@ -18,7 +18,7 @@ from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.scene.formats import FORMATS
-from holdfast.scene.formats.floor import on_the_floor
+from holdfast.scene.formats.links import on_the_floor
 from holdfast.scene.formats.source import Source
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
@@ -86,7 +86,7 @@ class Format:
 def _formats() -> Registry[Format]:
     """All formats; those that come with holdfast are imported now."""
     home = "holdfast.scene.formats"
-    own: list[Format] = [getattr(import_module(f"{home}.{module}"), name) for module, name in FORMATS.items()]
+    own: list[Format] = [getattr(import_module(f"{home}.{module}"), name) for module, name in FORMATS]
     return Registry("format", {each.name: each for each in own})
 
 

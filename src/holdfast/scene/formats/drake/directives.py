@@ -17,8 +17,8 @@ from holdfast.base.files import check_ordinary
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import quoted
 from holdfast.scene.formats import plain_data
+from holdfast.scene.formats.links import not_read, pose_of
 from holdfast.scene.formats.references import References
-from holdfast.scene.formats.rigid_parts import not_read, pose_of
 from holdfast.scene.formats.source import Source
 
 WORLD = "world"

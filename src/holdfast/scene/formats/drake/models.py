@@ -15,11 +15,10 @@ from holdfast.base.files import read_ordinary
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial
 from holdfast.scene.formats.drake.directives import Directive
+from holdfast.scene.formats.links import Notes, Piece
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
-from holdfast.scene.formats.rigid_parts import Notes, Piece
-from holdfast.scene.formats.sdf.frames import Frames
-from holdfast.scene.formats.sdf.scopes import Scope, ScopeReader
+from holdfast.scene.formats.sdf.scopes import Frames, Scope, ScopeReader
 from holdfast.scene.formats.sdf.sdf_joints import carrier
 from holdfast.scene.formats.sdf.sdf_joints import groups_of as sdf_groups
 from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES as SDF_ATTRIBUTES

@@ -21,11 +21,10 @@ from holdfast.scene.compound import together
 from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.formats.drake.directives import WORLD, Directive, directives_of
 from holdfast.scene.formats.drake.models import At, Clump, Member, ModelReader
-from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.formats.links import FLOOR, Notes, checked_fixed, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Notes, checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -13,15 +14,12 @@ from holdfast.base.arrays import checked_mapping, checked_truth
 from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, message
 from holdfast.geometry.gltf import MAGIC
+from holdfast.scene.formats.entries import FrictionModel, Number, Triple, Truth, friction_of
 from holdfast.scene.formats.faults import first_fault
-from holdfast.scene.formats.floor import FLOOR
-from holdfast.scene.formats.friction_entries import FrictionModel, friction_of
-from holdfast.scene.formats.gltf.inside import Inside, materials_of_parts
-from holdfast.scene.formats.gltf.joined import packed
-from holdfast.scene.formats.gltf.words import unknown_words
+from holdfast.scene.formats.gltf.extras import KEY, Inside, materials_of_parts
 from holdfast.scene.formats.gltf.writer import write
-from holdfast.scene.formats.made_meshes import Collision, MeshRules
-from holdfast.scene.formats.models_shared import Number, Triple, Truth
+from holdfast.scene.formats.links import FLOOR, checked_fixed, not_read, unknown_keys
+from holdfast.scene.formats.made_meshes import Collision, MeshRules, packed
 from holdfast.scene.formats.named_meshes import (
     Numbers,
     check_names,
@@ -32,13 +30,49 @@ from holdfast.scene.formats.named_meshes import (
     scene_of_nodes,
 )
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import checked_fixed, not_read
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes import glb
+from holdfast.scene.meshes.glb import LOOKING
 from holdfast.scene.scene import Scene
 
+# What glTF has for each kind of its objects; what only looks or moves is ignored
+KEYS = {
+    "asset": ("version", "generator", "copyright", "minVersion", "extras"),
+    "scenes": ("nodes", "name"),
+    "nodes": ("mesh", "name", "children", "matrix", "translation", "rotation", "scale", "camera", "weights"),
+    "meshes": ("primitives", "weights", "name", "extras"),
+    "primitives": ("attributes", "indices", "material", "mode", "targets", "extras"),
+    "the file": (
+        "asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews", "buffers", "materials", "textures",
+        "images", "samplers", "cameras", "skins", "animations", "extensionsUsed", "extensionsRequired", "extras",
+    ),
+}  # fmt: skip
 USUAL_GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
+
+
+def unknown_words(header: dict[str, Any]) -> Iterator[str]:
+    """Yield the keys, extensions and custom properties of a checked header that are not known."""
+    yield from _unknown_of(header, "the file")
+    yield from _unknown_of(header.get("asset", {}), "asset")
+    for kind in ("scenes", "nodes", "meshes"):
+        for each in header.get(kind, []):
+            yield from _unknown_of(each, kind)
+    for mesh in header.get("meshes", []):
+        for each in mesh.get("primitives", []):
+            yield from _unknown_of(each, "primitives")
+
+
+def _unknown_of(data: dict[str, Any], kind: str) -> Iterator[str]:
+    yield from unknown_keys(data, (*KEYS[kind], "extras", "extensions"), kind)
+    extras, extensions, weights = data.get("extras"), data.get("extensions"), data.get("weights")
+    if kind in ("nodes", "meshes") and isinstance(weights, list) and any(weights):
+        yield f"weights of {kind}"  # morph targets change the shape
+    if kind in ("scenes", "nodes") and isinstance(extras, dict):
+        yield from unknown_keys(extras, (KEY,), f"extras of {kind}")
+    for name in extensions if isinstance(extensions, dict) else ():
+        if not name.startswith(LOOKING):
+            yield f"{name} of {kind}"
 
 
 class NodeModel(BaseModel):

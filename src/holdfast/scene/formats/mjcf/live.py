@@ -11,13 +11,20 @@ from holdfast.base.arrays import Float, checked_truth
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.formats.joint_holds import Motors, Torques, never_touching
-from holdfast.scene.formats.mjcf import mjcf_shapes
-from holdfast.scene.formats.mjcf.mjcf_groups import STILL, Groups, find_groups, frame_of, inertia_of
-from holdfast.scene.formats.mjcf.mjcf_motors import holds_of
-from holdfast.scene.formats.mjcf.mobility import IN_PARENT, JOINT, WRAP_JOINT
-from holdfast.scene.formats.mjcf.rules import Rules
-from holdfast.scene.formats.simulators.links import Collider, body_of, kept_apart, relative, unique
+from holdfast.scene.formats.joints import Motors, Torques, never_touching
+from holdfast.scene.formats.mjcf.mobility import (
+    IN_PARENT,
+    JOINT,
+    STILL,
+    WRAP_JOINT,
+    Groups,
+    find_groups,
+    frame_of,
+    holds_of,
+    inertia_of,
+)
+from holdfast.scene.formats.mjcf.rules import MESH, PLANE, Rules, kind_of, pose_of, solid_of
+from holdfast.scene.formats.simulators.simulated import Collider, body_of, kept_apart, relative, unique
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene
@@ -93,7 +100,7 @@ def from_mujoco(
 
 def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list[str]]:  # noqa: ANN401
     """Return the groups that become bodies, in the model's order, and the names of moving bodies without contacts."""
-    labels = [name or f"{mjcf_shapes.kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
+    labels = [name or f"{kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
     of_body: dict[int, list[int]] = {}
     for g in np.flatnonzero(rules.colliding).tolist():
         of_body.setdefault(int(model.geom_bodyid[g]), []).append(g)
@@ -122,7 +129,7 @@ def _apart(model: Any, rules: Rules, b: int, geoms: list[int], moving: list[int]
 
     Planes and geoms of the world are separate; others are together if they may touch the same moving geoms.
     """
-    alone = [[g] for g in geoms if b == 0 or model.geom_type[g] == mjcf_shapes.PLANE]
+    alone = [[g] for g in geoms if b == 0 or model.geom_type[g] == PLANE]
     others = [g for g in geoms if [g] not in alone]
     alike: dict[bytes, list[int]] = {}
     for g, row in zip(others, rules.touching(others, moving), strict=True):
@@ -149,12 +156,12 @@ def _body(model: Any, data: Any, group: Group, rules: Rules, motors: Motors) -> 
 
 def _collider(model: Any, data: Any, g: int, home: Float, rules: Rules) -> Collider:  # noqa: ANN401
     """Return a geom in the frame ``home`` of its body of the scene."""
-    pose = mjcf_shapes.pose_of(model, g)
+    pose = pose_of(model, g)
     frame = frame_of(data, int(model.geom_bodyid[g]))
     if not np.array_equal(frame, home):
         pose = relative(frame @ pose, home)
-    plane = model.geom_type[g] == mjcf_shapes.PLANE
-    shape = HalfSpace() if plane else mjcf_shapes.solid_of(model, g)
+    plane = model.geom_type[g] == PLANE
+    shape = HalfSpace() if plane else solid_of(model, g)
     return Collider(shape, pose, rules.materials[rules.of[g]], g)
 
 
@@ -167,7 +174,7 @@ def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa:
     if empty:
         notes.append(f"left out, as no geom of theirs collides: {listed(empty)}")
     used = rules.colliding
-    if (np.asarray(model.geom_type)[used] == mjcf_shapes.MESH).any():
+    if (np.asarray(model.geom_type)[used] == MESH).any():
         notes.append("meshes are their convex hulls, as MuJoCo collides them")
     if (np.asarray(model.geom_margin)[used] > 0).any():
         notes.append("ignored: margins, at which MuJoCo's contacts begin before surfaces touch")

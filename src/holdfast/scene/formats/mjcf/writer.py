@@ -19,7 +19,7 @@ from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Solid
 from holdfast.scene.excluded import Excluded, by_bodies, may_touch
-from holdfast.scene.formats.surfaces_written import Unit, table_of, units_of
+from holdfast.scene.formats.surfaces import Unit, table_of, units_of
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene

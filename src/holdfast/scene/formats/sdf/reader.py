@@ -14,16 +14,13 @@ from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
-from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.formats.links import FLOOR, Notes, checked_fixed, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Notes, checked_fixed, rigid_body, scene_of
-from holdfast.scene.formats.sdf.frames import Frames
-from holdfast.scene.formats.sdf.scopes import Scope, ScopeReader
-from holdfast.scene.formats.sdf.sdf_joints import Group, groups_of
+from holdfast.scene.formats.sdf.scopes import Frames, Scope, ScopeReader
+from holdfast.scene.formats.sdf.sdf_joints import Group, Touching, excluded_pairs, groups_of, toucher
 from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES, KNOWN, RULES, LinkReader, coefficients
-from holdfast.scene.formats.sdf.touching import Touching, excluded_pairs, toucher
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace

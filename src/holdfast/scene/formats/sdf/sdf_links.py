@@ -7,19 +7,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_number
+from holdfast.base.arrays import Float, checked_number, unit
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
+from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
-from holdfast.scene.compound import Inertial, together
-from holdfast.scene.formats.made_meshes import MeshRules
-from holdfast.scene.formats.rigid_parts import Notes, Piece
-from holdfast.scene.formats.sdf.frames import posed
-from holdfast.scene.formats.sdf.scopes import Scope, truth
-from holdfast.scene.formats.sdf.sdf_shapes import outlined, plane_pose, solid_of
+from holdfast.scene.compound import Inertial, Solid, together
+from holdfast.scene.formats.links import Notes, Piece, ball
+from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded
+from holdfast.scene.formats.sdf.scopes import Scope, posed, truth
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
-from holdfast.scene.shapes import MassProperties
+from holdfast.scene.round_shapes import Capsule, Ellipsoid
+from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh
 from holdfast.scene.xml import Element
 
+MOST_CORNERS = 1_000  # of a polyline; where they cross, the time grows with the square or more
 USUAL_FRICTION = 1.0  # default of SDF
 RULES = {"ode": "least", "bullet": "product", "drake": "harmonic mean"}  # how simulators combine two surfaces
 USUAL_DENSITY = 1000.0  # [kg/m³] default of SDF for masses that follow from shapes
@@ -56,6 +57,74 @@ ATTRIBUTES = (
     "name", "type", "version", "canonical_link", "placement_frame", "merge", "auto", "relative_to", "expressed_in",
     "attached_to", "rotation_format", "degrees", "filename", "default", "joint", "delay", "action", "id", "element_id",
 )  # fmt: skip
+
+
+def solid_of(
+    scope: Scope, element: Element, link: str, meshes: MeshRules, notes: Notes
+) -> tuple[Solid, MassProperties | None]:
+    """Return the shape of an element such as <box>, and its mass properties if they differ from those of the shape.
+
+    Assumptions are noted for the ``link``.
+    """
+    match element.tag:
+        case "sphere":
+            return ball(_size(element, "radius"), link, notes), None
+        case "box":
+            return Box(np.array(element.needed("size").values(3))), None
+        case "cylinder":
+            return Cylinder(_size(element, "radius"), _size(element, "length")), None
+        case "capsule" | "drake:capsule":
+            return Capsule(_size(element, "radius"), _size(element, "length")), None
+        case "ellipsoid":
+            return Ellipsoid(np.array(element.needed("radii").values(3))), None
+        case "drake:ellipsoid":
+            return Ellipsoid([_size(element, axis) for axis in ("a", "b", "c")]), None
+        case "cone":
+            return cone(_size(element, "radius"), _size(element, "length"), element.place)
+        case "mesh":
+            return _mesh(scope, element, link, meshes, notes), None
+    return element.fail(
+        "is not read", "reads box, sphere, cylinder, capsule, ellipsoid, cone, polyline, plane and mesh"
+    )
+
+
+def plane_pose(element: Element) -> Float:
+    """Return the pose (4, 4) of a <plane> in its collision, with the normal along z; its size is only visual."""
+    normal = element.child("normal")
+    up = np.array((0.0, 0.0, 1.0) if normal is None else normal.values(3))
+    if not up.any():
+        element.fail("has a zero normal", "needs a direction")
+    up, pose = unit(up), np.eye(4)
+    if up[2] < 1:  # otherwise the axes stay as they are
+        pose[:3, 0], pose[:3, 1] = tangents(up)
+        pose[:3, 2] = up
+    return pose
+
+
+def _size(element: Element, tag: str) -> float:
+    return element.needed(tag).values(1)[0]
+
+
+def outlined(elements: list[Element]) -> Mesh:
+    """Return the solid of the <polyline> elements of a geometry; outlines in others are holes, as in Gazebo."""
+    outlines = []
+    for element in elements:
+        points = [point.values(2) for point in element.all("point")]
+        if not 3 <= len(points) <= MOST_CORNERS:
+            element.fail(f"has {len(points):,} points", f"needs three and more, up to {MOST_CORNERS:,}")
+        outlines.append(np.array(points))
+    return extruded(outlines, _size(elements[0], "height"), elements[0].place)
+
+
+def _mesh(scope: Scope, element: Element, link: str, meshes: MeshRules, notes: Notes) -> Mesh:
+    if element.child("submesh") is not None:
+        element.fail("takes one of several meshes of its file", "give that one a file of its own")
+    uri, scale = element.needed("uri"), element.child("scale")
+    sx, sy, sz = (1.0, 1.0, 1.0) if scale is None else scale.values(3)
+    if min(sx, sy, sz) < 0:
+        element.fail(f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file")
+    path = scope.references.file(uri.text.strip(), uri.place)
+    return meshes.read(path, (sx, sy, sz), notes, scope.path, link)
 
 
 class Plane(NamedTuple):

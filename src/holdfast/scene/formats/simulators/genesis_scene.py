@@ -16,8 +16,7 @@ from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.simulators.hulls import hull, made, whole
-from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of, plane
+from holdfast.scene.formats.simulators.simulated import Collider, Hold, Joint, Link, bodies_of, hull, made, plane, whole
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace

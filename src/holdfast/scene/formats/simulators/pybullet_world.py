@@ -20,8 +20,17 @@ from holdfast.base.errors import GeometryError, SceneError, located, message, ne
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Compound, Inertial, Solid, as_shape
-from holdfast.scene.formats.simulators.hulls import hull, made
-from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of, plane, relative
+from holdfast.scene.formats.simulators.simulated import (
+    Collider,
+    Hold,
+    Joint,
+    Link,
+    bodies_of,
+    hull,
+    made,
+    plane,
+    relative,
+)
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace

@@ -15,8 +15,7 @@ from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.simulators.hulls import hull, made, whole
-from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of
+from holdfast.scene.formats.simulators.simulated import Collider, Hold, Joint, Link, bodies_of, hull, made, whole
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule

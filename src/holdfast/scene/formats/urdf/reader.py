@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -15,16 +15,15 @@ from holdfast.base.ranges import DENSITY
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
-from holdfast.scene.formats.floor import FLOOR, with_floor
-from holdfast.scene.formats.joint_holds import Motors, Torques
+from holdfast.scene.formats.joints import Motors, Torques, joint_hold, never_touching
+from holdfast.scene.formats.links import FLOOR, Notes, copies_of, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Notes, copies_of, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
-from holdfast.scene.formats.urdf.motors import with_arms
-from holdfast.scene.formats.urdf.tree import Group, groups_of
+from holdfast.scene.formats.urdf.tree import SLIDING, Group, Joint, axis_of, groups_of
 from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES, KNOWN, LinkReader
+from holdfast.scene.hold import Range
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
 
@@ -197,3 +196,36 @@ def _placed(bodies: list[tuple[str, Body]], copy: str, at: Float) -> list[Body]:
 
 
 URDF = Format("URDF", (".urdf",), sniff, read, mark="<robot>")
+
+
+def with_arms(
+    scene: Scene, groups: Sequence[Group], tops: Sequence[str], copies: Iterable[tuple[str, Float]], motors: Motors
+) -> Scene:
+    """Return the scene with the holds of all joints, for each copy of the file at its pose (4, 4) in the world.
+
+    ``tops`` are the first links of the groups that are bodies; what holds on any other is fixed in the world.
+    """
+    fixed, holds, arms, balls = {body.name: body.fixed for body in scene.bodies}, [], [], []
+    for copy, place in copies:
+        names = {top: f"{copy}/{top}" if len(tops) > 1 else copy for top in tops}
+        arms.append([*names.values()])
+        balls += [names[top] for top in motors.balls]
+        for group in groups:
+            joint, body = group.joint, names.get(group.top)
+            if joint is None or body is None or fixed[body]:
+                continue
+            at, on = place @ group.pose, names.get(group.above)
+            axis, own = at[:3, :3] @ axis_of(joint.element), motors.of(joint.name, _effort(joint))
+            slides = joint.kind in SLIDING
+            holds.append(joint_hold(body, on, at[:3, 3], axis, own, slides=slides))
+    return replace(scene, holds=tuple(holds), excluded=never_touching(arms, balls, [*fixed]))
+
+
+def _effort(joint: Joint) -> Range | None:
+    """Return the range of a joint by its <limit>; None without one, for 0, and for a joint that another one drives.
+
+    Files write 0 for none.
+    """
+    limit = joint.element.child("limit")
+    effort = 0.0 if limit is None or joint.element.child("mimic") is not None else limit.number("effort", 0.0)
+    return (-effort, effort) if effort > 0 else None

@@ -12,8 +12,8 @@ from holdfast.base.arrays import Float, checked_number, unit
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import listed, quoted
-from holdfast.scene.formats.joint_limits import check_within
-from holdfast.scene.formats.rigid_parts import pose_of
+from holdfast.scene.formats.joints import check_within
+from holdfast.scene.formats.links import pose_of
 from holdfast.scene.xml import Element
 
 TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)

@@ -10,9 +10,9 @@ from holdfast.base.arrays import checked_number, checked_word
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
+from holdfast.scene.formats.links import Notes, Piece, ball, filled
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
-from holdfast.scene.formats.rigid_parts import Notes, Piece, ball, filled
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
 from holdfast.scene.formats.urdf.tree import origin_of
 from holdfast.scene.round_shapes import Capsule, Ellipsoid

@@ -17,18 +17,24 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
 from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.formats.links import FLOOR, checked_fixed, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
-from holdfast.scene.formats.usd.masses import Collider, inertial_of
 from holdfast.scene.formats.usd.stage import Stage, opened
-from holdfast.scene.formats.usd.unread import unread
-from holdfast.scene.formats.usd.usd_bodies import Group, groups_of, has, touching
-from holdfast.scene.formats.usd.usd_colliders import along, fail, number_of, numbers_of, piece_of, value_of
+from holdfast.scene.formats.usd.usd_bodies import Group, groups_of, has, touching, unread
+from holdfast.scene.formats.usd.usd_colliders import (
+    Collider,
+    along,
+    fail,
+    inertial_of,
+    number_of,
+    numbers_of,
+    piece_of,
+    value_of,
+)
 from holdfast.scene.formats.usd.usd_writer import write
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene

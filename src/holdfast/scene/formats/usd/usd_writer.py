@@ -18,8 +18,7 @@ from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Solid
 from holdfast.scene.excluded import End
-from holdfast.scene.formats.surfaces import PHYSX, RULES
-from holdfast.scene.formats.surfaces_written import table_of, units_of
+from holdfast.scene.formats.surfaces import PHYSX, RULES, table_of, units_of
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene

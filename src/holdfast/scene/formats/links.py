@@ -1,4 +1,4 @@
-"""Common parts of robot formats: rigid bodies assembled from shapes and masses with poses."""
+"""Common parts of robot formats: rigid bodies assembled from shapes and masses with poses, and the floor below them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float, checked_items
+from holdfast.base.arrays import Float, checked_items, checked_truth
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import LENGTH
 from holdfast.base.rigid import checked_pose, transform
@@ -19,11 +19,14 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid
 from holdfast.scene.excluded import Excluded
 from holdfast.scene.friction import Friction
-from holdfast.scene.scene import Scene
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shapes import Mesh, Sphere
 from holdfast.scene.xml import Element
 
 SAME_FRAME = 1e-12  # [m, 1] up to which a shape is in the frame of its body: rounding of poses there and back
+FLOOR = "floor"  # name of the body
+LEVEL = 0.999  # cosine of the slope up to which a half space is a floor, and no ramp or wall: 2.6 degrees
 
 
 class Piece(NamedTuple):
@@ -220,3 +223,48 @@ def copies_of(name: str, pose: ArrayLike | None, poses: Mapping[str, ArrayLike] 
     if pose is not None or not hasattr(poses, "items") or not len(poses):
         raise SceneError(message("poses", f"is {quoted(poses)}", 'needs a dict such as {"left": T}, and no pose='))
     return [(copy, checked_pose(at, f"poses: {quoted(copy)}")) for copy, at in poses.items()]
+
+
+def with_floor(
+    bodies: Sequence[Body], floor: bool, where: str, remedy: str, *, problem: str = "nothing in it is fixed"
+) -> list[Body]:
+    """Return the bodies of a file and, if ``floor``, the half space below z = 0, which never moves.
+
+    Raises SceneError about ``where``, with the ``problem`` and its ``remedy``, if nothing is fixed, and if a body has
+    the name of the floor.
+    """
+    if checked_truth(floor, "floor") and any(body.name == FLOOR for body in bodies):
+        raise SceneError(message(FLOOR, "the file has a body of this name", "leave floor= out"))
+    found = [*bodies, Body(FLOOR, HalfSpace(), fixed=True)] if floor else list(bodies)
+    if not any(body.fixed for body in found):
+        raise SceneError(message(where, problem, remedy))
+    return found
+
+
+def on_the_floor(scene: Scene) -> Scene:
+    """Return the scene moved vertically, as one, so that its lowest point is on the floor; a note says how far.
+
+    The floor is the highest level half space, and all but half spaces are moved. Without one it is the top of the only
+    fixed body, and what can move is moved. Raises SceneError if there is neither.
+    """
+    planes = [body for body in scene.bodies if isinstance(body.shape, HalfSpace)]
+    tops = [float(body.pose[:3, 3] @ scene.up) for body in planes if body.pose[:3, 2] @ scene.up > LEVEL]
+    fixed = [body for body in scene.bodies if body.fixed and body not in planes]
+    if not tops and len(fixed) == 1:
+        tops, planes = [_heights(fixed[0], scene.up).max()], [*planes, *fixed]
+    if not tops:
+        problem = f"of {len(fixed)} fixed bodies none is a level half space"
+        raise SceneError(message("on_floor", problem, "give floor=True, or one fixed body that carries the others"))
+    moved = [body for body in scene.bodies if body not in planes]
+    lift = max(tops) - min((_heights(body, scene.up).min() for body in moved), default=max(tops))
+    step = np.eye(4)
+    step[:3, 3] = lift * scene.up
+    way = f"lowered by {-lift:.6g} m" if lift < 0 else f"raised by {lift:.6g} m"
+    return with_notes(
+        scene.moved({body.name: step @ body.pose for body in moved}),
+        [f"on_floor: {way}, so that the lowest point is on the floor"],
+    )
+
+
+def _heights(body: Body, up: Float) -> Float:
+    return np.asarray(body.surface_world.vertices @ up)

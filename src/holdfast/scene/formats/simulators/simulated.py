@@ -1,4 +1,4 @@
-"""Scenes from links, joints and colliders: what every simulator has, whatever it calls them."""
+"""Scenes from links, joints and colliders: what every simulator has, whatever it calls them; shapes are cached."""
 
 from __future__ import annotations
 
@@ -6,22 +6,73 @@ import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import NamedTuple, TypeAlias
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
+import manifold3d
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.errors import SceneError, located, message
+from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Inertial, Part, Shape, Solid, together
+from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid, together
 from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.rigid_parts import SAME_FRAME, Welded, weld
-from holdfast.scene.formats.simulators.hulls import compound
+from holdfast.scene.formats.links import SAME_FRAME, Welded, weld
 from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.shapes import Mesh
 
+S = TypeVar("S")
+MOST_CACHED = 4096  # number of shapes in each cache
 Touching: TypeAlias = Callable[[Sequence[int], Sequence[int]], Bool]  # which colliders may touch, as (len(a), len(b))
+
+
+def hull(vertices: Float) -> Mesh:
+    """Return the convex hull of ``vertices`` (n, 3) [m], which simulators collide in place of a mesh.
+
+    Raises GeometryError if they span no volume.
+    """
+    return _hull(np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
+
+
+@lru_cache(MOST_CACHED)
+def _hull(vertices: bytes) -> Mesh:
+    points = np.frombuffer(vertices).reshape(-1, 3)
+    mesh = manifold3d.Manifold.hull_points(points).to_mesh64()
+    if not len(mesh.tri_verts):
+        raise GeometryError(message("mesh", "its convex hull is flat", "needs corners that are not in one plane"))
+    return Mesh(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64), label="mesh")
+
+
+def whole(vertices: Float, faces: ArrayLike) -> Mesh:
+    """Return the mesh with ``vertices`` (n, 3) [m] and ``faces`` (m, 3) as it is, for simulators that collide it so."""
+    corners, triangles = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int64)
+    return _whole(corners.tobytes(), triangles.tobytes())
+
+
+@lru_cache(MOST_CACHED)
+def _whole(vertices: bytes, faces: bytes) -> Mesh:
+    corners, triangles = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
+    return Mesh(corners, triangles, label="mesh")
+
+
+@lru_cache(MOST_CACHED)
+def compound(parts: tuple[Part, ...]) -> Compound:
+    """Return a compound; its union is computed once for all states of a simulation."""
+    return Compound(parts)
+
+
+def made(kind: Callable[..., S], *sizes: Any) -> S:  # noqa: ANN401 - what the class of shapes takes
+    """Return a shape of this ``kind``, the same one for the same sizes, so that its surface is computed once."""
+    shape: S = _made(kind, sizes)
+    return shape
+
+
+@lru_cache(MOST_CACHED)
+def _made(kind: Callable[..., Any], sizes: tuple[Any, ...]) -> Any:  # noqa: ANN401
+    return kind(*sizes)
 
 
 class Hold(Enum):
