@@ -17,6 +17,6 @@ FORMATS = (
     ("drake.reader", "DRAKE"),
     ("habitat", "HABITAT"),
     ("box_table", "BOX_TABLE"),
-    ("mesh_file", "MESH_FILE"),
+    ("named_meshes", "MESH_FILE"),
     ("planning_messages", "BAG"),
 )

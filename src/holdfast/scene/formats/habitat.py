@@ -20,13 +20,12 @@ from holdfast.base.rigid import UNIT_LENGTH, Y_TO_Z, pose_from, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Inertial
-from holdfast.scene.formats import plain_data
 from holdfast.scene.formats.links import FLOOR, Piece, checked_fixed, filled, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import hull_of
 from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
 from holdfast.scene.formats.references import References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.source import MAX_BYTES, Source
+from holdfast.scene.formats.source import MAX_BYTES, Source, from_json
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.meshes import glb
 from holdfast.scene.meshes.read import SUFFIXES
@@ -189,7 +188,7 @@ class _DataSet:
                 self.configs[path] = _Keys({"render_asset": path.name}, str(path), CONFIG_KEYS, notes)
             else:
                 content = read_ordinary(path, "configuration", most=MAX_BYTES).decode("utf-8", "replace")
-                self.configs[path] = _Keys(plain_data.from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
+                self.configs[path] = _Keys(from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
         return self.configs[path]
 
     def asset(self, config: _Keys) -> Path:

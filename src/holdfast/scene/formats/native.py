@@ -24,7 +24,6 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
-from holdfast.scene.formats import plain_data
 from holdfast.scene.formats.entries import (
     AnyHoldModel,
     FrictionModel,
@@ -36,14 +35,14 @@ from holdfast.scene.formats.entries import (
     Triple,
     Truth,
     Whole,
+    first_fault,
     friction_data,
     friction_of,
     hold_data,
     hold_of,
 )
-from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.source import Source
+from holdfast.scene.formats.source import SUFFIXES, Source, as_json, as_yaml
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
@@ -239,12 +238,12 @@ def write(scene: Scene, path: Path) -> bytes:
     The suffix of ``path`` selects JSON or YAML. Paths of meshes are relative to ``path``.
     """
     data = _scene_data(scene, path)
-    return (plain_data.as_json(data) if path.suffix.lower() == ".json" else plain_data.as_yaml(data)).encode()
+    return (as_json(data) if path.suffix.lower() == ".json" else as_yaml(data)).encode()
 
 
 def scene_text(scene: Scene, folder: Path = Path()) -> str:
     """Return the YAML text of a scene file in ``folder``, by default the current one."""
-    return plain_data.as_yaml(_scene_data(scene, folder / "scene.yaml"))
+    return as_yaml(_scene_data(scene, folder / "scene.yaml"))
 
 
 def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
@@ -385,4 +384,4 @@ def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
     return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
 
 
-NATIVE = Format("holdfast scene", plain_data.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`", holds=True)
+NATIVE = Format("holdfast scene", SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`", holds=True)

@@ -23,8 +23,7 @@ from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.geometry.area import outline_vector
 from holdfast.scene.body import Body
-from holdfast.scene.formats.entries import Matrix4, Number, Triple, Truth
-from holdfast.scene.formats.faults import first_fault
+from holdfast.scene.formats.entries import Matrix4, Number, Triple, Truth, first_fault
 from holdfast.scene.formats.links import not_read, unknown_keys
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source

@@ -19,8 +19,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
 from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.drake.directives import WORLD, Directive, directives_of
-from holdfast.scene.formats.drake.models import At, Clump, Member, ModelReader
+from holdfast.scene.formats.drake.directives import WORLD, At, Clump, Directive, Member, ModelReader, directives_of
 from holdfast.scene.formats.links import FLOOR, Notes, checked_fixed, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders

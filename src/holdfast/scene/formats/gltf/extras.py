@@ -30,10 +30,10 @@ from holdfast.scene.formats.entries import (
     Number,
     Triple,
     Truth,
+    first_fault,
     friction_data,
     friction_of,
 )
-from holdfast.scene.formats.faults import first_fault
 from holdfast.scene.formats.named_meshes import Known, Weight, split
 from holdfast.scene.formats.native import FORMAT, AnyModel, EndModel, excluded_data, limits_data, shape_data, shape_of
 from holdfast.scene.friction import STRENGTHS, Friction

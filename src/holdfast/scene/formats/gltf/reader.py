@@ -1,23 +1,27 @@
-"""Reads glTF scenes: one body for each node with a mesh, with masses from densities or from a sidecar file."""
+"""Reads and writes glTF scenes: one body for each node with a mesh, with masses from densities or from a sidecar file.
+
+Files that are written have a coloured node for each body, with all data that the reader needs to restore the scene.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
+import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from holdfast.base.arrays import checked_mapping, checked_truth
 from holdfast.base.borders.foreign import foreign
+from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.errors import SceneError, message
-from holdfast.geometry.gltf import MAGIC
-from holdfast.scene.formats.entries import FrictionModel, Number, Triple, Truth, friction_of
-from holdfast.scene.formats.faults import first_fault
-from holdfast.scene.formats.gltf.extras import KEY, Inside, materials_of_parts
-from holdfast.scene.formats.gltf.writer import write
+from holdfast.geometry.gltf import MAGIC, Gltf, Primitive
+from holdfast.scene.compound import Shape
+from holdfast.scene.formats.entries import FrictionModel, Number, Triple, Truth, first_fault, friction_of
+from holdfast.scene.formats.gltf.extras import KEY, Drawn, Inside, body_data, drawn, materials_of_parts, scene_data
 from holdfast.scene.formats.links import FLOOR, checked_fixed, not_read, unknown_keys
 from holdfast.scene.formats.made_meshes import Collision, MeshRules, packed
 from holdfast.scene.formats.named_meshes import (
@@ -49,6 +53,12 @@ KEYS = {
     ),
 }  # fmt: skip
 USUAL_GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
+FIXED: Final = rgb_of("#d3d2ce")
+# colours of movable bodies, in their order, repeated if there are more bodies
+COLOURS: Final = tuple(
+    map(rgb_of, ("#4f7cac", "#e08e45", "#5aa469", "#c65b5b", "#8a6fb3", "#c9a227", "#3f9aa6", "#b0688f"))
+)
+TEXT: Final = ".gltf"
 
 
 def unknown_words(header: dict[str, Any]) -> Iterator[str]:
@@ -193,6 +203,28 @@ def _sidecar(source: Source) -> SidecarModel:
         return SidecarModel.model_validate({} if data is None else data)
     except ValidationError as cause:
         raise SceneError(first_fault(cause, SidecarModel, data, path)) from None
+
+
+def write(scene: Scene, path: Path) -> bytes:
+    """Return the content of a binary file or, for the suffix .gltf, of a text file that includes its buffer.
+
+    The reader restores shapes, masses, poses, friction and everything else exactly, but meshes in single precision.
+    """
+    file = Gltf()
+    meshes: dict[tuple[Shape, Rgb], tuple[int, Drawn]] = {}
+    moving = 0
+    for body in scene.bodies:
+        colour = FIXED if body.fixed else COLOURS[moving % len(COLOURS)]
+        moving += not body.fixed
+        if (body.shape, colour) not in meshes:  # equal shapes with the same colour share a mesh
+            shown = drawn(body.shape)
+            primitive = Primitive(shown.vertices, shown.faces, file.material(colour))
+            meshes[body.shape, colour] = file.mesh([primitive]), shown
+        number, shown = meshes[body.shape, colour]
+        there = np.eye(4)
+        there[:3, 3] = shown.origin
+        file.node(body.name, number, body.pose @ there if shown.origin.any() else body.pose, body_data(body, shown))
+    return file.content(scene_data(scene), binary=path.suffix.lower() != TEXT)
 
 
 GLTF = Format("glTF", (".glb", ".gltf"), sniff, read, write, mark="one body a node")

@@ -23,11 +23,10 @@ from holdfast.base.errors import HoldfastWarning, SceneError, located, message, 
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import listed, one_line, quoted
 from holdfast.scene.excluded import body_of
-from holdfast.scene.formats.apart import read_apart
 from holdfast.scene.formats.joints import Torques, check_within
 from holdfast.scene.formats.links import FLOOR, copies_of
 from holdfast.scene.formats.mjcf.live import from_mujoco
-from holdfast.scene.formats.mjcf.mjcf_guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed
+from holdfast.scene.formats.mjcf.mjcf_guard import MOST_BYTES, ROOT, UNUSED, files_of, parsed, read_apart
 from holdfast.scene.formats.mjcf.rules import entries
 from holdfast.scene.formats.mjcf.writer import write
 from holdfast.scene.formats.registry import Format

@@ -21,8 +21,16 @@ from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
-from holdfast.scene.formats.urdf.tree import SLIDING, Group, Joint, axis_of, groups_of
-from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES, KNOWN, LinkReader
+from holdfast.scene.formats.urdf.urdf_links import (
+    ATTRIBUTES,
+    KNOWN,
+    SLIDING,
+    Group,
+    Joint,
+    LinkReader,
+    axis_of,
+    groups_of,
+)
 from holdfast.scene.hold import Range
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
