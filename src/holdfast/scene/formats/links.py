@@ -10,14 +10,14 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float, checked_items, checked_truth
+from holdfast.base.arrays import Bool, Float, checked_items, checked_truth
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import LENGTH
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid
-from holdfast.scene.excluded import Excluded
+from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid, together
+from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene, with_notes
@@ -30,11 +30,29 @@ LEVEL = 0.999  # cosine of the slope up to which a half space is a floor, and no
 
 
 class Piece(NamedTuple):
-    """A shape with its ``pose`` (4, 4) in the frame of the body, and the material of its surface."""
+    """A shape with its ``pose`` (4, 4) in the frame of its link or body, and the material of its surface.
 
-    shape: Solid
+    ``mark`` is whatever tells a reader what the piece may touch.
+    """
+
+    shape: Solid | HalfSpace
     pose: Float
     material: str | None = None
+    mark: Any = None
+
+
+class LinkContent(NamedTuple):
+    """The pieces of a link in its frame, and its mass there; None if the link is fixed or its mass is not known."""
+
+    pieces: list[Piece]
+    inertial: Inertial | None
+
+
+class BodyParts(NamedTuple):
+    """A body with the marks of the pieces that are its parts."""
+
+    body: Body
+    marks: Sequence[Any]
 
 
 class Notes(list[str]):
@@ -161,6 +179,45 @@ def rigid_body(
         material=materials.pop() if len(materials) == 1 else None,
         fixed=fixed,
     )
+
+
+def bodies_of_links(
+    name: str, links: Sequence[tuple[Float, LinkContent]], *, pose: Float, fixed: bool
+) -> Iterator[BodyParts]:
+    """Yield the body of links that move as one, and before it a fixed one for each plane among their pieces.
+
+    ``links`` are the pose (4, 4) of each link in the body and what is in it, and ``pose`` (4, 4) is that of the body in
+    the world. Of a body that moves, the masses of its links are summed.
+    """
+    pieces = [piece._replace(pose=at @ piece.pose) for at, link in links for piece in link.pieces]
+    planes = [piece for piece in pieces if isinstance(piece.shape, HalfSpace)]
+    solids = [piece for piece in pieces if not isinstance(piece.shape, HalfSpace)]
+    for number, plane in enumerate(planes):
+        own = name if not solids and len(planes) == 1 else f"{name}::plane{number if number else ''}"
+        body = Body(own, HalfSpace(), pose=pose @ plane.pose, material=plane.material, fixed=True)
+        yield BodyParts(body, [plane.mark])
+    if solids:
+        each = [link.inertial.seen(at) for at, link in links if link.inertial is not None and link.inertial.mass]
+        whole = None if fixed else together(each)
+        yield BodyParts(
+            rigid_body(name, solids, pose=pose, inertial=whole, fixed=fixed), [piece.mark for piece in solids]
+        )
+
+
+def kept_apart(
+    pairs: Iterable[tuple[BodyParts, BodyParts]], touching: Callable[[Sequence[Any], Sequence[Any]], Bool]
+) -> list[Excluded]:
+    """Return the excluded pairs among these: of bodies, or of their parts if other parts of the same bodies may touch.
+
+    ``touching`` tells for the marks of two bodies which parts may touch, as (len(a), len(b)) or the same for all.
+    """
+    found: list[Excluded] = []
+    for (a, of_a), (b, of_b) in pairs:
+        if not (a.fixed and b.fixed):
+            may = touching(of_a, of_b)
+            if not may.all():
+                found += excluded_by(a.name, b.name, may)
+    return found
 
 
 def scene_of(

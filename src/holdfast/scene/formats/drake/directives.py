@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -17,8 +18,7 @@ from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Inertial
-from holdfast.scene.formats.links import Notes, Piece, not_read, pose_of
+from holdfast.scene.formats.links import LinkContent, Notes, not_read, pose_of
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.sdf.scopes import Frames, Scope, ScopeReader
@@ -27,7 +27,6 @@ from holdfast.scene.formats.sdf.sdf_joints import groups_of as sdf_groups
 from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES as SDF_ATTRIBUTES
 from holdfast.scene.formats.sdf.sdf_links import KNOWN as SDF_KNOWN
 from holdfast.scene.formats.sdf.sdf_links import LinkReader as SdfLinks
-from holdfast.scene.formats.sdf.sdf_links import Plane
 from holdfast.scene.formats.source import Source, from_yaml
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES as URDF_ATTRIBUTES
@@ -190,20 +189,12 @@ class _Files:
             yield from self.read(Source(path), references.beside(path), below, (*above, here))
 
 
-class Content(NamedTuple):
-    """The shapes of a link, its planes, and its mass if it is known, all in its own frame."""
-
-    pieces: list[Piece]
-    planes: list[Plane]
-    inertial: Inertial | None
-
-
 class Member(NamedTuple):
     """A link: its full name, its pose (4, 4) in its group, and a function that reads it, fixed or not."""
 
     name: str
     pose: Float
-    read: Callable[[bool], Content]
+    read: Callable[[bool], LinkContent]
 
 
 @dataclass(eq=False)
@@ -292,7 +283,7 @@ class ModelReader:
             for place in group.members:
                 pose = np.linalg.inv(base) @ frames.of(place.scope, place.element)
                 own = full(place.scope, place.element.attribute("name"))
-                clump.members.append(Member(own, pose, _sdf_link(links, place.scope, place.element)))
+                clump.members.append(Member(own, pose, partial(links.link, place.scope, place.element)))
                 self.frames[own] = At(clump, pose)
             self.clumps.append(clump)
         for scope in top.within():
@@ -330,22 +321,14 @@ def _list(value: object) -> list[object]:
     return value if isinstance(value, list) else [value]
 
 
-def _sdf_link(links: SdfLinks, scope: Scope, element: Element) -> Callable[[bool], Content]:
-    def read(fixed: bool) -> Content:
-        found = links.link(scope, element, fixed)
-        return Content([each.piece for each in found.contents], found.planes, found.inertial)
-
-    return read
-
-
 def _urdf_link(
     reader: UrdfLinks, link: Element, density: float | None, directive: Directive
-) -> Callable[[bool], Content]:
-    def read(fixed: bool) -> Content:
+) -> Callable[[bool], LinkContent]:
+    def read(fixed: bool) -> LinkContent:
         pieces = reader.pieces(link)
         inertial = None if fixed else reader.inertial(link, pieces, density)
         if pieces and not fixed and inertial is None:
             link.fail("has no mass", "give density=")
-        return Content(pieces, [], inertial)
+        return LinkContent(pieces, inertial)
 
     return read

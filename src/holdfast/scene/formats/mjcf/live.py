@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.joints import Motors, Torques, never_touching
+from holdfast.scene.formats.links import BodyParts, Piece, kept_apart
 from holdfast.scene.formats.mjcf.mobility import (
     IN_PARENT,
     JOINT,
@@ -24,7 +26,7 @@ from holdfast.scene.formats.mjcf.mobility import (
     inertia_of,
 )
 from holdfast.scene.formats.mjcf.rules import MESH, PLANE, Rules, kind_of, pose_of, solid_of
-from holdfast.scene.formats.simulators.simulated import Collider, body_of, kept_apart, relative, unique
+from holdfast.scene.formats.simulators.simulated import body_of, relative, unique
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene
@@ -86,7 +88,8 @@ def from_mujoco(
     gravity = np.zeros(3) if model.opt.disableflags & NO_GRAVITY else np.array(model.opt.gravity)
     notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners, motors.held)]
     notes += _overlaps(data, groups, bodies)
-    apart = [] if rules.all_may else kept_apart([(g.name, g.fixed, g.geoms) for g in groups], rules.touching)
+    parts = [BodyParts(body, group.geoms) for group, body in zip(groups, bodies, strict=True)]
+    apart = [] if rules.all_may else kept_apart(combinations(parts, 2), rules.touching)
     if not motors.held:
         return Scene(bodies, Friction(pairs=table), gravity, name, apart, notes)
     moving = {group.bodies[0]: group.name for group in groups if not group.fixed}
@@ -154,7 +157,7 @@ def _body(model: Any, data: Any, group: Group, rules: Rules, motors: Motors) -> 
     return body_of(group.name, home, geoms, None if group.fixed else inertia_of(model, data, group.bodies))
 
 
-def _collider(model: Any, data: Any, g: int, home: Float, rules: Rules) -> Collider:  # noqa: ANN401
+def _collider(model: Any, data: Any, g: int, home: Float, rules: Rules) -> Piece:  # noqa: ANN401
     """Return a geom in the frame ``home`` of its body of the scene."""
     pose = pose_of(model, g)
     frame = frame_of(data, int(model.geom_bodyid[g]))
@@ -162,7 +165,7 @@ def _collider(model: Any, data: Any, g: int, home: Float, rules: Rules) -> Colli
         pose = relative(frame @ pose, home)
     plane = model.geom_type[g] == PLANE
     shape = HalfSpace() if plane else solid_of(model, g)
-    return Collider(shape, pose, rules.materials[rules.of[g]], g)
+    return Piece(shape, pose, rules.materials[rules.of[g]], g)
 
 
 def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa: ANN401

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +13,11 @@ from holdfast.base.ranges import DENSITY, FRICTION, MASS
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.scene.compound import Inertial, Solid, together
-from holdfast.scene.formats.links import Notes, Piece, ball
+from holdfast.scene.formats.links import LinkContent, Notes, Piece, ball
 from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded
 from holdfast.scene.formats.sdf.scopes import Scope, posed, truth
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
+from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh
 from holdfast.scene.xml import Element
@@ -127,30 +129,15 @@ def _mesh(scope: Scope, element: Element, link: str, meshes: MeshRules, notes: N
     return meshes.read(path, (sx, sy, sz), notes, scope.path, link)
 
 
-class Plane(NamedTuple):
-    """The pose (4, 4) of a plane in its link, with the normal along z, and the bits that decide what it may touch."""
-
-    pose: Float
-    material: str
-    mask: int
-
-
 class Content(NamedTuple):
-    """A collision, its shape in the link, and its mass properties at unit density if they differ from the shape's."""
+    """A collision, its shape in the link, and its mass properties at unit density if they differ from the shape's.
+
+    The mark of the piece are the bits that decide what it may touch; a plane has its normal along z.
+    """
 
     element: Element
     piece: Piece
     exact: MassProperties | None
-    mask: int
-
-
-@dataclass
-class Link:
-    """A link: its shapes and planes in its frame, and its mass."""
-
-    contents: list[Content] = field(default_factory=list)
-    planes: list[Plane] = field(default_factory=list)
-    inertial: Inertial | None = None
 
 
 @dataclass
@@ -164,28 +151,30 @@ class LinkReader:
     meshes: MeshRules
     notes: Notes
 
-    def link(self, scope: Scope, element: Element, fixed: bool) -> Link:
-        """Return a link with its shapes and, unless it is fixed, its mass."""
-        link, where = Link(), f"{scope.path}::{element.attribute('name')}"
+    def link(self, scope: Scope, element: Element, fixed: bool) -> LinkContent:
+        """Return what is in a link: its shapes and, unless it is fixed, its mass."""
+        contents, where = list[Content](), f"{scope.path}::{element.attribute('name')}"
         if element.all("visual") and not element.all("collision"):
             self.notes.of(where, "no <collision>, its <visual> is taken")
         for collision in element.all("collision") or element.all("visual"):
             with collision.located():
-                self._collision(scope, link, collision, element)
-        if not fixed:
-            if not truth(element, "gravity", True):
-                element.fail("has no weight (<gravity>false</gravity>)", "needs gravity, or a static model")
-            with element.located():
-                link.inertial = self._inertial(element, link.contents, where)
-        return link
+                contents += self._collision(scope, collision, element, where)
+        pieces = [each.piece for each in contents]
+        if fixed:
+            return LinkContent(pieces, None)
+        if not truth(element, "gravity", True):
+            element.fail("has no weight (<gravity>false</gravity>)", "needs gravity, or a static model")
+        with element.located():
+            solids = [each for each in contents if not isinstance(each.piece.shape, HalfSpace)]
+            return LinkContent(pieces, self._inertial(element, solids, where))
 
-    def _collision(self, scope: Scope, link: Link, element: Element, owner: Element) -> None:
-        where = f"{scope.path}::{owner.attribute('name')}"
+    def _collision(self, scope: Scope, element: Element, link: Element, where: str) -> Iterator[Content]:
+        """Yield the shape of a collision, if it has one."""
         geometry = element.needed("geometry")
         outlines = geometry.all("polyline")
         if len(geometry.children) != max(1, len(outlines)):
             geometry.fail(f"has {len(geometry.children)} shapes", "needs one")
-        shape, pose = geometry.children[0], _in_link(element, owner)
+        shape, pose = geometry.children[0], _in_link(element, link)
         if shape.tag == "empty":
             return
         mask, material = _mask(element), self.surfaces.material(self._mu(element, where))
@@ -194,13 +183,13 @@ class LinkReader:
             self.notes.of(where, "touches nothing (collide_without_contact)")
             mask = 0
         if shape.tag == "plane":
-            link.planes.append(Plane(np.asarray(pose @ plane_pose(shape)), material, mask))
+            yield Content(element, Piece(HalfSpace(), np.asarray(pose @ plane_pose(shape)), material, mask), None)
             return
         with shape.located():
             solid, exact = (
                 (outlined(outlines), None) if outlines else solid_of(scope, shape, where, self.meshes, self.notes)
             )
-            link.contents.append(Content(element, Piece(solid, pose, material), exact, mask))
+            yield Content(element, Piece(solid, pose, material, mask), exact)
 
     def _mu(self, element: Element, where: str) -> float:
         """Return the least coefficient of a surface over its directions; by default ``friction`` or that of SDF."""

@@ -16,7 +16,8 @@ from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.simulators.simulated import Collider, Hold, Joint, Link, bodies_of, hull, made, plane, whole
+from holdfast.scene.formats.links import Piece
+from holdfast.scene.formats.simulators.simulated import Hold, Joint, Link, bodies_of, hull, made, plane, whole
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -136,7 +137,7 @@ class _Entities:
             mask = (int(geom.contype), int(geom.conaffinity), id(entity), bool(entity.is_local_collision_mask))
             self.masks.append(mask)
             material = self.surfaces.material(float(_array(geom.get_friction())))
-            found.colliders.append(Collider(shape, place, material, len(self.masks) - 1))
+            found.colliders.append(Piece(shape, place, material, len(self.masks) - 1))
             self.resists |= bool(_array(geom.get_friction_torsional()) > 0 or _array(geom.get_friction_rolling()) > 0)
 
     def _of_link(self, value: Any) -> Float:  # noqa: ANN401

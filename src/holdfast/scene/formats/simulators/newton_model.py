@@ -17,7 +17,8 @@ from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.simulators.simulated import Collider, Hold, Joint, Link, bodies_of, hull, made, whole
+from holdfast.scene.formats.links import Piece
+from holdfast.scene.formats.simulators.simulated import Hold, Joint, Link, bodies_of, hull, made, whole
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
@@ -158,7 +159,7 @@ class _Model:
                 pose, link = np.eye(4), self.links[-1]
             else:
                 link = self.links[self.number[owner]]
-            link.colliders.append(Collider(shape, pose, surfaces.material(float(friction[s])), s))
+            link.colliders.append(Piece(shape, pose, surfaces.material(float(friction[s])), s))
 
     def _solid(self, s: int) -> Solid:
         """Return a shape other than a plane."""

@@ -20,8 +20,8 @@ from holdfast.base.errors import GeometryError, SceneError, located, message, ne
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Compound, Inertial, Solid, as_shape
+from holdfast.scene.formats.links import Piece
 from holdfast.scene.formats.simulators.simulated import (
-    Collider,
     Hold,
     Joint,
     Link,
@@ -192,14 +192,14 @@ class _World:
             self.number[uid, k] = len(self.links)
             self.links.append(Link(name, principal @ relative(np.eye(4), own), still, inertial))
 
-    def _colliders(self, uid: int, k: int, dynamics: Dynamics, given: Any) -> list[Collider]:  # noqa: ANN401
+    def _colliders(self, uid: int, k: int, dynamics: Dynamics, given: Any) -> list[Piece]:  # noqa: ANN401
         material = self.surfaces.material(float(dynamics.friction))
         own = _pose(dynamics.com, dynamics.axes)
         if given is not None:
             shape = as_shape(given, "shapes")
             if isinstance(shape, Compound):
-                return [Collider(part.shape, part.pose, material) for part in shape.parts]
-            return [Collider(shape, np.eye(4), material)]
+                return [Piece(part.shape, part.pose, material) for part in shape.parts]
+            return [Piece(shape, np.eye(4), material)]
         with foreign("shape", "PyBullet does not tell it", "load it without useMaximalCoordinates, or give shapes="):
             told = self.bullet.getCollisionShapeData(uid, k)
         meshes = sum(each[2] == MESH for each in told)
@@ -213,7 +213,7 @@ class _World:
                 shape, pose = HalfSpace(), pose @ plane(np.array(sizes))
             else:
                 shape = _simple(kind, sizes)
-            found.append(Collider(shape, pose, material))
+            found.append(Piece(shape, pose, material))
         return found
 
     def _mesh(self, uid: int, k: int, meshes: int) -> Solid:

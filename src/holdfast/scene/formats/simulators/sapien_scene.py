@@ -15,7 +15,8 @@ from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.simulators.simulated import Collider, Hold, Joint, Link, bodies_of, hull, made, whole
+from holdfast.scene.formats.links import Piece
+from holdfast.scene.formats.simulators.simulated import Hold, Joint, Link, bodies_of, hull, made, whole
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule
@@ -100,7 +101,7 @@ class _Entities:
             self.links.append(link)
             link.colliders = [self._collider(shape, name) for shape in component.collision_shapes]
 
-    def _collider(self, shape: Any, name: str) -> Collider:  # noqa: ANN401
+    def _collider(self, shape: Any, name: str) -> Piece:  # noqa: ANN401
         kind = type(shape).__name__.removeprefix("PhysxCollisionShape")
         pose = _pose(shape.local_pose)
         material = shape.physical_material
@@ -111,7 +112,7 @@ class _Entities:
         self.groups.append([int(group) for group in shape.collision_groups])
         solid = HalfSpace() if kind == "Plane" else _solid(kind, shape)
         label = self.surfaces.material(float(material.static_friction))
-        return Collider(solid, pose @ X_TO_Z if kind in UPRIGHT else pose, label, len(self.groups) - 1)
+        return Piece(solid, pose @ X_TO_Z if kind in UPRIGHT else pose, label, len(self.groups) - 1)
 
     def _hang(self, link: Any) -> None:  # noqa: ANN401
         """Add the joint between a link of an articulation and its parent, or that of a root that is fixed."""

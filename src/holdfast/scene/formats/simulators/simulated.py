@@ -18,15 +18,15 @@ from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid, together
-from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.links import SAME_FRAME, Welded, weld
+from holdfast.scene.compound import Compound, Inertial, Part, Shape, together
+from holdfast.scene.excluded import Excluded
+from holdfast.scene.formats.links import SAME_FRAME, BodyParts, Piece, Welded, kept_apart, weld
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.shapes import Mesh
 
 S = TypeVar("S")
 MOST_CACHED = 4096  # number of shapes in each cache
-Touching: TypeAlias = Callable[[Sequence[int], Sequence[int]], Bool]  # which colliders may touch, as (len(a), len(b))
+Touching: TypeAlias = Callable[[Sequence[int], Sequence[int]], Bool]  # which colliders may touch, by their marks
 
 
 def hull(vertices: Float) -> Mesh:
@@ -83,15 +83,6 @@ class Hold(Enum):
     LOOSE = "loose"
 
 
-class Collider(NamedTuple):
-    """A shape with its ``pose`` (4, 4) in the frame of its link, its material, and its number in the simulator."""
-
-    shape: Solid | HalfSpace
-    pose: Float
-    material: str
-    number: int = 0
-
-
 @dataclass(eq=False)
 class Link:
     """A body of a simulator at ``pose`` (4, 4), link frame to world.
@@ -103,7 +94,7 @@ class Link:
     pose: Float
     fixed: bool
     inertial: Inertial | None = None
-    colliders: list[Collider] = field(default_factory=list)
+    colliders: list[Piece] = field(default_factory=list)
 
 
 class Joint(NamedTuple):
@@ -120,7 +111,7 @@ class Group(NamedTuple):
     name: str
     fixed: bool
     links: Sequence[Link]
-    colliders: Sequence[Collider]
+    colliders: Sequence[Piece]
 
 
 def bodies_of(
@@ -149,8 +140,8 @@ def bodies_of(
     bodies = [_body(group, name) for group, name in zip(found, names, strict=True)]
     if touching is None:
         return bodies, [], notes
-    numbers = [(name, g.fixed, [c.number for c in g.colliders]) for g, name in zip(found, names, strict=True)]
-    return bodies, kept_apart(numbers, touching), notes
+    parts = [BodyParts(body, [each.mark for each in g.colliders]) for g, body in zip(found, bodies, strict=True)]
+    return bodies, kept_apart(itertools.combinations(parts, 2), touching), notes
 
 
 def _welded(links: Sequence[Link], joints: Sequence[Joint], *, rigid: bool) -> tuple[list[Welded[int]], list[str]]:
@@ -200,7 +191,7 @@ def _moves(ends: Sequence[Welded[int] | None]) -> bool:
     return first is not second and any(each is not None and not each.fixed for each in ends)
 
 
-def _seen(link: Link, home: Float) -> list[Collider]:
+def _seen(link: Link, home: Float) -> list[Piece]:
     """Return the colliders of a link in the frame ``home`` (4, 4)."""
     if link.pose is home:
         return link.colliders
@@ -229,7 +220,7 @@ def _body(group: Group, name: str) -> Body:
         return body_of(name, home, group.colliders, together(each))
 
 
-def body_of(name: str, pose: Float, colliders: Sequence[Collider], inertial: Inertial | None = None) -> Body:
+def body_of(name: str, pose: Float, colliders: Sequence[Piece], inertial: Inertial | None = None) -> Body:
     """Return a body of one or more colliders at ``pose`` (4, 4), body frame to world; without inertia it is fixed.
 
     A plane must be the only collider, and its body has the frame of the plane.
@@ -248,20 +239,6 @@ def body_of(name: str, pose: Float, colliders: Sequence[Collider], inertial: Ine
         return Body(name, shape, pose=pose, material=usual, fixed=True)
     inertia = (inertial.inertia + inertial.inertia.T) / 2
     return Body(name, shape, inertial.mass, pose=pose, com=inertial.com, inertia=inertia, material=usual)
-
-
-def kept_apart(groups: Iterable[tuple[str, bool, Sequence[int]]], touching: Touching) -> list[Excluded]:
-    """Return the excluded pairs of bodies, or of their parts if other parts of the same bodies may touch.
-
-    ``groups`` are the bodies: the name, whether it is fixed, and the numbers of its colliders.
-    """
-    found: list[Excluded] = []
-    for (a, still, first), (b, fixed, second) in itertools.combinations(groups, 2):
-        if not (still and fixed):
-            may = touching(first, second)
-            if not may.all():
-                found += excluded_by(a, b, may)
-    return found
 
 
 def unique(wanted: Iterable[str]) -> list[str]:

@@ -16,8 +16,7 @@ from holdfast.base.ranges import DENSITY, FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
-from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.links import FLOOR, checked_fixed, rigid_body, scene_of, with_floor
+from holdfast.scene.formats.links import FLOOR, BodyParts, checked_fixed, kept_apart, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
@@ -108,12 +107,19 @@ def _scene(
     for group, own in zip(groups, names, strict=True):
         body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
         if body is not None:
-            found.append((body, group))
+            found.append(BodyParts(body, group.colliders))
     if surfaces.own:
         notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
     notes += unread(stage)
-    excluded = _excluded(stage, found)
-    bodies = [body for body, _ in found]
+    touch = touching(stage)
+    excluded = (
+        []
+        if touch is None
+        else kept_apart(
+            combinations(found, 2), lambda of_a, of_b: np.array([[touch(x, y) for y in of_b] for x in of_a], dtype=bool)
+        )
+    )
+    bodies = [parts.body for parts in found]
     remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
     table = surfaces.table(FLOOR if floor else None)
     return scene_of(with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded)
@@ -211,20 +217,6 @@ def _mode(material: Any) -> str:  # noqa: ANN401
     if mode and mode not in MODES:
         fail(material, f"frictionCombineMode is {quoted(mode)}", f"needs one of {', '.join(MODES)}")
     return MODES.get(mode, "")
-
-
-def _excluded(stage: Stage, found: list[tuple[Body, Group]]) -> list[Excluded]:
-    """Return the excluded pairs of bodies, or of their colliders if others of the same bodies may touch."""
-    touch = touching(stage)
-    excluded: list[Excluded] = []
-    if touch is None:
-        return excluded
-    for (a, of_a), (b, of_b) in combinations(found, 2):
-        if not (a.fixed and b.fixed):
-            may = np.array([[touch(x, y) for y in of_b.colliders] for x in of_a.colliders], dtype=bool)
-            if not may.all():
-                excluded += excluded_by(a.name, b.name, may)
-    return excluded
 
 
 USD = Format("USD", (".usd", ".usda", ".usdc", ".usdz"), sniff, read, write, mark="UsdPhysics", extra="usd")
