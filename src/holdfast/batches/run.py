@@ -107,7 +107,13 @@ def batch(
         raise HoldfastError(message("batch: resources", f"is {quoted(means)}", "needs holdfast.sets.Resources(...)"))
     limits = Limits(checked_number(seconds, "batch: seconds", above=0), means.megabytes)
     count = cores() if workers is None else checked_whole(workers, "batch: workers", 1, MOST_WORKERS)
-    again = _outcomes(retry)
+    names = [retry] if isinstance(retry, str) else checked_items(retry, "batch: retry", "outcomes")
+    for name in names:
+        if not isinstance(name, str) or name not in OUTCOMES:
+            raise HoldfastError(
+                message("batch: retry", f"{quoted(name)} is no outcome", f"known: {', '.join(OUTCOMES)}")
+            )
+    again = frozenset(names)
     given, part, path = inputs_of(scenes), _part(means.shard), checked_path(out, "folder of a batch")
     start = time.monotonic()
     with ExitStack() as stack, lines(_say):
@@ -163,7 +169,10 @@ class Driver:
             self._write(job, reply)
             self.asked += 1
             self._report()
-        self._clear()
+        for shard in self.folder.shards():  # after the last one: their rows stay in a journal
+            if shard >= self._shards and self.folder.part.has(shard):
+                self.earlier.displace(shard, ())
+                self.folder.remove(shard)
         self.finished = True
 
     def jobs(self) -> Iterator[Job]:
@@ -223,13 +232,6 @@ class Driver:
         self.folder.write(shard, [own.journal.record(name) for name in own.names])
         own.journal.remove()
 
-    def _clear(self) -> None:
-        """Remove shards after the last one from the tables; their rows stay in a journal."""
-        for shard in self.folder.shards():
-            if shard >= self._shards and self.folder.part.has(shard):
-                self.earlier.displace(shard, ())
-                self.folder.remove(shard)
-
     def _report(self) -> None:
         total = self._drawn
         if self.inputs.count is not None:
@@ -272,13 +274,3 @@ def _part(shard: str | None) -> Part:
     if slash and number.isdecimal() and of.isdecimal() and int(number) < int(of) <= MOST_PARTS:
         return Part(int(number), int(of))
     raise HoldfastError(message("batch: shard", f"is {quoted(shard)}", "needs i/n with 0 <= i < n, as in '0/2'"))
-
-
-def _outcomes(retry: Iterable[str]) -> frozenset[str]:
-    names = [retry] if isinstance(retry, str) else checked_items(retry, "batch: retry", "outcomes")
-    for name in names:
-        if not isinstance(name, str) or name not in OUTCOMES:
-            raise HoldfastError(
-                message("batch: retry", f"{quoted(name)} is no outcome", f"known: {', '.join(OUTCOMES)}")
-            )
-    return frozenset(names)

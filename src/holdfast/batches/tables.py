@@ -193,7 +193,17 @@ class Journal:
         self.places: dict[str, int] = {}  # where the line of each scene begins
         self._end = 0
         if path.exists():
-            self._index()
+            check_ordinary(self.path, "journal", error=HoldfastError, remedy="remove it: its scenes are computed again")
+            place = 0  # the journal ends after the last complete and valid line
+            with self.path.open("rb") as stream:
+                for line in stream:
+                    begin, place = place, place + len(line)
+                    try:
+                        name = name_of(_record(line))
+                    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+                        continue  # for example blocks of zeros after a power failure
+                    if line.endswith(b"\n"):
+                        self.places[name], self._end = begin, place
 
     def append(self, record: Record) -> None:
         """Append the rows of a scene; raise HoldfastError if there is no room for them."""
@@ -242,20 +252,6 @@ class Journal:
         self.close()
         self.path.unlink(missing_ok=True)
         self.places, self._end = {}, 0
-
-    def _index(self) -> None:
-        """Find the beginnings of all complete and valid lines; the journal ends after the last of them."""
-        check_ordinary(self.path, "journal", error=HoldfastError, remedy="remove it: its scenes are computed again")
-        place = 0
-        with self.path.open("rb") as stream:
-            for line in stream:
-                begin, place = place, place + len(line)
-                try:
-                    name = name_of(_record(line))
-                except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
-                    continue  # for example blocks of zeros after a power failure
-                if line.endswith(b"\n"):
-                    self.places[name], self._end = begin, place
 
 
 def _record(line: bytes) -> Record:

@@ -291,7 +291,11 @@ class _Thing(NamedTuple):
 
     def _meshes(self, scale: Float, notes: list[str]) -> list[Mesh]:
         """Return the meshes of the asset in the frame of the object: hulls of its parts, or for a stage as they are."""
-        turn = self._axes()
+        up, front = self.config.triple("up", (0, 1, 0)), self.config.triple("front", (0, 0, -1))
+        own = np.column_stack([np.cross(front, up), up, -front])
+        if np.abs(own @ own.T - np.eye(3)).max() > UNIT_LENGTH:
+            self.config.fail("up and front are no two unit vectors at right angles", "correct them")
+        turn = own.T
         if self.asset.suffix.lower() == ".glb":
             content = read_ordinary(self.asset, "mesh file", most=MAX_BYTES)
             with foreign(str(self.asset), error=GeometryError):
@@ -312,14 +316,6 @@ class _Thing(NamedTuple):
             return made
         notes.append("meshes of objects are their convex hulls, as Habitat collides them")
         return [hull_of(mesh) for mesh in made]
-
-    def _axes(self) -> Float:
-        """Return the rotation (3, 3) from the asset to Habitat's axes, in which y is up and -z is in front."""
-        up, front = self.config.triple("up", (0, 1, 0)), self.config.triple("front", (0, 0, -1))
-        own = np.column_stack([np.cross(front, up), up, -front])
-        if np.abs(own @ own.T - np.eye(3)).max() > UNIT_LENGTH:
-            self.config.fail("up and front are no two unit vectors at right angles", "correct them")
-        return own.T
 
 
 HABITAT = Format("Habitat scene", (".json",), sniff, read, mark="`object_instances`")

@@ -77,7 +77,11 @@ def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
 
     with foreign(where, "is not JSON", "check the file"):
         data = json.loads(text, object_pairs_hook=no_repeats)
-    if _is_deep(data):
+    level: list[Any] = [data] if isinstance(data, dict | list) else []
+    for _ in range(MAX_DEPTH):
+        parts = (part for item in level for part in (item.values() if isinstance(item, dict) else item))
+        level = [part for part in parts if isinstance(part, dict | list)]
+    if bool(level):
         raise SceneError(message(where, "is nested too deeply", f"the limit is {MAX_DEPTH} levels"))
     return data
 
@@ -108,15 +112,6 @@ def from_yaml(text: str, where: str, *, tags: bool = False) -> Any:  # noqa: ANN
     with foreign(where, "is not a YAML scene", "check the file"):
         _refuse_aliases_and_depth(text, where)
         return yaml.load(text, Loader=_TaggedLoader if tags else _Loader)
-
-
-def _is_deep(data: Any) -> bool:  # noqa: ANN401 - plain data
-    """Tell whether lists and dicts are nested more than MAX_DEPTH deep, level by level."""
-    level: list[Any] = [data] if isinstance(data, dict | list) else []
-    for _ in range(MAX_DEPTH):
-        parts = (part for item in level for part in (item.values() if isinstance(item, dict) else item))
-        level = [part for part in parts if isinstance(part, dict | list)]
-    return bool(level)
 
 
 def _refuse_aliases_and_depth(text: str, where: str) -> None:
@@ -223,7 +218,12 @@ class Source:
     def _parsed(self) -> tuple[Any, SceneError | None]:
         """The data, or the error if there is none; errors are cached, too, so that parsing is tried only once."""
         try:
-            size = self._check_size(MAX_JSON_BYTES if self._is_json else MAX_YAML)
+            limit = MAX_JSON_BYTES if self._is_json else MAX_YAML
+            size = check_ordinary(self.path, "scene file") if self.given is None else len(self.given)
+            if size > limit:
+                remedy = f"the limit is {limit:,}: keep meshes in files of their own"
+                raise SceneError(message(str(self.path), f"is {size:,} bytes", remedy))
+            size = size
             spend(JSON if self._is_json else YAML, size, str(self.path))
             if self._is_json:
                 return from_json(self.text, str(self.path)), None
@@ -237,13 +237,6 @@ class Source:
         if self.suffix in SUFFIXES:
             return self.suffix == ".json"
         return self.head.removeprefix(BOM_UTF8).lstrip()[:1] in (b"{", b"[")
-
-    def _check_size(self, limit: int) -> int:
-        size = check_ordinary(self.path, "scene file") if self.given is None else len(self.given)
-        if size > limit:
-            remedy = f"the limit is {limit:,}: keep meshes in files of their own"
-            raise SceneError(message(str(self.path), f"is {size:,} bytes", remedy))
-        return size
 
     def described(self) -> str:
         """Describe the content in a few words, for the error message if no format recognises it."""

@@ -73,15 +73,12 @@ class Rows:
         """Add one row of three numbers."""
         self._open.append(row)
         if len(self._open) == BLOCK:
-            self._close()
+            self._full.append(np.array(self._open, dtype=np.float64))
+            self._open = []
 
     def array(self) -> Float:
         """All rows (n, 3)."""
         return np.concatenate([*self._full, np.array(self._open, dtype=np.float64).reshape(-1, 3)])
-
-    def _close(self) -> None:
-        self._full.append(np.array(self._open, dtype=np.float64))
-        self._open = []
 
 
 def read_obj(content: bytes) -> tuple[Float, Int]:

@@ -123,26 +123,23 @@ class _Build:
         """Carry out one directive."""
         match directive.kind:
             case "add_model":
-                self._model(directive)
+                before = len(self.models.clumps)
+                self.models.add(directive)
+                name = directive.within(directive.text("name"))
+                self.instances[name] = self.models.clumps[before:]
+                for link, given in directive.map("default_free_body_pose").items():
+                    base, pose = directive.transform(given, "default_free_body_pose")
+                    if not link and len(self.instances[name]) != 1:
+                        directive.fail("default_free_body_pose names no body", "name one, as the model has several")
+                    first = self.instances[name][0].members[0].name
+                    child = self.models.frame(f"{name}::{link}" if link else first, directive)
+                    self.free.append(_Free(directive.within(base or WORLD), pose, child, directive))
             case "add_frame":
                 self._frame(directive)
             case "add_weld":
                 self._weld(directive)
             case "add_collision_filter_group":
                 self._filter(directive)
-
-    def _model(self, directive: Directive) -> None:
-        before = len(self.models.clumps)
-        self.models.add(directive)
-        name = directive.within(directive.text("name"))
-        self.instances[name] = self.models.clumps[before:]
-        for link, given in directive.map("default_free_body_pose").items():
-            base, pose = directive.transform(given, "default_free_body_pose")
-            if not link and len(self.instances[name]) != 1:
-                directive.fail("default_free_body_pose names no body", "name one, as the model has several")
-            first = self.instances[name][0].members[0].name
-            child = self.models.frame(f"{name}::{link}" if link else first, directive)
-            self.free.append(_Free(directive.within(base or WORLD), pose, child, directive))
 
     def _frame(self, directive: Directive) -> None:
         name = directive.text("name")

@@ -193,7 +193,8 @@ class Inside:
             words = self.bodies.get(node.name)
             if words is None:
                 continue
-            if not _as_written(node, words):
+            _, stretch = split(node.matrix, f"node {node.name}")
+            if not (np.array_equal(stretch, np.eye(3)) and checksum(node.vertices, node.faces) == words.surface):
                 edited.append(node.name)
                 continue
             known = known_of(words, node.name)
@@ -244,9 +245,3 @@ def materials_of_parts(known: Mapping[str, Known]) -> set[str]:
     shapes = [each.shape for each in known.values()]
     parts = [part for shape in shapes if isinstance(shape, Compound) for part in shape.parts]
     return {part.material for part in parts if part.material is not None}
-
-
-def _as_written(node: Node, words: BodyWords) -> bool:
-    """Tell whether a node has the mesh that was written, without a scale."""
-    _, stretch = split(node.matrix, f"node {node.name}")
-    return np.array_equal(stretch, np.eye(3)) and checksum(node.vertices, node.faces) == words.surface

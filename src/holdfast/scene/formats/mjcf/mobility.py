@@ -186,7 +186,8 @@ def find_groups(model: Any, data: Any, *, rigid: bool, motors: bool = False) -> 
     notes += [
         f"{quoted(names[b])} moves freely by its joints: {_listed_joints(model, each)}" for b, each in freed.items()
     ]
-    notes += _held(model, fixed, names)
+    bodies = dict.fromkeys(names[model.jnt_bodyid[j]] for j in fixed)
+    notes += [f"held fixed at their joint positions: {listed(list(bodies))}"] if bodies else []
     return Groups(owner, names, frozenset(b for b, name in enumerate(given) if name), tuple(notes), tuple(joints))
 
 
@@ -257,11 +258,6 @@ def _check_others(model: Any, owner: Any, names: Sequence[str]) -> None:  # noqa
         if pulled:
             problem = f"pulls at {listed(pulled)}"
             raise SceneError(message(f"tendon {quoted(name or t)}", problem, "leave it out of the model"))
-
-
-def _held(model: Any, joints: list[int], names: Sequence[str]) -> list[str]:  # noqa: ANN401
-    bodies = dict.fromkeys(names[model.jnt_bodyid[j]] for j in joints)
-    return [f"held fixed at their joint positions: {listed(list(bodies))}"] if bodies else []
 
 
 def _listed_joints(model: Any, joints: Sequence[int]) -> str:  # noqa: ANN401

@@ -164,18 +164,13 @@ def _pose(mujoco: Any, model: Any, data: Any, key: str | int | None, qpos: Array
         mujoco.mj_resetDataKeyframe(model, data, _number(model, key))
     if qpos is not None:
         data.qpos[:] = checked(np.asarray(qpos, dtype=object).tolist(), (int(model.nq),), "qpos")
-        _check_limits(mujoco, model, data.qpos)
-
-
-def _check_limits(mujoco: Any, model: Any, qpos: Float) -> None:  # noqa: ANN401
-    """Raise SceneError if the position of a hinge or slide joint is outside its limits."""
-    names = entries(model, "jnt", int(model.njnt))
-    turning, sliding = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
-    for j in range(int(model.njnt)):
-        if model.jnt_limited[j] and model.jnt_type[j] in (turning, sliding):
-            low, high = (float(end) for end in model.jnt_range[j])
-            where, position = f"qpos: joint {quoted(names[j] or j)}", float(qpos[model.jnt_qposadr[j]])
-            check_within(where, position, low, high, turning=model.jnt_type[j] == turning)
+        names = entries(model, "jnt", int(model.njnt))
+        turning, sliding = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+        for j in range(int(model.njnt)):
+            if model.jnt_limited[j] and model.jnt_type[j] in (turning, sliding):
+                low, high = (float(end) for end in model.jnt_range[j])
+                where, position = f"qpos: joint {quoted(names[j] or j)}", float(data.qpos[model.jnt_qposadr[j]])
+                check_within(where, position, low, high, turning=model.jnt_type[j] == turning)
 
 
 def _number(model: Any, key: str | int) -> int:  # noqa: ANN401

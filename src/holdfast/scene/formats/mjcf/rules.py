@@ -156,7 +156,10 @@ def solid_of(model: Any, g: int) -> Solid:  # noqa: ANN401
     if kind == MESH:
         return hull(_mesh_vertices(model, int(model.geom_dataid[g])))
     if kind == HFIELD:
-        return _field(model, int(model.geom_dataid[g]))
+        field = int(model.geom_dataid[g])
+        rows, columns, first = (int(getattr(model, f"hfield_{k}")[field]) for k in ("nrow", "ncol", "adr"))
+        heights = np.array(model.hfield_data[first : first + rows * columns], dtype=np.float64)
+        return _terrain(heights.tobytes(), rows, columns, tuple(np.asarray(model.hfield_size[field]).tolist()))
     return _simple(kind, size)
 
 
@@ -189,12 +192,6 @@ def _mesh_vertices(model: Any, mesh: int) -> Float:  # noqa: ANN401
     return np.array(vertices[model.mesh_graph[corners : corners + number]])
 
 
-def _field(model: Any, field: int) -> Mesh:  # noqa: ANN401
-    rows, columns, first = (int(getattr(model, f"hfield_{k}")[field]) for k in ("nrow", "ncol", "adr"))
-    heights = np.array(model.hfield_data[first : first + rows * columns], dtype=np.float64)
-    return _terrain(heights.tobytes(), rows, columns, tuple(np.asarray(model.hfield_size[field]).tolist()))
-
-
 @lru_cache(16)
 def _terrain(heights: bytes, rows: int, columns: int, size: tuple[float, float, float, float]) -> Mesh:
     """Return the solid below a height field; ``size`` holds its half extents along x and y, its height and its base."""
@@ -202,16 +199,11 @@ def _terrain(heights: bytes, rows: int, columns: int, size: tuple[float, float, 
     x, y = np.meshgrid(np.linspace(-across, across, columns), np.linspace(-along, along, rows))
     top = np.column_stack([x.ravel(), y.ravel(), rise * np.frombuffer(heights)])
     vertices = np.vstack([top, np.column_stack([top[:, :2], np.full(len(top), -base)])])
-    faces = _under(rows, columns)
-    return Mesh(vertices, faces, label="hfield")
-
-
-def _under(rows: int, columns: int) -> Int:
-    """Return the triangles (F, 3) of the surface around two grids of vertices, the first above the second."""
     grid = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = (grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1])
     above = np.vstack([np.stack(t, -1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
     rim = np.concatenate([grid[0], grid[1:, -1], grid[-1, -2::-1], grid[-2:0:-1, 0]])
     after, low = np.roll(rim, -1), grid.size
     sides = [np.column_stack([rim, rim + low, after + low]), np.column_stack([rim, after + low, after])]
-    return np.asarray(np.vstack([above, above[:, ::-1] + low, *sides]), dtype=np.int64)
+    faces = np.asarray(np.vstack([above, above[:, ::-1] + low, *sides]), dtype=np.int64)
+    return Mesh(vertices, faces, label="hfield")

@@ -67,7 +67,9 @@ def read(
     notes, meshes = Notes(), MeshRules(up_axis, collision)
     references = References(source.path, package, models=model_folders(model_path, notes))
     top = ScopeReader(notes).world(root, references)
-    meshes.check_names(_names_of(top))
+    models = [scope for scope in top.within() if not scope.is_world]
+    links = [f"{scope.path}::{link.attribute('name')}" for scope in models for link in scope.element.all("link")]
+    meshes.check_names([scope.path for scope in models] + links)
     if density is not None:
         density = checked_number(density, "density", above=0, within=DENSITY)
     if friction is not None:
@@ -110,13 +112,6 @@ def _world(root: Element, name: str | None) -> Element:
         remedy = "name one with world=" if worlds else "needs one <world>, or one <model>"
         root.fail(f"has {len(worlds)} worlds and {len(root.all('model'))} models", remedy)
     return found[0]
-
-
-def _names_of(top: Scope) -> list[str]:
-    """Return the names of all models and links."""
-    models = [scope for scope in top.within() if not scope.is_world]
-    links = [f"{scope.path}::{link.attribute('name')}" for scope in models for link in scope.element.all("link")]
-    return [scope.path for scope in models] + links
 
 
 def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str:

@@ -91,7 +91,17 @@ class _Entities:
         self.modes = _array(self.solver.dyn_state.dofs.ctrl_mode.to_numpy()) if scene.entities else np.zeros(0)
         for entity in scene.entities:
             if hasattr(entity, "links") and hasattr(entity, "geoms"):
-                self._add(entity)
+                if entity.gravity_compensation and not all(link.is_fixed for link in entity.links):
+                    problem = f"gravity_compensation lifts {quoted(entity.name)}"
+                    raise SceneError(message("gravity", problem, "needs bodies with their whole weight: give 0"))
+                self.equalities += int(entity.n_equalities)
+                for k, link in enumerate(entity.links):
+                    name = str(entity.name) if k == 0 else f"{entity.name}/{link.name}"
+                    with located(quoted(name)):
+                        self._link(link, name)
+                for link in entity.links:
+                    if not link.is_fixed:
+                        self._hang(link)
             else:
                 self.others.append(str(entity.name))
 
@@ -99,20 +109,6 @@ class _Entities:
         """Return the numbers of this environment."""
         array = np.asarray(_array(value), dtype=np.float64)
         return array if self.world is None else np.asarray(array[self.world])
-
-    def _add(self, entity: Any) -> None:  # noqa: ANN401
-        """Add the links and joints of an entity."""
-        if entity.gravity_compensation and not all(link.is_fixed for link in entity.links):
-            problem = f"gravity_compensation lifts {quoted(entity.name)}"
-            raise SceneError(message("gravity", problem, "needs bodies with their whole weight: give 0"))
-        self.equalities += int(entity.n_equalities)
-        for k, link in enumerate(entity.links):
-            name = str(entity.name) if k == 0 else f"{entity.name}/{link.name}"
-            with located(quoted(name)):
-                self._link(link, name)
-        for link in entity.links:
-            if not link.is_fixed:
-                self._hang(link)
 
     def _link(self, link: Any, name: str) -> None:  # noqa: ANN401
         """Add a link; Genesis may keep its shapes and its centre of mass in a frame of its own, which stands apart."""

@@ -79,7 +79,11 @@ class _Entities:
             if component in self.number and hasattr(component, "joint"):
                 self._hang(component)
             elif hasattr(component, "pose_in_parent") and not hasattr(component, "collision_shapes"):
-                self._tie(component)
+                own = [self.number[each] for each in component.entity.components if each in self.number]
+                other = component.get_parent()
+                kind = type(component).__name__.removeprefix("Physx").removesuffix("Component").lower()
+                if own:
+                    self.joints.append(Joint(kind, (self.number.get(other), own[0]), Hold.LOOSE))
 
     def _add(self, k: int, entity: Any, component: Any) -> None:  # noqa: ANN401
         """Add a rigid component as a link."""
@@ -125,14 +129,6 @@ class _Entities:
         else:
             hold = Hold.HELD if joint.stiffness > 0 else Hold.LOOSE
         self.joints.append(Joint(joint.name or "joint", (parent, self.number[link]), hold))
-
-    def _tie(self, component: Any) -> None:  # noqa: ANN401
-        """Add a joint or a drive between two entities, or between one and the world."""
-        own = [self.number[each] for each in component.entity.components if each in self.number]
-        other = component.get_parent()
-        kind = type(component).__name__.removeprefix("Physx").removesuffix("Component").lower()
-        if own:
-            self.joints.append(Joint(kind, (self.number.get(other), own[0]), Hold.LOOSE))
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which colliders may touch, by SAPIEN's four groups of each."""

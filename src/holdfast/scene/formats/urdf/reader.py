@@ -82,7 +82,12 @@ def read(
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
     root = parsed(source.text, source.path)
-    _check_expanded(root)
+    pending = [root]
+    while pending:
+        element = pending.pop()
+        if element.tag.startswith("xacro:"):
+            element.fail("is a macro", "expand the file first: xacro robot.urdf.xacro > robot.urdf")
+        pending += element.children
     if density is not None:
         density = checked_number(density, "density", above=0, within=DENSITY)
     name = checked_name(root.attributes.get("name") or source.path.stem, f"{root.place}: name")
@@ -135,16 +140,6 @@ def _held(placed: list[tuple[str, Body]], fixed: bool | Collection[str]) -> list
                 message("fixed", f"no body is named {quoted(name)}", nearest_of(name, dict.fromkeys(known)))
             )
     return [replace(body, fixed=body.fixed or body.name in fixed or copy in fixed) for copy, body in placed]
-
-
-def _check_expanded(root: Element) -> None:
-    """Refuse xacro macros, which another program has to expand."""
-    pending = [root]
-    while pending:
-        element = pending.pop()
-        if element.tag.startswith("xacro:"):
-            element.fail("is a macro", "expand the file first: xacro robot.urdf.xacro > robot.urdf")
-        pending += element.children
 
 
 def _links(root: Element) -> dict[str, Element]:

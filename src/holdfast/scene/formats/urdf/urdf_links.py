@@ -174,7 +174,13 @@ def _position(element: Element, elements: Mapping[str, Element], positions: Mapp
     for _ in range(len(elements) + 1):
         name = element.attribute("name")
         if name in positions:
-            return factor * _given(element, name, positions[name]) + offset
+            where = f"joints: {quoted(name)}"
+            position = checked_number(positions[name], where, within=PLACE)
+            limit, kind = element.child("limit"), element.attribute("type")
+            if limit is not None and kind in LIMITED:
+                turning = kind in TURNING
+                check_within(where, position, limit.number("lower", 0.0), limit.number("upper", 0.0), turning=turning)
+            return factor * position + offset
         mimic = element.child("mimic")
         if mimic is None:
             return offset
@@ -185,17 +191,6 @@ def _position(element: Element, elements: Mapping[str, Element], positions: Mapp
             mimic.fail(f"names the joint {quoted(other)}", nearest_of(other, elements))
         element = elements[other]
     return element.fail("mimics itself, by other joints", "needs one joint at the end that mimics none")
-
-
-def _given(element: Element, name: str, value: float) -> float:
-    """Return the given position [rad or m] of a joint; raise SceneError if it is outside the limits."""
-    where = f"joints: {quoted(name)}"
-    position = checked_number(value, where, within=PLACE)
-    limit, kind = element.child("limit"), element.attribute("type")
-    if limit is not None and kind in LIMITED:
-        turning = kind in TURNING
-        check_within(where, position, limit.number("lower", 0.0), limit.number("upper", 0.0), turning=turning)
-    return position
 
 
 def _motion(element: Element, kind: str, position: float) -> Float:

@@ -101,7 +101,11 @@ def _scene(
 ) -> Scene:
     """Return the scene of an open stage; the arguments are those of ``read``."""
     groups = groups_of(stage, rigid, notes)
-    names = _names(groups)
+    names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
+    count = Counter(names)
+    names = [
+        name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
+    ]
     held = checked_fixed(fixed, names)
     found = []
     for group, own in zip(groups, names, strict=True):
@@ -141,15 +145,6 @@ def _gravity(stage: Stage, notes: list[str]) -> Float:
     return np.asarray(magnitude * direction)
 
 
-def _names(groups: list[Group]) -> list[str]:
-    """Return the names of the prims as they are displayed, with their paths if several have the same name."""
-    names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
-    count = Counter(names)
-    return [
-        name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
-    ]
-
-
 def _body(
     stage: Stage,
     group: Group,
@@ -170,7 +165,11 @@ def _body(
     for (prim, colliders), (own, stretch) in zip(group.members, frames, strict=True):
         shapes = []
         for each in colliders:
-            material = _material(each)
+            from pxr import UsdShade
+
+            found = UsdShade.MaterialBindingAPI(each).ComputeBoundMaterial("physics")[0]
+            material = found.GetPrim() if found else None
+            material = material if material is not None and has(material, "PhysicsMaterialAPI") else None
             surface = surfaces.material(_mu(each, material, friction, notes), _mode(material))
             matrix = np.linalg.inv(own) @ stage.placed(each)
             if str(each.GetTypeName()) == "Plane":
@@ -190,15 +189,6 @@ def _plane(prim: Any, group: Group, name: str, matrix: Float, surface: str, fixe
         fail(prim, "is a plane in a body that moves or has other colliders", "needs a static plane of its own")
     pose, _ = split(matrix @ along(prim), str(prim.GetPath()))
     return Body(name, HalfSpace(), pose=pose, material=surface, fixed=True)
-
-
-def _material(prim: Any) -> Any:  # noqa: ANN401
-    """Return the physics material to which a prim or the nearest of its ancestors is bound, or None."""
-    from pxr import UsdShade
-
-    found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")[0]
-    material = found.GetPrim() if found else None
-    return material if material is not None and has(material, "PhysicsMaterialAPI") else None
 
 
 def _mu(prim: Any, material: Any, friction: float | None, notes: list[str]) -> float:  # noqa: ANN401

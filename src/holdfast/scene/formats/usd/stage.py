@@ -74,28 +74,23 @@ def check_lengths(path: Path) -> None:
 def _check(part: Part, depth: int) -> None:
     head = part.read(0, min(8, part.length))
     if head == CRATE:
-        _check_crate(part)
+        contents = part.number(16)
+        count = part.number(contents)
+        table = part.read(contents + NUMBER.size, count * SECTION.size)
+        fields = [begin for name, begin, _ in SECTION.iter_unpack(table) if name.rstrip(b"\0") == b"FIELDS"]
+        for name, begin, length in SECTION.iter_unpack(table):
+            part.read(begin, 0)
+            part.read(begin + length, 0)
+            if name.rstrip(b"\0") in COUNTED and part.number(begin) > DENSEST * max(length, 0):
+                problem = f"its section {quoted(name.rstrip(bytes(1)).decode())} states {part.number(begin):,} values"
+                raise SceneError(message(part.where, f"{problem} in {length:,} bytes", "check the file"))
+        for begin in fields:
+            _check_values(part, begin)
     elif head.startswith(ENTRY):
         if depth == MOST_NESTED:
             raise SceneError(message(part.where, f"is nested more than {MOST_NESTED} packages deep", "unpack it"))
         for entry in _entries(part):
             _check(entry, depth + 1)
-
-
-def _check_crate(crate: Part) -> None:
-    """Check that the sections of a crate are inside the file, and that none claims more values than fit into it."""
-    contents = crate.number(16)
-    count = crate.number(contents)
-    table = crate.read(contents + NUMBER.size, count * SECTION.size)
-    fields = [begin for name, begin, _ in SECTION.iter_unpack(table) if name.rstrip(b"\0") == b"FIELDS"]
-    for name, begin, length in SECTION.iter_unpack(table):
-        crate.read(begin, 0)
-        crate.read(begin + length, 0)
-        if name.rstrip(b"\0") in COUNTED and crate.number(begin) > DENSEST * max(length, 0):
-            problem = f"its section {quoted(name.rstrip(bytes(1)).decode())} states {crate.number(begin):,} values"
-            raise SceneError(message(crate.where, f"{problem} in {length:,} bytes", "check the file"))
-    for begin in fields:
-        _check_values(crate, begin)
 
 
 def _check_values(crate: Part, begin: int) -> None:

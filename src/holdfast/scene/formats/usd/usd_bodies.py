@@ -160,7 +160,15 @@ def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
     filters = [(prim.GetPath(), prim.GetRelationship("physics:filteredPairs").GetTargets()) for prim in filtering]
     if not groups and not filters:
         return None
-    apart = _apart(groups)
+    names = {str(group.GetPath()): _merged(group) for group in groups}
+    found = set()
+    for group in groups:
+        targets = group.GetRelationship("physics:filteredGroups").GetTargets()
+        filtered = {names[str(target)] for target in targets if str(target) in names}
+        if value_of(group, "physics:invertFilteredGroups", False):
+            filtered = set(names.values()) - filtered
+        found |= {pair for other in filtered for pair in ((_merged(group), other), (other, _merged(group)))}
+    apart = found
     queries = [
         (_merged(prim), UsdPhysics.CollisionGroup(prim).GetCollidersCollectionAPI().ComputeMembershipQuery())
         for prim in groups
@@ -182,22 +190,6 @@ def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
 def _merged(group: Any) -> str:  # noqa: ANN401
     """Return the name of the merge group of a collision group, or its path if it has none."""
     return str(value_of(group, "physics:mergeGroup", "")) or str(group.GetPath())
-
-
-def _apart(groups: list[Any]) -> set[tuple[str, str]]:
-    """Return the pairs of collision groups that do not touch, in both orders.
-
-    The table of usd-core is not used, because it ignores a group with a filter that names a missing group.
-    """
-    names = {str(group.GetPath()): _merged(group) for group in groups}
-    found = set()
-    for group in groups:
-        targets = group.GetRelationship("physics:filteredGroups").GetTargets()
-        filtered = {names[str(target)] for target in targets if str(target) in names}
-        if value_of(group, "physics:invertFilteredGroups", False):
-            filtered = set(names.values()) - filtered
-        found |= {pair for other in filtered for pair in ((_merged(group), other), (other, _merged(group)))}
-    return found
 
 
 def unread(stage: Stage) -> list[str]:
