@@ -38,7 +38,7 @@ class Push:
 
 
 @dataclass(frozen=True)
-class Question:
+class BatchQuestion:
     """The question of a batch.
 
     ``verbs`` are some of "stability", "map", "transport" and "push". ``options`` maps "load", "assemble" and verbs to
@@ -80,7 +80,7 @@ class Job:
 
     number: int
     name: str
-    question: Question
+    question: BatchQuestion
     pushes: tuple[Push, ...] = ()
     path: str | None = None
     place: str = ""

@@ -22,9 +22,9 @@ from holdfast.base.progress import lines, report
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
 from holdfast.batches.earlier_answers import EarlierAnswers
-from holdfast.batches.folder import Folder, Part, opened
+from holdfast.batches.folder import Folder, ShardShare, opened
 from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, inputs_of
-from holdfast.batches.job import Digests, Job, Question, key_of_files, key_of_value
+from holdfast.batches.job import BatchQuestion, Digests, Job, key_of_files, key_of_value
 from holdfast.batches.question import question
 from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.schema import TABLES, Row
@@ -144,7 +144,7 @@ class Driver:
     """Draws jobs, writes answers to journals, and writes shards that are complete. A context manager."""
 
     folder: Folder
-    question: Question
+    question: BatchQuestion
     inputs: Inputs
     earlier: EarlierAnswers
     asked: int = 0
@@ -186,7 +186,7 @@ class Driver:
                 yield from self._missing(shard, jobs)
 
     def _job(self, number: int, item: Input) -> Job:
-        job = Job(number, item.name, Question(self.question.verbs, self.question.options))
+        job = Job(number, item.name, BatchQuestion(self.question.verbs, self.question.options))
         job = replace(job, pushes=self.question.pushes_on(item.name), scene=item.scene)
         if item.path is None:
             return replace(job, key=key_of_value(job))
@@ -266,11 +266,11 @@ def _say(line: str) -> None:
         sys.stderr.flush()
 
 
-def _part(shard: str | None) -> Part:
+def _part(shard: str | None) -> ShardShare:
     """Return the share of the shards for a text "i/n", counted from 0; None means all."""
     if shard is None:
-        return Part()
+        return ShardShare()
     number, slash, of = shard.partition("/") if isinstance(shard, str) else ("", "", "")
     if slash and number.isdecimal() and of.isdecimal() and int(number) < int(of) <= MOST_PARTS:
-        return Part(int(number), int(of))
+        return ShardShare(int(number), int(of))
     raise HoldfastError(message("batch: shard", f"is {quoted(shard)}", "needs i/n with 0 <= i < n, as in '0/2'"))

@@ -15,7 +15,7 @@ from holdfast.base.borders.supervisor import Limits, Reply, Supervisor
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
-from holdfast.batches.job import Job, Question
+from holdfast.batches.job import BatchQuestion, Job
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -30,13 +30,15 @@ _lock = threading.Lock()
 _supervisors: list[Supervisor] = []
 
 
-def supervisor_for(question: Question, limits: Limits) -> Supervisor:
+def supervisor_for(question: BatchQuestion, limits: Limits) -> Supervisor:
     """Return the supervisor of a worker that answers this question."""
-    setup = Job(0, "", Question(question.verbs, question.options))
+    setup = Job(0, "", BatchQuestion(question.verbs, question.options))
     return Supervisor(ANSWERED_BY, setup, limits)
 
 
-def answered_here(jobs: Iterator[Job], question: Question, limits: Limits, workers: int) -> Iterator[tuple[Job, Reply]]:
+def answered_here(
+    jobs: Iterator[Job], question: BatchQuestion, limits: Limits, workers: int
+) -> Iterator[tuple[Job, Reply]]:
     """Yield every job with its reply.
 
     One job more than there are workers is drawn in advance. It is given to the first idle worker before that worker's
@@ -71,7 +73,7 @@ def answered_here(jobs: Iterator[Job], question: Question, limits: Limits, worke
 
 
 def answered_there(
-    jobs: Iterator[Job], question: Question, limits: Limits, scheduler: str | Client
+    jobs: Iterator[Job], question: BatchQuestion, limits: Limits, scheduler: str | Client
 ) -> Iterator[tuple[Job, Reply]]:
     """Yield every job with its reply from the workers of a Dask scheduler.
 
@@ -106,7 +108,7 @@ def answered_there(
                 done.add(future)
 
 
-def asked(job: Job, question: Question, limits: Limits) -> tuple[str, Reply]:
+def asked(job: Job, question: BatchQuestion, limits: Limits) -> tuple[str, Reply]:
     """Answer a job in this thread's own worker process; return the version of holdfast there, and the reply."""
     own = getattr(_own, "supervisor", None)
     if own is None or own not in _supervisors or _own.about != (question.text, limits):
@@ -152,8 +154,8 @@ def _room(client: Client) -> int:
     return max(AHEAD * threads, 1)
 
 
-def _submitted(client: Client, job: Job, question: Question, limits: Limits) -> Future:
-    bare = Question(question.verbs, question.options)
+def _submitted(client: Client, job: Job, question: BatchQuestion, limits: Limits) -> Future:
+    bare = BatchQuestion(question.verbs, question.options)
     return client.submit(asked, job, bare, limits, pure=False, key=f"holdfast-{job.number}-{id(job)}")
 
 

@@ -38,7 +38,7 @@ FINEST = 1e-6  # least detail, relative to the size, of a surface that is surely
 LEAST_VOLUME = 1e-9  # least volume of a solid, relative to its bounding box
 
 
-class _Model(NamedTuple):
+class _UnitModel(NamedTuple):
     """A tessellation of unit size, and the vertices (V,) that its reduction keeps, if that is another surface."""
 
     surface: Surface
@@ -68,11 +68,11 @@ def tessellated(surface: Surface, kind: Hashable, model: Callable[[], Surface], 
     return surface
 
 
-def _modelled(surface: Surface) -> _Model:
+def _modelled(surface: Surface) -> _UnitModel:
     few = surface.reduced
     if few is surface:
-        return _Model(surface, None)
-    return _Model(surface, np.asarray(search_tree(surface.vertices).query(few.vertices)[1]))
+        return _UnitModel(surface, None)
+    return _UnitModel(surface, np.asarray(search_tree(surface.vertices).query(few.vertices)[1]))
 
 
 @archived

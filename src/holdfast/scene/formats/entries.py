@@ -175,7 +175,7 @@ Matrix4 = tuple[Quadruple, Quadruple, Quadruple, Quadruple]
 MOST_KEYS = 100  # largest number of keys of one map, because pydantic collects the errors of all of them
 
 
-class Model(BaseModel):
+class EntryModel(BaseModel):
     """Base class of the models of a scene file, without unknown keys and infinite numbers."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -197,7 +197,7 @@ def _numbers(value: Any) -> Any:  # noqa: ANN401
     return value
 
 
-class PairModel(Model):
+class PairModel(EntryModel):
     """What holds between two bodies or materials: friction, and what joins their faces."""
 
     between: tuple[str, str]
@@ -212,7 +212,7 @@ class PairModel(Model):
         return self
 
 
-class FrictionModel(Model):
+class FrictionModel(EntryModel):
     """Static Coulomb friction, and what joins faces."""
 
     default: Number | None = None
@@ -268,7 +268,7 @@ AxisModel = Endless | tuple[End, End]
 BoundsModel = Endless | tuple[AxisModel, AxisModel, AxisModel]
 
 
-class HoldModel(Model):
+class HoldModel(EntryModel):
     """A hand or gripper that exerts any force and moment within bounds; see holdfast.Hold."""
 
     type: Literal["hold"]
@@ -279,7 +279,7 @@ class HoldModel(Model):
     on: str | None = Field(None, description="the body that holds; a hand that is fixed in the world if left out")
 
 
-class GripModel(Model):
+class GripModel(EntryModel):
     """Fingers or pads that press on a body; see holdfast.Grip."""
 
     type: Literal["grip"]

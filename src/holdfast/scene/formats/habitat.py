@@ -20,9 +20,9 @@ from holdfast.base.rigid import UNIT_LENGTH, Y_TO_Z, pose_from, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Inertial
-from holdfast.scene.formats.links import FLOOR, Piece, checked_fixed, filled, rigid_body, scene_of, with_floor
+from holdfast.scene.formats.links import FLOOR, BodyPiece, checked_fixed, filled, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import hull_of
-from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
+from holdfast.scene.formats.named_meshes import Numbers, Weights
 from holdfast.scene.formats.references import References, model_folders
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, Source, from_json
@@ -99,11 +99,11 @@ def read(
         again = taken[thing.name]
         things.append(thing if again == 1 else thing._replace(name=f"{thing.name}_{again}"))
     names = [thing.name for thing in things]
-    check_weights(mass, density, names)
+    weights = Weights(mass, density, names)
     held, surfaces = checked_fixed(fixed, names, "object"), Surfaces("product")
     bodies = []
     for thing in things:
-        weight = first_of(own(mass, density, thing.name), (thing.mass(), None), common(mass, density))
+        weight = weights.of(thing.name, (thing.mass(), None))
         with located(f"{where}: {quoted(thing.name)}"):
             bodies += thing.body(weight, surfaces, friction, thing.name in held, notes)
     remedy = f"give floor=True for a floor at z = 0, or fixed=[name] ({listed(names)})"
@@ -254,9 +254,9 @@ class _Thing(NamedTuple):
         if self.config.truth("use_bounding_box_for_collision", False) and not self.stage:
             middle = np.eye(4)
             middle[:3, 3] = (low + high) / 2
-            pieces = [Piece(Box(high - low), middle, material)]
+            pieces = [BodyPiece(Box(high - low), middle, material)]
         else:
-            pieces = [Piece(mesh, np.eye(4), material) for mesh in meshes]
+            pieces = [BodyPiece(mesh, np.eye(4), material) for mesh in meshes]
         com = self._com((low + high) / 2, notes)
         w, x, y, z = checked(self.given.values.get("rotation", (1, 0, 0, 0)), (4,), f"{self.given.where}: rotation")
         if abs(np.linalg.norm((w, x, y, z)) - 1) > UNIT_LENGTH:
@@ -281,7 +281,7 @@ class _Thing(NamedTuple):
             notes.append(f"{self.config.where}: no COM, so it is in the middle of the bounding box, as in Habitat")
         return middle
 
-    def _inertial(self, pieces: list[Piece], weight: tuple[float | None, float | None], com: Float) -> Inertial:
+    def _inertial(self, pieces: list[BodyPiece], weight: tuple[float | None, float | None], com: Float) -> Inertial:
         mass, density = weight
         if mass is None and density is None:
             self.config.fail("has no mass", "give mass= or density=, for it or for all")

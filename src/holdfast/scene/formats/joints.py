@@ -20,7 +20,7 @@ from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Inertial
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.links import Piece, rigid_body
+from holdfast.scene.formats.links import BodyPiece, rigid_body
 from holdfast.scene.hold import Hold, Range
 from holdfast.scene.shapes import Sphere
 
@@ -79,7 +79,7 @@ class Motors:
         self.balls.append(name)
         radius, at = math.sqrt(2.5 * float(np.trace(own.inertia)) / 3 / own.mass), np.eye(4)
         at[:3, 3] = own.com
-        return rigid_body(name, [Piece(Sphere(max(radius, LENGTH.least)), at)], pose=pose, inertial=own)
+        return rigid_body(name, [BodyPiece(Sphere(max(radius, LENGTH.least)), at)], pose=pose, inertial=own)
 
 
 def joint_hold(body: str, on: str | None, point: Float, axis: Float, own: Range, *, slides: bool) -> Hold:

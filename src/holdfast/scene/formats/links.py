@@ -29,7 +29,7 @@ FLOOR = "floor"  # name of the body
 LEVEL = 0.999  # cosine of the slope up to which a half space is a floor, and no ramp or wall: 2.6 degrees
 
 
-class Piece(NamedTuple):
+class BodyPiece(NamedTuple):
     """A shape with its ``pose`` (4, 4) in the frame of its link or body, and the material of its surface.
 
     ``mark`` is whatever tells a reader what the piece may touch.
@@ -44,7 +44,7 @@ class Piece(NamedTuple):
 class LinkContent(NamedTuple):
     """The pieces of a link in its frame, and its mass there; None if the link is fixed or its mass is not known."""
 
-    pieces: list[Piece]
+    pieces: list[BodyPiece]
     inertial: Inertial | None
 
 
@@ -153,7 +153,7 @@ def weld(group: dict[K, G], ends: Sequence[G | None], key: Callable[[Any], K]) -
             group[key(member)] = first
 
 
-def filled(pieces: Sequence[Piece], density: float) -> Inertial:
+def filled(pieces: Sequence[BodyPiece], density: float) -> Inertial:
     """Return the inertial of pieces with the same ``density`` [kg/m³]; common volume counts once.
 
     Raises GeometryError if one of them encloses no volume.
@@ -165,7 +165,7 @@ def filled(pieces: Sequence[Piece], density: float) -> Inertial:
 
 
 def rigid_body(
-    name: str, pieces: Sequence[Piece], *, pose: Float, inertial: Inertial | None = None, fixed: bool = False
+    name: str, pieces: Sequence[BodyPiece], *, pose: Float, inertial: Inertial | None = None, fixed: bool = False
 ) -> Body:
     """Return a body of these pieces at ``pose`` (4, 4), body frame to world; a single mesh is moved in it."""
     materials = {piece.material for piece in pieces}
@@ -232,7 +232,7 @@ def scene_of(
     return Scene(bodies, friction, gravity, name, excluded, dict.fromkeys(notes))
 
 
-def _shape(pieces: Sequence[Piece]) -> Shape:
+def _shape(pieces: Sequence[BodyPiece]) -> Shape:
     """Return the shape of a body, in the frame of the pieces."""
     first = pieces[0]
     if len(pieces) == 1:

@@ -81,8 +81,8 @@ def from_trimesh(
     if materials is not None:
         materials = checked_mapping(materials, "materials", '{"table": "oak"}')
     names = [node.name for node in nodes]
-    check_weights(mass, density, names)
-    weights = {name: first_of(own(mass, density, name), common(mass, density)) for name in names}
+    given = Weights(mass, density, names)
+    weights = {name: given.of(name) for name in names}
     return scene_of_nodes(
         nodes, weights, friction, fixed, materials or {}, up=up_axis, floor=floor, gravity=GRAVITY, name="", notes=[]
     )
@@ -137,33 +137,28 @@ def check_names(what: str, names: Any, known: Sequence[str]) -> None:  # noqa: A
                 raise SceneError(message(what, f"no node is named {quoted(name)}", nearest_of(name, known)))
 
 
-def check_weights(mass: Numbers | None, density: Numbers | None, names: Sequence[str]) -> None:
-    """Raise SceneError for masses or densities of unknown names, and for an invalid number for all bodies.
+class Weights:
+    """Masses [kg] and densities [kg/m³] that are given to a reader, each one number for all names or one for a name."""
 
-    Numbers for single names are checked where they are used.
-    """
-    for what, given, within in (("mass", mass, MASS), ("density", density, DENSITY)):
-        check_names(what, given, names)
-        if given is not None and not isinstance(given, Mapping):
-            checked_number(given, what, above=0, within=within)
+    def __init__(self, mass: Numbers | None, density: Numbers | None, names: Sequence[str]) -> None:
+        """Raise SceneError for unknown names, and for an invalid number for all; others are checked where used."""
+        self.given = mass, density
+        for what, each, within in (("mass", mass, MASS), ("density", density, DENSITY)):
+            check_names(what, each, names)
+            if each is not None and not isinstance(each, Mapping):
+                checked_number(each, what, above=0, within=within)
 
+    def of(self, name: str, *said: Weight, alone: bool = False, last: Weight = (None, None)) -> Weight:
+        """Return the mass or the density of a name, None for both if there is none.
 
-def own(mass: Numbers | None, density: Numbers | None, name: str) -> Weight:
-    """Return the mass and density that are given for a name."""
-    mass_of, density_of = (each.get(name) if isinstance(each, Mapping) else None for each in (mass, density))
-    return mass_of, density_of
-
-
-def common(mass: Numbers | None, density: Numbers | None) -> Weight:
-    """Return the mass and density that are given for all names."""
-    for_all, dense = (None if isinstance(each, Mapping) else each for each in (mass, density))
-    return for_all, dense
-
-
-def first_of(*weights: Weight) -> Weight:
-    """Return the first of these that gives a number; a mass has priority over a density."""
-    mass, density = next((each for each in weights if each != (None, None)), (None, None))
-    return mass, None if mass is not None else density
+        First comes what is given for the name, then what files have ``said`` of it and, unless it is to be ``alone``,
+        what is given for all, and what a file says ``last``. A mass has priority over a density.
+        """
+        mass, density = (each.get(name) if isinstance(each, Mapping) else None for each in self.given)
+        for_all, dense = (None if isinstance(each, Mapping) else each for each in self.given)
+        weights = ((mass, density), *said, *(() if alone else ((for_all, dense), last)))
+        mass, density = next((each for each in weights if each != (None, None)), (None, None))
+        return mass, None if mass is not None else density
 
 
 def _body(
@@ -267,11 +262,11 @@ def read(
     placed = {(copy if single else f"{copy}/{name}") if copy else name: (at, mesh)
               for copy, at in copies for name, mesh in meshes.items()}  # fmt: skip
     rules.check_names([*meshes, *placed])
-    check_weights(mass, density, list(placed))
+    weights = Weights(mass, density, list(placed))
     held = frozenset(placed) if fixed is True else checked_fixed(() if fixed is False else fixed, placed)
     found = []
     for name, (at, mesh) in placed.items():
-        weight = (None, None) if name in held else first_of(own(mass, density, name), common(mass, density))
+        weight = (None, None) if name in held else weights.of(name)
         if weight == (None, None) and name not in held:
             remedy = "give density= or mass=, for it or for all, or fixed=[name]"
             raise SceneError(message(f"{where}: body {quoted(name)}", "has no mass", remedy))

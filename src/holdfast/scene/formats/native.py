@@ -26,10 +26,10 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
 from holdfast.scene.formats.entries import (
     AnyHoldModel,
+    EntryModel,
     FrictionModel,
     Matrix3,
     Matrix4,
-    Model,
     Number,
     Quadruple,
     Triple,
@@ -64,14 +64,14 @@ def _friction_kind(value: Any) -> str:  # noqa: ANN401
     return "table" if isinstance(value, dict | BaseModel) else "number"
 
 
-class BoxModel(Model):
+class BoxModel(EntryModel):
     """A cuboid centred on the origin of its frame."""
 
     type: Literal["box"]
     size: Triple = Field(description="edge lengths [m]")
 
 
-class CylinderModel(Model):
+class CylinderModel(EntryModel):
     """A cylinder about the z axis, centred on the origin of its frame."""
 
     type: Literal["cylinder"]
@@ -80,7 +80,7 @@ class CylinderModel(Model):
     segments: Whole = Field(64, description="sides of the prism that contacts see")
 
 
-class SphereModel(Model):
+class SphereModel(EntryModel):
     """A ball centred on the origin of its frame."""
 
     type: Literal["sphere"]
@@ -88,7 +88,7 @@ class SphereModel(Model):
     subdivisions: Whole = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
 
 
-class MeshModel(Model):
+class MeshModel(EntryModel):
     """A triangle mesh, either from a file or given by its vertices and faces."""
 
     type: Literal["mesh"]
@@ -105,7 +105,7 @@ class MeshModel(Model):
         return self
 
 
-class CapsuleModel(Model):
+class CapsuleModel(EntryModel):
     """A cylinder about the z axis with half a ball on either end, centred on the origin of its frame."""
 
     type: Literal["capsule"]
@@ -114,7 +114,7 @@ class CapsuleModel(Model):
     segments: Whole = Field(48, description="sides of the surface that contacts see")
 
 
-class EllipsoidModel(Model):
+class EllipsoidModel(EntryModel):
     """An ellipsoid along the axes of its frame."""
 
     type: Literal["ellipsoid"]
@@ -122,7 +122,7 @@ class EllipsoidModel(Model):
     subdivisions: Whole = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
 
 
-class HalfSpaceModel(Model):
+class HalfSpaceModel(EntryModel):
     """Everything below the plane z = 0 of the body's frame; only for fixed bodies."""
 
     type: Literal["halfspace"]
@@ -133,7 +133,7 @@ SolidModel = Annotated[
 ]
 
 
-class PartModel(Model):
+class PartModel(EntryModel):
     """One shape of a compound."""
 
     shape: SolidModel
@@ -141,7 +141,7 @@ class PartModel(Model):
     material: str | None = Field(None, description="of this part, instead of the body's")
 
 
-class CompoundModel(Model):
+class CompoundModel(EntryModel):
     """Several shapes that move as one body."""
 
     type: Literal["compound"]
@@ -153,7 +153,7 @@ AnyModel = (
 )
 
 
-class BodyModel(Model):
+class BodyModel(EntryModel):
     """A rigid body. Its pose is given as ``pose``, or as ``position`` and ``rpy_degrees`` or ``orientation``."""
 
     name: str
@@ -190,7 +190,7 @@ class BodyModel(Model):
 EndModel = str | tuple[str, Whole]
 
 
-class SceneModel(Model):
+class SceneModel(EntryModel):
     """A holdfast scene: rigid bodies in frictional contact. SI units, z up unless gravity says otherwise."""
 
     format: Literal["holdfast-scene/1"]

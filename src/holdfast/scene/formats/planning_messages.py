@@ -19,7 +19,7 @@ from holdfast.base.ranges import PLACE
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Solid
-from holdfast.scene.formats.links import Piece
+from holdfast.scene.formats.links import BodyPiece
 from holdfast.scene.formats.moveit import Planned, scene_of_objects
 from holdfast.scene.formats.named_meshes import Numbers
 from holdfast.scene.formats.registry import Format
@@ -67,7 +67,7 @@ class World:
     """The objects of planning scenes that are applied one after the other."""
 
     def __init__(self) -> None:
-        self.objects: dict[str, tuple[Float, list[Piece]]] = {}
+        self.objects: dict[str, tuple[Float, list[BodyPiece]]] = {}
         self.name = ""
         self.frames: dict[str, str] = {}  # of objects, by their names
         self.held: dict[str, None] = {}
@@ -160,7 +160,7 @@ def _pose(msg: Any) -> Float:  # noqa: ANN401
     return pose_from(place, turn if turn.any() else np.array([1.0, 0.0, 0.0, 0.0]))
 
 
-def _pieces(msg: Any) -> Iterator[Piece]:  # noqa: ANN401
+def _pieces(msg: Any) -> Iterator[BodyPiece]:  # noqa: ANN401
     """Yield the shapes of an object with their poses in its frame."""
     if len(_field(msg, "planes", [])):
         raise GeometryError(message("plane", "has no end", "leave it out, and say floor=True or add a body"))
@@ -171,7 +171,7 @@ def _pieces(msg: Any) -> Iterator[Piece]:  # noqa: ANN401
             problem = f"has {len(shapes)} {what} shapes and {len(poses)} poses"
             raise SceneError(message(f"{what}_poses", problem, "needs one for each"))
         for k, shape in enumerate(shapes):
-            yield Piece(make(shape), _pose(poses[k]) if len(poses) else np.eye(4))
+            yield BodyPiece(make(shape), _pose(poses[k]) if len(poses) else np.eye(4))
 
 
 def _primitive(msg: Any) -> Solid:  # noqa: ANN401

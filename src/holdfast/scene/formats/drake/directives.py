@@ -26,12 +26,12 @@ from holdfast.scene.formats.sdf.sdf_joints import carrier
 from holdfast.scene.formats.sdf.sdf_joints import groups_of as sdf_groups
 from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES as SDF_ATTRIBUTES
 from holdfast.scene.formats.sdf.sdf_links import KNOWN as SDF_KNOWN
-from holdfast.scene.formats.sdf.sdf_links import LinkReader as SdfLinks
+from holdfast.scene.formats.sdf.sdf_links import SdfLinks
 from holdfast.scene.formats.source import Source, from_yaml
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES as URDF_ATTRIBUTES
 from holdfast.scene.formats.urdf.urdf_links import KNOWN as URDF_KNOWN
-from holdfast.scene.formats.urdf.urdf_links import LinkReader as UrdfLinks
+from holdfast.scene.formats.urdf.urdf_links import UrdfLinks
 from holdfast.scene.formats.urdf.urdf_links import groups_of as urdf_groups
 from holdfast.scene.xml import MAX_BYTES, Element, parsed
 

@@ -24,9 +24,9 @@ from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Shape
 from holdfast.scene.excluded import Excluded, excluded_among
 from holdfast.scene.formats.entries import (
+    EntryModel,
     FrictionModel,
     Matrix3,
-    Model,
     Number,
     Triple,
     Truth,
@@ -47,7 +47,7 @@ FAR = 16.0  # [sizes of the mesh] if a mesh is farther from its frame, its node 
 M = TypeVar("M", bound=BaseModel)
 
 
-class SceneWords(Model):
+class SceneWords(EntryModel):
     """The data of the scene."""
 
     format: Literal["holdfast-scene/1"]
@@ -57,7 +57,7 @@ class SceneWords(Model):
     excluded: list[tuple[EndModel, EndModel]] = Field([], fail_fast=True)
 
 
-class BodyWords(Model):
+class BodyWords(EntryModel):
     """The data of a node about its body; numbers are as in a scene file."""
 
     surface: str

@@ -26,11 +26,8 @@ from holdfast.scene.formats.links import FLOOR, checked_fixed, not_read, unknown
 from holdfast.scene.formats.made_meshes import Collision, MeshRules, packed
 from holdfast.scene.formats.named_meshes import (
     Numbers,
+    Weights,
     check_names,
-    check_weights,
-    common,
-    first_of,
-    own,
     scene_of_nodes,
 )
 from holdfast.scene.formats.registry import Format
@@ -147,15 +144,20 @@ def read(
     names = [node.name for node in nodes]
     rules = MeshRules(None, collision)
     rules.check_names(names)
-    check_weights(mass, density, names)
+    given = Weights(mass, density, names)
     check_names(str(_beside(source)), beside.nodes, names)
     inside = Inside.of(nodes, about, source.path)
     said = {name: beside.nodes.get(name, NodeModel()) for name in names}
-    weights = {}
-    for name in names:
-        of_its_own = own(mass, density, name), (said[name].mass, said[name].density), inside.weight(name)
-        for_all = () if name in inside.fixed else (common(mass, density), (None, beside.density))
-        weights[name] = first_of(*of_its_own, *for_all)
+    weights = {
+        name: given.of(
+            name,
+            (said[name].mass, said[name].density),
+            inside.weight(name),
+            alone=name in inside.fixed,
+            last=(None, beside.density),
+        )
+        for name in names
+    }
     known = inside.known([node for node in nodes if not rules.hulled(node.name)], weights, notes)
     beside_materials = {name: each.material for name, each in said.items() if each.material is not None}
     given_materials = {} if material is None else checked_mapping(material, "material", '{"table": "oak"}')

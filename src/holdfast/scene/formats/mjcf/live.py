@@ -13,19 +13,19 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.joints import Motors, Torques, never_touching
-from holdfast.scene.formats.links import BodyParts, Piece, kept_apart
+from holdfast.scene.formats.links import BodyParts, BodyPiece, kept_apart
 from holdfast.scene.formats.mjcf.mobility import (
     IN_PARENT,
     JOINT,
     STILL,
     WRAP_JOINT,
-    Groups,
+    BodyOwners,
     find_groups,
     frame_of,
     holds_of,
     inertia_of,
 )
-from holdfast.scene.formats.mjcf.rules import MESH, PLANE, Rules, kind_of, pose_of, solid_of
+from holdfast.scene.formats.mjcf.rules import MESH, PLANE, GeomRules, kind_of, pose_of, solid_of
 from holdfast.scene.formats.simulators.simulated import body_of, relative, unique
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -37,7 +37,7 @@ SITE, BODY = 4, 5  # mjTRN_SITE, mjTRN_BODY
 MOST_CONDIM = 3  # contacts with a larger condim also resist twisting and rolling at points
 
 
-class Group(NamedTuple):
+class GeomGroup(NamedTuple):
     """One body of the scene: ``bodies`` of the model, and the colliding ``geoms`` of all of them."""
 
     name: str
@@ -76,7 +76,7 @@ def from_mujoco(
         raise SceneError(message("from_mujoco", problem, "needs mujoco.MjModel and mujoco.MjData"))
     if not np.any(data.xmat):
         raise SceneError(message("from_mujoco", "the state has no poses yet", "call mujoco.mj_forward(model, data)"))
-    rules = Rules(model)
+    rules = GeomRules(model)
     motors = Motors(hold_torques, welded=checked_truth(rigid, "rigid"))
     owners = find_groups(model, data, rigid=rigid, motors=motors.held)
     groups, empty = _groups(model, owners, rules)
@@ -101,7 +101,7 @@ def from_mujoco(
     return Scene(bodies, Friction(pairs=table), gravity, name, pairs, notes, holds)
 
 
-def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list[str]]:  # noqa: ANN401
+def _groups(model: Any, owners: BodyOwners, rules: GeomRules) -> tuple[list[GeomGroup], list[str]]:  # noqa: ANN401
     """Return the groups that become bodies, in the model's order, and the names of moving bodies without contacts."""
     labels = [name or f"{kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
     of_body: dict[int, list[int]] = {}
@@ -116,18 +116,20 @@ def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list
             bodies = owners.of(b)
             geoms = [g for each in bodies for g in of_body.get(each, [])]
             if geoms or b in jointed:
-                found.append(Group(_called(owners, rules, b, geoms), bodies, geoms, False))
+                found.append(GeomGroup(_called(owners, rules, b, geoms), bodies, geoms, False))
             else:
                 empty.append(owners.names[b])
         elif owners.owner[b] == STILL:
             for geoms in _apart(model, rules, b, of_body.get(b, []), moving):
                 single = b == 0 or len(geoms) != len(of_body[b])
-                found.append(Group(labels[geoms[0]] if single else _called(owners, rules, b, geoms), [b], geoms, True))
+                found.append(
+                    GeomGroup(labels[geoms[0]] if single else _called(owners, rules, b, geoms), [b], geoms, True)
+                )
     names = unique(group.name for group in found)
     return [group._replace(name=name) for group, name in zip(found, names, strict=True)], empty
 
 
-def _apart(model: Any, rules: Rules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
+def _apart(model: Any, rules: GeomRules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
     """Divide the geoms of a fixed body among bodies of the scene.
 
     Planes and geoms of the world are separate; others are together if they may touch the same moving geoms.
@@ -140,13 +142,13 @@ def _apart(model: Any, rules: Rules, b: int, geoms: list[int], moving: list[int]
     return sorted(alone + list(alike.values()))
 
 
-def _called(owners: Groups, rules: Rules, b: int, geoms: list[int]) -> str:
+def _called(owners: BodyOwners, rules: GeomRules, b: int, geoms: list[int]) -> str:
     """Return the name of a body: its own, that of its only geom if it has none, or else its number."""
     only = rules.names[geoms[0]] if len(geoms) == 1 else ""
     return only if only and b not in owners.named else owners.names[b]
 
 
-def _body(model: Any, data: Any, group: Group, rules: Rules, motors: Motors) -> Body:  # noqa: ANN401
+def _body(model: Any, data: Any, group: GeomGroup, rules: GeomRules, motors: Motors) -> Body:  # noqa: ANN401
     home = frame_of(data, group.bodies[0])
     if not group.geoms:
         return motors.ball(group.name, home, inertia_of(model, data, group.bodies))
@@ -157,7 +159,7 @@ def _body(model: Any, data: Any, group: Group, rules: Rules, motors: Motors) -> 
     return body_of(group.name, home, geoms, None if group.fixed else inertia_of(model, data, group.bodies))
 
 
-def _collider(model: Any, data: Any, g: int, home: Float, rules: Rules) -> Piece:  # noqa: ANN401
+def _collider(model: Any, data: Any, g: int, home: Float, rules: GeomRules) -> BodyPiece:  # noqa: ANN401
     """Return a geom in the frame ``home`` of its body of the scene."""
     pose = pose_of(model, g)
     frame = frame_of(data, int(model.geom_bodyid[g]))
@@ -165,10 +167,10 @@ def _collider(model: Any, data: Any, g: int, home: Float, rules: Rules) -> Piece
         pose = relative(frame @ pose, home)
     plane = model.geom_type[g] == PLANE
     shape = HalfSpace() if plane else solid_of(model, g)
-    return Piece(shape, pose, rules.materials[rules.of[g]], g)
+    return BodyPiece(shape, pose, rules.materials[rules.of[g]], g)
 
 
-def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa: ANN401
+def _left_out(model: Any, rules: GeomRules, empty: list[str]) -> list[str]:  # noqa: ANN401
     """Return notes on what the model has and the scene lacks."""
     notes = []
     seen = int((~rules.colliding).sum())
@@ -188,7 +190,7 @@ def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa:
     return notes
 
 
-def _unread(model: Any, data: Any, owners: Groups, motors: bool) -> list[str]:  # noqa: ANN401
+def _unread(model: Any, data: Any, owners: BodyOwners, motors: bool) -> list[str]:  # noqa: ANN401
     """Return notes on what acts on bodies in MuJoCo, but not in the scene.
 
     Equality constraints, tendons, gravity compensation and soft bodies are not among it: if they act on a moving body,
@@ -241,7 +243,7 @@ def _drawn(model: Any) -> list[int]:  # noqa: ANN401
     return found
 
 
-def _overlaps(data: Any, groups: Sequence[Group], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401
+def _overlaps(data: Any, groups: Sequence[GeomGroup], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401
     """Return a note on the contacts in which bodies overlap much according to MuJoCo, if there are any."""
     of = {g: body for group, body in zip(groups, bodies, strict=True) for g in group.geoms}
     deepest: dict[tuple[str, str], float] = {}

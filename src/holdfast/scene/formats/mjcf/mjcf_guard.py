@@ -107,11 +107,11 @@ def files_of(text: str, path: Path, within: Path) -> list[Path]:
     large or not a regular file, for a model that declares entities or attaches itself, and for one that exceeds MOST.
     """
     files: list[Path] = []
-    _asked(text, path, _Asked(within, files, {}), (path.resolve(),))
+    _asked(text, path, _Demands(within, files, {}), (path.resolve(),))
     return list(dict.fromkeys(files))
 
 
-class _Asked(NamedTuple):
+class _Demands(NamedTuple):
     """The state of the check: the allowed folder ``within``, the files, and the demands of attached models."""
 
     within: Path
@@ -119,7 +119,7 @@ class _Asked(NamedTuple):
     models: dict[Path, Counter[str]]
 
 
-def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Counter[str]:
+def _asked(text: str, path: Path, so_far: _Demands, above: tuple[Path, ...]) -> Counter[str]:
     """Add the files to which a model refers, and return its demands by the keys of MOST.
 
     ``above`` are the models to which it is attached, and itself.
@@ -154,7 +154,9 @@ def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Co
     return count
 
 
-def _attached(trees: list[Xml.Element], path: Path, so_far: _Asked, above: tuple[Path, ...]) -> dict[str, Counter[str]]:
+def _attached(
+    trees: list[Xml.Element], path: Path, so_far: _Demands, above: tuple[Path, ...]
+) -> dict[str, Counter[str]]:
     """Return the demands of each model that may be attached, by the name under which it is attached.
 
     If a model attaches itself, directly or through others, MuJoCo recurses until the process dies.

@@ -136,7 +136,7 @@ def free_by_joints(model: Any, data: Any, b: int, loose: Collection[int]) -> lis
 
 
 @dataclass(frozen=True)
-class Groups:
+class BodyOwners:
     """The bodies of a model, grouped by the free body with which they move.
 
     ``owner`` (nbody,) is the number of that free body for each body, or STILL. ``names`` are those of all bodies;
@@ -155,7 +155,7 @@ class Groups:
         return [int(b) for b in np.flatnonzero(self.owner == owner)]
 
 
-def find_groups(model: Any, data: Any, *, rigid: bool, motors: bool = False) -> Groups:  # noqa: ANN401 - MuJoCo has no types
+def find_groups(model: Any, data: Any, *, rigid: bool, motors: bool = False) -> BodyOwners:  # noqa: ANN401 - MuJoCo has no types
     """Find which bodies move as one.
 
     A body moves if it has a free joint, or other joints that nothing holds and that together allow the same motions. A
@@ -188,7 +188,7 @@ def find_groups(model: Any, data: Any, *, rigid: bool, motors: bool = False) -> 
     ]
     bodies = dict.fromkeys(names[model.jnt_bodyid[j]] for j in fixed)
     notes += [f"held fixed at their joint positions: {listed(list(bodies))}"] if bodies else []
-    return Groups(owner, names, frozenset(b for b, name in enumerate(given) if name), tuple(notes), tuple(joints))
+    return BodyOwners(owner, names, frozenset(b for b, name in enumerate(given) if name), tuple(notes), tuple(joints))
 
 
 def _owners(model: Any, data: Any) -> tuple[Int, list[int], list[int], dict[int, list[int]]]:  # noqa: ANN401

@@ -35,7 +35,7 @@ def entries(model: Any, kind: str, count: int) -> list[str]:  # noqa: ANN401 - M
     return [text[k : text.index(b"\0", k)].decode(errors="replace") for k in starts[:count].tolist()]
 
 
-class Rules:
+class GeomRules:
     """The geoms of a model, in classes with the same rules.
 
     ``of`` (ngeom,) is the class of each geom. ``mu`` (C, C) is the friction between two classes, ``may`` (C, C) whether

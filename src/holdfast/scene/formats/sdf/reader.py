@@ -18,7 +18,7 @@ from holdfast.scene.formats.references import Packages, References, model_folder
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.sdf.scopes import Frames, Scope, ScopeReader
 from holdfast.scene.formats.sdf.sdf_joints import Group, excluded_pairs, groups_of, toucher
-from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES, KNOWN, RULES, LinkReader, coefficients
+from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES, KNOWN, RULES, SdfLinks, coefficients
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
@@ -76,7 +76,7 @@ def read(
         friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
     notes.unread([whole, *(scope.element for scope in top.within())], KNOWN, ATTRIBUTES)
     tags = _tags(root, top, simulator, notes)
-    reader = LinkReader(tags, Surfaces(RULES[tags]), friction, density, meshes, notes)
+    reader = SdfLinks(tags, Surfaces(RULES[tags]), friction, density, meshes, notes)
     held = checked_fixed(fixed, [scope.path for scope in top.within() if not scope.is_world], "model")
     groups = groups_of(top, held, checked_truth(rigid, "rigid"), notes)
     frames = Frames()
@@ -146,7 +146,7 @@ def _names(groups: list[Group]) -> list[str]:
     return [place.scope.path if count[place.scope.path] == 1 else place.path for place in first]
 
 
-def _bodies(group: Group, name: str, reader: LinkReader, frames: Frames) -> Iterator[BodyParts]:
+def _bodies(group: Group, name: str, reader: SdfLinks, frames: Frames) -> Iterator[BodyParts]:
     """Yield the body of a group and one for each plane, with the data that decide what they may touch."""
     links = [(place, reader.link(place.scope, place.element, group.fixed)) for place in group.members]
     first = group.members[0]

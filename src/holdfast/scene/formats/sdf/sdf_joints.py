@@ -21,7 +21,7 @@ Key = tuple[Scope, Element]  # models from the same file share elements
 
 
 @dataclass(eq=False)
-class Place:
+class LinkPlace:
     """A link in its model; ``held`` is True if it is fixed by itself."""
 
     scope: Scope
@@ -34,7 +34,7 @@ class Place:
         return f"{self.scope.path}::{self.element.attribute('name')}"
 
 
-Group = Welded[Place]  # links
+Group = Welded[LinkPlace]  # links
 
 
 def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) -> list[Group]:
@@ -44,7 +44,7 @@ def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) 
     """
     names = set(held)
     places = {
-        (scope, element): Place(scope, element, scope.static or _is_held(scope, names))
+        (scope, element): LinkPlace(scope, element, scope.static or _is_held(scope, names))
         for scope in world.within()
         for element in scope.named.values()
         if element.tag == "link"
@@ -127,7 +127,7 @@ class Toucher(NamedTuple):
     mask: int
 
 
-def toucher(place: Place, mask: int) -> Toucher:
+def toucher(place: LinkPlace, mask: int) -> Toucher:
     """Return the data for a collision of a link with these bits (<collide_bitmask>)."""
     own = place.scope.touches_itself or truth(place.element, "self_collide")
     return Toucher(place.scope.whole, own, mask)

@@ -13,7 +13,7 @@ from holdfast.base.ranges import DENSITY, FRICTION, MASS
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.scene.compound import Inertial, Solid, together
-from holdfast.scene.formats.links import LinkContent, Notes, Piece, ball
+from holdfast.scene.formats.links import BodyPiece, LinkContent, Notes, ball
 from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded
 from holdfast.scene.formats.sdf.scopes import Scope, posed, truth
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
@@ -129,19 +129,19 @@ def _mesh(scope: Scope, element: Element, link: str, meshes: MeshRules, notes: N
     return meshes.read(path, (sx, sy, sz), notes, scope.path, link)
 
 
-class Content(NamedTuple):
+class CollisionShape(NamedTuple):
     """A collision, its shape in the link, and its mass properties at unit density if they differ from the shape's.
 
     The mark of the piece are the bits that decide what it may touch; a plane has its normal along z.
     """
 
     element: Element
-    piece: Piece
+    piece: BodyPiece
     exact: MassProperties | None
 
 
 @dataclass
-class LinkReader:
+class SdfLinks:
     """Reads links with the friction tags of ``tags``; ``friction`` and ``density`` replace missing values."""
 
     tags: str
@@ -153,7 +153,7 @@ class LinkReader:
 
     def link(self, scope: Scope, element: Element, fixed: bool) -> LinkContent:
         """Return what is in a link: its shapes and, unless it is fixed, its mass."""
-        contents, where = list[Content](), f"{scope.path}::{element.attribute('name')}"
+        contents, where = list[CollisionShape](), f"{scope.path}::{element.attribute('name')}"
         if element.all("visual") and not element.all("collision"):
             self.notes.of(where, "no <collision>, its <visual> is taken")
         for collision in element.all("collision") or element.all("visual"):
@@ -168,7 +168,7 @@ class LinkReader:
             solids = [each for each in contents if not isinstance(each.piece.shape, HalfSpace)]
             return LinkContent(pieces, self._inertial(element, solids, where))
 
-    def _collision(self, scope: Scope, element: Element, link: Element, where: str) -> Iterator[Content]:
+    def _collision(self, scope: Scope, element: Element, link: Element, where: str) -> Iterator[CollisionShape]:
         """Yield the shape of a collision, if it has one."""
         geometry = element.needed("geometry")
         outlines = geometry.all("polyline")
@@ -183,13 +183,15 @@ class LinkReader:
             self.notes.of(where, "touches nothing (collide_without_contact)")
             mask = 0
         if shape.tag == "plane":
-            yield Content(element, Piece(HalfSpace(), np.asarray(pose @ plane_pose(shape)), material, mask), None)
+            yield CollisionShape(
+                element, BodyPiece(HalfSpace(), np.asarray(pose @ plane_pose(shape)), material, mask), None
+            )
             return
         with shape.located():
             solid, exact = (
                 (outlined(outlines), None) if outlines else solid_of(scope, shape, where, self.meshes, self.notes)
             )
-            yield Content(element, Piece(solid, pose, material, mask), exact)
+            yield CollisionShape(element, BodyPiece(solid, pose, material, mask), exact)
 
     def _mu(self, element: Element, where: str) -> float:
         """Return the least coefficient of a surface over its directions; by default ``friction`` or that of SDF."""
@@ -206,7 +208,7 @@ class LinkReader:
         self.notes.of(where, f"friction {usual:g}, which {whose} says where a file says none")
         return usual
 
-    def _inertial(self, element: Element, contents: list[Content], where: str) -> Inertial:
+    def _inertial(self, element: Element, contents: list[CollisionShape], where: str) -> Inertial:
         """Return the given inertial, or the sum of those of the shapes, ignoring overlaps, as SDF prescribes."""
         inertial = element.child("inertial")
         auto = inertial is not None and inertial.attributes.get("auto", "").strip().lower() in ("true", "1")
@@ -268,7 +270,7 @@ def _density(element: Element, usual: float) -> float:
     return usual if child is None else checked_number(child.values(1)[0], child.place, above=0, within=DENSITY)
 
 
-def _filled(content: Content, density: float) -> Inertial:
+def _filled(content: CollisionShape, density: float) -> Inertial:
     own = content.piece.shape.mass_properties if content.exact is None else content.exact
     return Inertial(density * own.volume, own.com, density * own.inertia).seen(content.piece.pose)
 

@@ -16,8 +16,17 @@ from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.links import Piece
-from holdfast.scene.formats.simulators.simulated import Hold, Joint, Link, bodies_of, hull, made, plane, whole
+from holdfast.scene.formats.links import BodyPiece
+from holdfast.scene.formats.simulators.simulated import (
+    JointState,
+    Link,
+    SimulatedJoint,
+    bodies_of,
+    hull,
+    made,
+    plane,
+    whole,
+)
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -55,7 +64,7 @@ def from_genesis(
         raise SceneError(message("from_genesis", f"got a {type(simulation).__name__}", "needs a genesis.Scene"))
     if not simulation.is_built:
         raise SceneError(message("from_genesis", "the scene is not built", "call scene.build() first"))
-    read = _Entities(simulation, _world(simulation, world))
+    read = _GenesisEntities(simulation, _world(simulation, world))
     bodies, apart, notes = bodies_of(
         read.links, read.joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching
     )
@@ -75,14 +84,14 @@ def _world(scene: Any, world: int | None) -> int | None:  # noqa: ANN401
     return number if count else None
 
 
-class _Entities:
+class _GenesisEntities:
     """The links of all rigid entities of one environment."""
 
     def __init__(self, scene: Any, world: int | None) -> None:  # noqa: ANN401
         self.world, self.solver = world, scene.rigid_solver
         self.surfaces = Surfaces("largest")
         self.links: list[Link] = []
-        self.joints: list[Joint] = []
+        self.joints: list[SimulatedJoint] = []
         self.masks: list[tuple[int, int, int, bool]] = []  # contype, conaffinity, entity and whether for itself alone
         self.number: dict[int, int] = {}  # of a link here, by its own
         self.others: list[str] = []
@@ -133,7 +142,7 @@ class _Entities:
             mask = (int(geom.contype), int(geom.conaffinity), id(entity), bool(entity.is_local_collision_mask))
             self.masks.append(mask)
             material = self.surfaces.material(float(_array(geom.get_friction())))
-            found.colliders.append(Piece(shape, place, material, len(self.masks) - 1))
+            found.colliders.append(BodyPiece(shape, place, material, len(self.masks) - 1))
             self.resists |= bool(_array(geom.get_friction_torsional()) > 0 or _array(geom.get_friction_rolling()) > 0)
 
     def _of_link(self, value: Any) -> Float:  # noqa: ANN401
@@ -170,11 +179,13 @@ class _Entities:
         ends = (self.number.get(int(link.parent_idx)), self.number[int(link.idx)])
         joints = [joint for joint in link.joints if joint.type != FIXED]
         if not joints:
-            self.joints.append(Joint("fixed", ends, Hold.RIGID))
+            self.joints.append(SimulatedJoint("fixed", ends, JointState.RIGID))
         for joint in joints:
             if joint.type != FREE:
                 modes = self.modes[joint.dof_start : joint.dof_end, self.world or 0]
-                self.joints.append(Joint(joint.name, ends, Hold.HELD if (modes == POSITION).all() else Hold.LOOSE))
+                self.joints.append(
+                    SimulatedJoint(joint.name, ends, JointState.HELD if (modes == POSITION).all() else JointState.LOOSE)
+                )
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which geoms may touch; masks of entities from MJCF and USD count within the entity alone."""

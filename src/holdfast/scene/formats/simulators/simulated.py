@@ -20,7 +20,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Inertial, Part, Shape, together
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.links import SAME_FRAME, BodyParts, Piece, Welded, kept_apart, weld
+from holdfast.scene.formats.links import SAME_FRAME, BodyParts, BodyPiece, Welded, kept_apart, weld
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.shapes import Mesh
 
@@ -75,7 +75,7 @@ def _made(kind: Callable[..., Any], sizes: tuple[Any, ...]) -> Any:  # noqa: ANN
     return kind(*sizes)
 
 
-class Hold(Enum):
+class JointState(Enum):
     """What a joint allows: no motion, none while its motor is on, or motion."""
 
     RIGID = "rigid"
@@ -94,28 +94,28 @@ class Link:
     pose: Float
     fixed: bool
     inertial: Inertial | None = None
-    colliders: list[Piece] = field(default_factory=list)
+    colliders: list[BodyPiece] = field(default_factory=list)
 
 
-class Joint(NamedTuple):
+class SimulatedJoint(NamedTuple):
     """A joint between two links, by their numbers; None is the world."""
 
     name: str
     ends: tuple[int | None, int | None]
-    hold: Hold
+    hold: JointState
 
 
-class Group(NamedTuple):
+class LinkedBody(NamedTuple):
     """One body of the scene: its links, which move as one, and those of their colliders that are its own."""
 
     name: str
     fixed: bool
     links: Sequence[Link]
-    colliders: Sequence[Piece]
+    colliders: Sequence[BodyPiece]
 
 
 def bodies_of(
-    links: Sequence[Link], joints: Sequence[Joint], *, rigid: bool, touching: Touching | None = None
+    links: Sequence[Link], joints: Sequence[SimulatedJoint], *, rigid: bool, touching: Touching | None = None
 ) -> tuple[list[Body], list[Excluded], list[str]]:
     """Return the bodies of a scene, which of them may not touch, and notes.
 
@@ -124,14 +124,14 @@ def bodies_of(
     rigid, too. Without ``touching`` all colliders may touch.
     """
     welded, notes = _welded(links, joints, rigid=rigid)
-    found: list[Group] = []
+    found: list[LinkedBody] = []
     empty = []
     for whole in welded:
         members = [links[k] for k in whole.members]
         if whole.fixed:
             found += [group for link in members for group in _fixed_groups(link)]
         elif colliders := [each for link in members for each in _seen(link, members[0].pose)]:
-            found.append(Group(members[0].name, False, members, colliders))
+            found.append(LinkedBody(members[0].name, False, members, colliders))
         else:
             empty.append(members[0].name)
     if empty:
@@ -144,20 +144,22 @@ def bodies_of(
     return bodies, kept_apart(itertools.combinations(parts, 2), touching), notes
 
 
-def _welded(links: Sequence[Link], joints: Sequence[Joint], *, rigid: bool) -> tuple[list[Welded[int]], list[str]]:
+def _welded(
+    links: Sequence[Link], joints: Sequence[SimulatedJoint], *, rigid: bool
+) -> tuple[list[Welded[int]], list[str]]:
     """Return the links, by their numbers, that move as one, in the order of the simulator, and notes."""
     group = {k: Welded([k], link.fixed) for k, link in enumerate(links)}
 
-    def ends(joint: Joint) -> list[Welded[int] | None]:
+    def ends(joint: SimulatedJoint) -> list[Welded[int] | None]:
         return [None if end is None else group[end] for end in joint.ends]
 
-    def join(joint: Joint) -> None:
+    def join(joint: SimulatedJoint) -> None:
         weld(group, ends(joint), lambda k: k)
 
     for joint in joints:
-        if joint.hold is Hold.RIGID:
+        if joint.hold is JointState.RIGID:
             join(joint)
-    held = [joint for joint in joints if joint.hold is Hold.HELD]
+    held = [joint for joint in joints if joint.hold is JointState.HELD]
     hung: list[str] = []
     count = -1
     while len(hung) > count:  # a link that is held holds what hangs on it
@@ -169,7 +171,7 @@ def _welded(links: Sequence[Link], joints: Sequence[Joint], *, rigid: bool) -> t
                     if each is not None and not each.fixed:
                         each.fixed = True
                         hung += [links[k].name for k in each.members]
-    loose = [joint for joint in joints if joint.hold is not Hold.RIGID and _moves(ends(joint))]
+    loose = [joint for joint in joints if joint.hold is not JointState.RIGID and _moves(ends(joint))]
     faults = [
         f"{quoted(joint.name)} of {' and '.join(quoted(links[k].name) for k in joint.ends if k is not None)}"
         for joint in loose
@@ -191,21 +193,21 @@ def _moves(ends: Sequence[Welded[int] | None]) -> bool:
     return first is not second and any(each is not None and not each.fixed for each in ends)
 
 
-def _seen(link: Link, home: Float) -> list[Piece]:
+def _seen(link: Link, home: Float) -> list[BodyPiece]:
     """Return the colliders of a link in the frame ``home`` (4, 4)."""
     if link.pose is home:
         return link.colliders
     return [each._replace(pose=relative(link.pose @ each.pose, home)) for each in link.colliders]
 
 
-def _fixed_groups(link: Link) -> list[Group]:
+def _fixed_groups(link: Link) -> list[LinkedBody]:
     """Return a fixed link as bodies: one for each plane, which has no end, and one for all else."""
     planes = [each for each in link.colliders if isinstance(each.shape, HalfSpace)]
     others = [each for each in link.colliders if not isinstance(each.shape, HalfSpace)]
-    return [Group(link.name, True, [link], each) for each in (*([plane] for plane in planes), others) if each]
+    return [LinkedBody(link.name, True, [link], each) for each in (*([plane] for plane in planes), others) if each]
 
 
-def _body(group: Group, name: str) -> Body:
+def _body(group: LinkedBody, name: str) -> Body:
     with located(f"body {quoted(name)}"):
         if group.fixed:
             return body_of(name, group.links[0].pose, group.colliders)
@@ -220,7 +222,7 @@ def _body(group: Group, name: str) -> Body:
         return body_of(name, home, group.colliders, together(each))
 
 
-def body_of(name: str, pose: Float, colliders: Sequence[Piece], inertial: Inertial | None = None) -> Body:
+def body_of(name: str, pose: Float, colliders: Sequence[BodyPiece], inertial: Inertial | None = None) -> Body:
     """Return a body of one or more colliders at ``pose`` (4, 4), body frame to world; without inertia it is fixed.
 
     A plane must be the only collider, and its body has the frame of the plane.

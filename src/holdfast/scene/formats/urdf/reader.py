@@ -25,9 +25,9 @@ from holdfast.scene.formats.urdf.urdf_links import (
     ATTRIBUTES,
     KNOWN,
     SLIDING,
-    Group,
-    Joint,
-    LinkReader,
+    LinkGroup,
+    UrdfJoint,
+    UrdfLinks,
     axis_of,
     groups_of,
 )
@@ -96,7 +96,7 @@ def read(
     notes.unread([root], KNOWN, ATTRIBUTES)
     references = References(source.path, package, models=model_folders(model_path, notes))
     meshes = MeshRules(up_axis, collision)
-    reader = LinkReader(root, references, simulator, friction, meshes, notes)
+    reader = UrdfLinks(root, references, simulator, friction, meshes, notes)
     links = _links(root)
     meshes.check_names(links)
     if not isinstance(fixed, bool):
@@ -157,9 +157,9 @@ def _links(root: Element) -> dict[str, Element]:
 
 
 def _body(
-    group: Group,
+    group: LinkGroup,
     links: Mapping[str, Element],
-    reader: LinkReader,
+    reader: UrdfLinks,
     density: float | None,
     fixed: bool,
     motors: Motors,
@@ -202,7 +202,7 @@ URDF = Format("URDF", (".urdf",), sniff, read, mark="<robot>")
 
 
 def with_arms(
-    scene: Scene, groups: Sequence[Group], tops: Sequence[str], copies: Iterable[tuple[str, Float]], motors: Motors
+    scene: Scene, groups: Sequence[LinkGroup], tops: Sequence[str], copies: Iterable[tuple[str, Float]], motors: Motors
 ) -> Scene:
     """Return the scene with the holds of all joints, for each copy of the file at its pose (4, 4) in the world.
 
@@ -224,7 +224,7 @@ def with_arms(
     return replace(scene, holds=tuple(holds), excluded=never_touching(arms, balls, [*fixed]))
 
 
-def _effort(joint: Joint) -> Range | None:
+def _effort(joint: UrdfJoint) -> Range | None:
     """Return the range of a joint by its <limit>; None without one, for 0, and for a joint that another one drives.
 
     Files write 0 for none.

@@ -14,7 +14,7 @@ from holdfast.base.ranges import DENSITY, FRICTION, MASS, PLACE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.joints import check_within
-from holdfast.scene.formats.links import Notes, Piece, ball, filled, pose_of
+from holdfast.scene.formats.links import BodyPiece, Notes, ball, filled, pose_of
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
@@ -52,7 +52,7 @@ ATTRIBUTES = (
 RULES = {"bullet": "product", "drake": "harmonic mean", "gazebo": "least"}
 
 
-class Joint(NamedTuple):
+class UrdfJoint(NamedTuple):
     """A joint: its kind, its parent and child link, and the pose (4, 4) of the child in the parent."""
 
     name: str
@@ -64,7 +64,7 @@ class Joint(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Group:
+class LinkGroup:
     """Links that move as one: the first one, its pose (4, 4) in the root, and the pose of each link in the first.
 
     If a motor holds the group, ``joint`` carries its first link and ``above`` is the first link of the group below it.
@@ -73,7 +73,7 @@ class Group:
     top: str
     pose: Float
     links: Mapping[str, Float]
-    joint: Joint | None = None
+    joint: UrdfJoint | None = None
     above: str = ""
 
 
@@ -94,7 +94,7 @@ def groups_of(
     notes: list[str],
     *,
     motors: bool = False,
-) -> list[Group]:
+) -> list[LinkGroup]:
     """Return the groups of links, the root's first.
 
     ``positions`` [rad or m] are those of movable joints, by default zero. Such joints are refused by name unless
@@ -102,7 +102,7 @@ def groups_of(
     the links are not a tree.
     """
     joints = _joints(root, links, positions)
-    below: dict[str, list[Joint]] = {name: [] for name in links}
+    below: dict[str, list[UrdfJoint]] = {name: [] for name in links}
     for joint in joints:
         below[joint.parent].append(joint)
     dividing = ("floating", *(MOVED if motors else ()))
@@ -113,7 +113,7 @@ def groups_of(
         what = f"has {len(tops)} links that no joint carries ({listed(tops)})" if tops else "has joints in a circle"
         root.fail(what, "needs a tree of links with one root")
     found, reached = [], 0
-    waiting: list[tuple[str, Float, Joint | None, str]] = [(tops[0], np.eye(4), None, "")]
+    waiting: list[tuple[str, Float, UrdfJoint | None, str]] = [(tops[0], np.eye(4), None, "")]
     while waiting:
         top, pose, held, above = waiting.pop(0)
         placed, stack = {top: np.eye(4)}, [top]
@@ -126,14 +126,14 @@ def groups_of(
                 else:
                     placed[joint.child] = placed[link] @ joint.pose
                     stack.append(joint.child)
-        found.append(Group(top, pose, placed, held, above))
+        found.append(LinkGroup(top, pose, placed, held, above))
         reached += len(placed)
     if reached < len(links):
         root.fail("has joints in a circle", "needs a tree of links with one root")
     return found
 
 
-def _joints(root: Element, links: Mapping[str, Element], positions: Mapping[str, float]) -> list[Joint]:
+def _joints(root: Element, links: Mapping[str, Element], positions: Mapping[str, float]) -> list[UrdfJoint]:
     elements = {}
     for element in [*root.all("joint"), *root.all("drake:joint")]:
         if element.attribute("name") in elements:
@@ -153,7 +153,7 @@ def _joints(root: Element, links: Mapping[str, Element], positions: Mapping[str,
 
 def _joint(
     element: Element, links: Mapping[str, Element], elements: Mapping[str, Element], positions: Mapping[str, float]
-) -> Joint:
+) -> UrdfJoint:
     name, kind = element.attribute("name"), element.attribute("type")
     if kind not in (*KINDS, *OTHERS):
         element.fail(f"type = {quoted(kind)}", f"needs one of {', '.join((*KINDS, *OTHERS))}")
@@ -163,7 +163,7 @@ def _joint(
             element.fail(f"names the link {quoted(end)}", nearest_of(end, links))
     with element.located():
         pose = origin_of(element) @ _motion(element, kind, _position(element, elements, positions))
-    return Joint(name, kind, ends[0], ends[1], pose, element)
+    return UrdfJoint(name, kind, ends[0], ends[1], pose, element)
 
 
 def _position(element: Element, elements: Mapping[str, Element], positions: Mapping[str, float]) -> float:
@@ -218,7 +218,7 @@ def axis_of(element: Element) -> Float:
     return unit(along)
 
 
-def _check_movable(root: Element, movable: list[Joint], locked: bool, notes: list[str]) -> None:
+def _check_movable(root: Element, movable: list[UrdfJoint], locked: bool, notes: list[str]) -> None:
     """Refuse movable joints by name, unless they hold."""
     if not movable:
         return
@@ -234,7 +234,7 @@ def _check_movable(root: Element, movable: list[Joint], locked: bool, notes: lis
 
 
 @dataclass
-class LinkReader:
+class UrdfLinks:
     """Reads the links of a file. Friction is read from the tags of ``simulator``, and is ``friction`` without them.
 
     What is assumed or left out is added to ``notes``.
@@ -282,16 +282,16 @@ class LinkReader:
         properties = shape.all("drake:proximity_properties")
         return [each.number("value") for own in properties for each in own.all("drake:mu_static")]
 
-    def pieces(self, link: Element) -> list[Piece]:
+    def pieces(self, link: Element) -> list[BodyPiece]:
         """Return the collision shapes of a link in its frame or, if it has none, the visual ones."""
         if not link.all("collision") and link.all("visual"):
             self.notes.of(_called(link), "no <collision>, its <visual> is taken")
         return [self._piece(link, element) for element in _seen(link)]
 
-    def _piece(self, link: Element, element: Element) -> Piece:
+    def _piece(self, link: Element, element: Element) -> BodyPiece:
         with element.located():
             shape = self._shape(element.needed("geometry"), link)
-            return Piece(shape, origin_of(element), self.surfaces.material(self._mu(link, element)))
+            return BodyPiece(shape, origin_of(element), self.surfaces.material(self._mu(link, element)))
 
     def _shape(self, geometry: Element, link: Element) -> Solid:
         if len(geometry.children) != 1:
@@ -338,7 +338,7 @@ class LinkReader:
         self.notes.of(_called(link), f"friction {self.friction:g}, as given by friction=")
         return self.friction
 
-    def inertial(self, link: Element, pieces: list[Piece], density: float | None) -> Inertial | None:
+    def inertial(self, link: Element, pieces: list[BodyPiece], density: float | None) -> Inertial | None:
         """Return the inertial of a link in its frame, by ``density`` [kg/m³] if the file has none; None if unknown."""
         element = link.child("inertial")
         mass_element = None if element is None else element.child("mass")

@@ -23,7 +23,7 @@ from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
 from holdfast.scene.formats.usd.stage import Stage, opened
-from holdfast.scene.formats.usd.usd_bodies import Group, groups_of, has, touching, unread
+from holdfast.scene.formats.usd.usd_bodies import PrimGroup, groups_of, has, touching, unread
 from holdfast.scene.formats.usd.usd_colliders import (
     Collider,
     along,
@@ -147,7 +147,7 @@ def _gravity(stage: Stage, notes: list[str]) -> Float:
 
 def _body(
     stage: Stage,
-    group: Group,
+    group: PrimGroup,
     name: str,
     surfaces: Surfaces,
     friction: float | None,
@@ -184,7 +184,7 @@ def _body(
     return rigid_body(name, pieces, pose=pose, inertial=None if fixed else together(inertials), fixed=fixed)
 
 
-def _plane(prim: Any, group: Group, name: str, matrix: Float, surface: str, fixed: bool) -> Body:  # noqa: ANN401
+def _plane(prim: Any, group: PrimGroup, name: str, matrix: Float, surface: str, fixed: bool) -> Body:  # noqa: ANN401
     if not fixed or len(group.colliders) > 1:
         fail(prim, "is a plane in a body that moves or has other colliders", "needs a static plane of its own")
     pose, _ = split(matrix @ along(prim), str(prim.GetPath()))

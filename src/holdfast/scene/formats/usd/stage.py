@@ -43,7 +43,7 @@ MOST_DEEP = 200  # largest number of prims within and referring to each other
 LOOKS = ".mtlx"  # suffix of layers that only look: USD does without those that are not there
 
 
-class Part(NamedTuple):
+class FilePart(NamedTuple):
     """A part of an open file: its start and length in bytes, and its name for messages."""
 
     stream: BinaryIO
@@ -68,10 +68,10 @@ def check_lengths(path: Path) -> None:
     """Raise SceneError if a length in a crate or package exceeds the file, or if a package refers to other files."""
     with path.open("rb") as stream:
         size = stream.seek(0, 2)
-        _check(Part(stream, 0, size, str(path)), 0)
+        _check(FilePart(stream, 0, size, str(path)), 0)
 
 
-def _check(part: Part, depth: int) -> None:
+def _check(part: FilePart, depth: int) -> None:
     head = part.read(0, min(8, part.length))
     if head == CRATE:
         contents = part.number(16)
@@ -93,7 +93,7 @@ def _check(part: Part, depth: int) -> None:
             _check(entry, depth + 1)
 
 
-def _check_values(crate: Part, begin: int) -> None:
+def _check_values(crate: FilePart, begin: int) -> None:
     """Check that no list of values is longer than the rest of the file; ``begin`` is the start of the section FIELDS.
 
     The fields are compressed integers of eight bytes, with the type of each value and the position of its content.
@@ -116,7 +116,7 @@ def _check_values(crate: Part, begin: int) -> None:
             raise SceneError(message(crate.where, problem, "check the file"))
 
 
-def _unpacked(crate: Part, at: int, length: int, most: int) -> bytes:
+def _unpacked(crate: FilePart, at: int, length: int, most: int) -> bytes:
     """Decompress LZ4 data: runs of literal bytes, each followed by a repetition of earlier bytes."""
     content = crate.read(at, length)
     found, at = bytearray(), 1  # the first byte is the number of chunks, 0 for a single one
@@ -151,7 +151,7 @@ def _extended(content: bytes, at: int, count: int) -> tuple[int, int]:
     return count, at
 
 
-def _entries(package: Part) -> Iterator[Part]:
+def _entries(package: FilePart) -> Iterator[FilePart]:
     """Yield the files in a package, which are stored in it one after the other without compression."""
     at = 0
     for _ in range(MOST_ENTRIES):
@@ -167,7 +167,7 @@ def _entries(package: Part) -> Iterator[Part]:
         begin = at + LOCAL.size + name_length + more
         package.read(begin, 0)
         package.read(begin + length, 0)
-        yield Part(package.stream, package.begin + begin, length, where)
+        yield FilePart(package.stream, package.begin + begin, length, where)
         at = begin + length
     raise SceneError(message(package.where, "has too many files", f"the limit is {MOST_ENTRIES:,}"))
 

@@ -58,7 +58,7 @@ SCHEMAS = frozenset((
 ))  # fmt: skip
 
 
-class Group(Welded[tuple[Any, list[Any]]]):
+class PrimGroup(Welded[tuple[Any, list[Any]]]):
     """Rigid bodies that move as one, each with its colliders."""
 
     @property
@@ -77,18 +77,18 @@ def has(prim: Any, schema: str) -> bool:  # noqa: ANN401
     return schema in prim.GetAppliedSchemas()
 
 
-def groups_of(stage: Stage, rigid: bool, notes: list[str]) -> list[Group]:
+def groups_of(stage: Stage, rigid: bool, notes: list[str]) -> list[PrimGroup]:
     """Return the groups of bodies of a stage; a collider outside of rigid bodies is a fixed body by itself.
 
     Movable joints are refused by name, unless all bodies that they join are fixed, or ``rigid`` is True: then they
     hold.
     """
-    group: dict[Any, Group] = {}
+    group: dict[Any, PrimGroup] = {}
     for prim in stage.prims:
         if str(prim.GetTypeName()) == "PointInstancer":
             fail(prim, "is a PointInstancer", "needs its instances as prims")
         if _is_rigid(prim):
-            group[prim.GetPath()] = Group([(prim, [])], bool(value_of(prim, "physics:kinematicEnabled", False)))
+            group[prim.GetPath()] = PrimGroup([(prim, [])], bool(value_of(prim, "physics:kinematicEnabled", False)))
         if not has(prim, COLLIDER) or not value_of(prim, "physics:collisionEnabled", True):
             continue
         if str(prim.GetTypeName()) not in SHAPES:
@@ -96,7 +96,7 @@ def groups_of(stage: Stage, rigid: bool, notes: list[str]) -> list[Group]:
             continue
         owner = _owner(prim)  # itself or above, so it is in a group already
         if owner is None:
-            group[prim.GetPath()] = Group([(prim, [prim])], True)
+            group[prim.GetPath()] = PrimGroup([(prim, [prim])], True)
         else:
             group[owner.GetPath()].members[0][1].append(prim)
     _join(stage, group, rigid, notes)
@@ -116,7 +116,7 @@ def _owner(prim: Any) -> Any:  # noqa: ANN401
     return None
 
 
-def _join(stage: Stage, group: dict[Any, Group], rigid: bool, notes: list[str]) -> None:
+def _join(stage: Stage, group: dict[Any, PrimGroup], rigid: bool, notes: list[str]) -> None:
     from pxr import UsdPhysics
 
     joints = [prim for prim in stage.prims if prim.IsA(UsdPhysics.Joint)]
@@ -139,7 +139,7 @@ def _join(stage: Stage, group: dict[Any, Group], rigid: bool, notes: list[str]) 
         notes.append(f"joints that hold as if welded: {named}")
 
 
-def _end(joint: Any, name: str, group: dict[Any, Group]) -> Group | None:  # noqa: ANN401
+def _end(joint: Any, name: str, group: dict[Any, PrimGroup]) -> PrimGroup | None:  # noqa: ANN401
     """Return the group at an end of a joint; None is the world."""
     targets = joint.GetRelationship(name).GetTargets() if joint.GetRelationship(name) else []
     if not targets:

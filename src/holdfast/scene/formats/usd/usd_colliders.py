@@ -12,7 +12,7 @@ from holdfast.base.ranges import DENSITY, INERTIA, MASS, SCALE, Range
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import quoted
 from holdfast.scene.compound import Inertial, Solid, together
-from holdfast.scene.formats.links import Piece
+from holdfast.scene.formats.links import BodyPiece
 from holdfast.scene.formats.made_meshes import cone
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.published import triangulated
@@ -63,7 +63,7 @@ def along(prim: Any) -> Float:  # noqa: ANN401
     return ALONG[axis] if axis in ALONG else fail(prim, f"axis is {quoted(axis)}", "needs X, Y or Z")
 
 
-def piece_of(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  # noqa: ANN401
+def piece_of(prim: Any, matrix: Float, material: str, notes: list[str]) -> BodyPiece:  # noqa: ANN401
     """Return the shape of a collider; ``matrix`` (4, 4) maps its frame to the body frame [m]."""
     where, kind = str(prim.GetPath()), str(prim.GetTypeName())
     if kind == "Mesh":
@@ -74,7 +74,7 @@ def piece_of(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece
     if np.abs(stretch - np.diag(np.diag(stretch))).max() > ALIKE * factors.max():
         fail(prim, f"is a {kind} that is sheared", "needs scale along its own axes")
     x, y, z = factors.tolist()
-    return Piece(_solid(prim, kind, (x, y, z)), pose, material)
+    return BodyPiece(_solid(prim, kind, (x, y, z)), pose, material)
 
 
 def _solid(prim: Any, kind: str, scale: tuple[float, float, float]) -> Solid:  # noqa: ANN401
@@ -99,7 +99,7 @@ def _solid(prim: Any, kind: str, scale: tuple[float, float, float]) -> Solid:  #
     )
 
 
-def _mesh(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  # noqa: ANN401
+def _mesh(prim: Any, matrix: Float, material: str, notes: list[str]) -> BodyPiece:  # noqa: ANN401
     """Return a mesh, or the simple shape that replaces it (physics:approximation)."""
     where = str(prim.GetPath())
     pose, stretch = split(matrix, where)
@@ -112,22 +112,22 @@ def _mesh(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  
     middle = np.eye(4)
     middle[:3, 3] = (low + high) / 2
     if kind == "boundingCube":
-        return Piece(Box(high - low), pose @ middle, material)
+        return BodyPiece(Box(high - low), pose @ middle, material)
     if kind == "boundingSphere":
         radius = float(np.linalg.norm(points - middle[:3, 3], axis=1).max())
-        return Piece(Sphere(radius), pose @ middle, material)
+        return BodyPiece(Sphere(radius), pose @ middle, material)
     if kind == "convexHull":
         import trimesh
 
         hull = trimesh.convex.convex_hull(points)
-        return Piece(Mesh(np.array(hull.vertices), np.array(hull.faces), label=where), pose, material)
+        return BodyPiece(Mesh(np.array(hull.vertices), np.array(hull.faces), label=where), pose, material)
     if kind not in AS_THEY_ARE:
         fail(prim, f"has the approximation {quoted(kind)}", "reads those of UsdPhysics, such as none and convexHull")
     if kind != "none":
         notes.append(f"{where}: the mesh as it is, not its {kind}")
     faces = _triangles(prim, points, where)
     mirrored = (np.linalg.det(stretch) < 0) != (str(value_of(prim, "orientation", "rightHanded")) == "leftHanded")
-    return Piece(Mesh(points, faces[:, ::-1] if mirrored else faces, label=where), pose, material)
+    return BodyPiece(Mesh(points, faces[:, ::-1] if mirrored else faces, label=where), pose, material)
 
 
 def _triangles(prim: Any, points: Float, where: str) -> Int:  # noqa: ANN401
@@ -147,7 +147,7 @@ class Collider(NamedTuple):
     """A collider: its prim, its shape in the body frame, and the physics material to which it is bound, or None."""
 
     prim: Any
-    piece: Piece
+    piece: BodyPiece
     material: Any
 
 
