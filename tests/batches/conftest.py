@@ -13,7 +13,7 @@ import pytest
 def drill() -> Iterator[None]:
     """Let workers, here and in processes of their own, do what the files say."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("holdfast.batches.local_workers.ANSWERED_BY", "batch_drill:answered")
+        patch.setattr("holdfast.batches.workers.ANSWERED_BY", "batch_drill:answered")
         known = filter(None, [os.environ.get("PYTHONPATH")])
         patch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).parent), *known]))
         yield

@@ -244,8 +244,8 @@ def started(folder: Path, **environment: str) -> subprocess.Popen[bytes]:
     code = (
         "import sys, holdfast as hf\n"
         "from pathlib import Path\n"
-        "from holdfast.batches import local_workers\n"
-        "local_workers.ANSWERED_BY = 'batch_drill:answered'\n"
+        "from holdfast.batches import workers\n"
+        "workers.ANSWERED_BY = 'batch_drill:answered'\n"
         "folder = Path(sys.argv[1])\n"
         "def drawn():\n"
         "    print('drawn', flush=True)\n"

@@ -120,7 +120,7 @@ class processes:  # noqa: N801 - used as a function
         self.started: list[subprocess.Popen[bytes]] = []
 
     def run(self, kind: str, *arguments: object) -> subprocess.Popen[bytes]:
-        start = "from holdfast.batches import local_workers\nlocal_workers.ANSWERED_BY = 'batch_drill:answered'\n"
+        start = "from holdfast.batches import workers\nworkers.ANSWERED_BY = 'batch_drill:answered'\n"
         command = [sys.executable, "-c", f"{start}from {kind} import main\nmain()", *map(str, (*self.tls, *arguments))]
         log = (self.folder / f"{len(self.started)}.log").open("wb")
         self.started.append(subprocess.Popen(command, stdout=log, stderr=log, cwd=self.folder))
@@ -187,6 +187,6 @@ def test_a_scheduler_that_is_none_is_told(folder: Path) -> None:
 def end_keepers() -> Iterator[None]:
     """End the workers of clusters in this process."""
     yield
-    from holdfast.batches.cluster import close_supervisors
+    from holdfast.batches.workers import close_supervisors
 
     close_supervisors()

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Rules, Scenes, findings, judged
+from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, GateRules, Scenes, findings, judged
 
 ROW = {"scene": "a", "outcome": "answered", "problem": None, "status": "stable", "reason": "rests", "seconds": 0.5}
 ROW |= {"weakest": 5.0, "weakest_lower": 4.0, "weakest_body": "cup", "undecided": 0}
@@ -21,32 +21,32 @@ def row(**changed: Any) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("given", "rules", "result"),
     [
-        (row(), Rules(stands=True), PASSED),
-        (row(status="unstable"), Rules(stands=True), FAILED),
-        (row(status="undecided"), Rules(stands=True), UNDECIDED),
-        (row(status="unstable"), Rules(), PASSED),
-        (row(crushed=["carton"]), Rules(stands=True), FAILED),
-        (row(crushed=["carton"]), Rules(min_force=3.9), PASSED),
-        (row(outcome="time", status=None), Rules(), FAILED),
-        (row(), Rules(min_force=3.9), PASSED),
-        (row(), Rules(min_force=4.0), PASSED),
-        (row(), Rules(min_force=4.5), UNDECIDED),
-        (row(), Rules(min_force=5.0), UNDECIDED),
-        (row(), Rules(min_force=5.1), FAILED),
-        (row(undecided=2), Rules(min_force=3.0), UNDECIDED),
-        (row(undecided=2), Rules(min_force=6.0), FAILED),
-        (row(weakest=None, weakest_lower=None), Rules(min_force=3.0), UNDECIDED),
-        (row(weakest=math.inf, weakest_lower=math.inf), Rules(min_force=1e9), PASSED),
+        (row(), GateRules(stands=True), PASSED),
+        (row(status="unstable"), GateRules(stands=True), FAILED),
+        (row(status="undecided"), GateRules(stands=True), UNDECIDED),
+        (row(status="unstable"), GateRules(), PASSED),
+        (row(crushed=["carton"]), GateRules(stands=True), FAILED),
+        (row(crushed=["carton"]), GateRules(min_force=3.9), PASSED),
+        (row(outcome="time", status=None), GateRules(), FAILED),
+        (row(), GateRules(min_force=3.9), PASSED),
+        (row(), GateRules(min_force=4.0), PASSED),
+        (row(), GateRules(min_force=4.5), UNDECIDED),
+        (row(), GateRules(min_force=5.0), UNDECIDED),
+        (row(), GateRules(min_force=5.1), FAILED),
+        (row(undecided=2), GateRules(min_force=3.0), UNDECIDED),
+        (row(undecided=2), GateRules(min_force=6.0), FAILED),
+        (row(weakest=None, weakest_lower=None), GateRules(min_force=3.0), UNDECIDED),
+        (row(weakest=math.inf, weakest_lower=math.inf), GateRules(min_force=1e9), PASSED),
     ],
 )
-def test_a_scene_is_judged_by_itself(given: dict[str, Any], rules: Rules, result: str) -> None:
+def test_a_scene_is_judged_by_itself(given: dict[str, Any], rules: GateRules, result: str) -> None:
     found, told = judged(given, rules)
     assert found == result
     assert (told == "") == (result == PASSED)
 
 
 def test_who_moves_is_told_not_only_who_is_pushed() -> None:
-    wanted = Rules(min_force=6.0)
+    wanted = GateRules(min_force=6.0)
     told = judged(row(weakest_mode="topple", weakest_moving=["can", "jar"]), wanted)[1]
     assert told == "5 N on cup moves can, jar, 6 N is wanted"
     assert judged(row(), wanted)[1] == "5 N on cup moves something, 6 N is wanted", "a table of an older version"
@@ -55,7 +55,7 @@ def test_who_moves_is_told_not_only_who_is_pushed() -> None:
 def compared(now: dict[str, Any], body: dict[str, float], **rules: float) -> str:
     scenes = Scenes({"a": now}, {"a": {"cup": body}})
     before = Scenes({"a": ROW, "b": ROW}, {"a": {"cup": BODY}})
-    first, second = findings(scenes, Rules(**rules), before)
+    first, second = findings(scenes, GateRules(**rules), before)
     assert (second.scene, second.result) == ("b", FAILED)
     assert first.result == (FAILED if first.reason else PASSED)
     return first.reason
@@ -85,5 +85,5 @@ def test_poses_are_compared_whatever_the_sign_of_a_quaternion() -> None:
 
 def test_bodies_that_come_and_go_are_told() -> None:
     scenes = Scenes({"a": ROW}, {"a": {"jug": BODY}})
-    (found,) = findings(scenes, Rules(), Scenes({"a": ROW}, {"a": {"cup": BODY}}))
+    (found,) = findings(scenes, GateRules(), Scenes({"a": ROW}, {"a": {"cup": BODY}}))
     assert found.reason == "changed: new: jug, gone: cup"

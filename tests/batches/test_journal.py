@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from holdfast.batches.journal import Journal, Record, name_of
+from holdfast.batches.tables import Journal, Record, name_of
 
 
 def record(name: str, force: float = 1.0) -> Record:

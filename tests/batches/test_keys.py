@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from holdfast.batches.job import Job, Push, Question
-from holdfast.batches.keys import MISSING, Digests, key_of_files
+from holdfast.batches.job import MISSING, BatchQuestion, Digests, Job, Push, key_of_files
 
 PUSH = Push("", "cup", (0.1, 0, 0.2), (1, 0, 0))
 
@@ -20,7 +19,7 @@ def job(tmp_path: Path) -> Job:
     """A scene of two files."""
     (tmp_path / "scene.yaml").write_text("bodies: []")
     (tmp_path / "mesh.obj").write_text("v 0 0 0")
-    question = Question(("map",), {"map": {"spacing": 0.02}})
+    question = BatchQuestion(("map",), {"map": {"spacing": 0.02}})
     return Job(0, "scene", question, (PUSH,), "scene.yaml", str(tmp_path / "scene.yaml"))
 
 
@@ -29,7 +28,7 @@ def key(job: Job, files: tuple[str, ...] = ("scene.yaml", "mesh.obj")) -> str:
 
 
 def asked(verbs: tuple[str, ...] = ("map",), **options: object) -> Callable[[Job], Job]:
-    return lambda job: replace(job, question=Question(verbs, {"map": options}))
+    return lambda job: replace(job, question=BatchQuestion(verbs, {"map": options}))
 
 
 def pushed(**changes: object) -> Callable[[Job], Job]:

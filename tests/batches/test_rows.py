@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 import holdfast as hf
 from holdfast.base.borders.outcomes import TIME
 from holdfast.base.borders.supervisor import Reply
-from holdfast.batches.job import Job, Question
+from holdfast.batches.job import BatchQuestion, Job
 from holdfast.batches.rows import answered
 from holdfast.batches.run import record_of
 from holdfast.batches.schema import TABLES, Tables
@@ -105,7 +105,7 @@ def compare(rows: list[dict[str, Any]], found: Any, points: Any, ways: Any) -> N
 def asked(path: Path, **options: Any) -> dict[str, Any]:
     """The row of a scene file, asked in this process."""
     told: list[Tables] = []
-    job = Job(0, path.name, Question(("stability",), options), path=str(path), place=str(path))
+    job = Job(0, path.name, BatchQuestion(("stability",), options), path=str(path), place=str(path))
     (row,) = answered(job, told.append)["scenes"]
     first = told[0]["scenes"][0]
     assert {name: first.get(name) for name in row} == dict.fromkeys(row) | first
@@ -116,7 +116,7 @@ def asked(path: Path, **options: Any) -> dict[str, Any]:
 def test_what_was_answered_before_a_scene_ended_its_worker_is_kept(folder: Path) -> None:
     """The rows of a scene of which the map takes too long: those of its verdict, of its bodies and interfaces."""
     path = str(folder / "in" / "cube.yaml")
-    job = Job(0, path, Question(("stability", "map"), OPTIONS), path=path, place=path)
+    job = Job(0, path, BatchQuestion(("stability", "map"), OPTIONS), path=path, place=path)
     told: list[Tables] = []
     whole = answered(job, lambda part: told.append(copy.deepcopy(part)))
     assert [len(part["bodies"]) for part in told] == [0, 2, 2]
@@ -138,7 +138,7 @@ def test_what_is_not_known_is_not_the_weakest() -> None:
         for name, z in (("below", 0.05), ("above", 0.15))
     )
     options: dict[str, Any] = {"map": {"engine": "limit", "spacing": 0.1}, "transport": {"engine": "limit"}}
-    job = Job(0, "ridges", Question(("map", "transport"), options), scene=hf.Scene([below, above], 0.5))
+    job = Job(0, "ridges", BatchQuestion(("map", "transport"), options), scene=hf.Scene([below, above], 0.5))
     tables = answered(job, lambda _: None)
     (row,) = tables["scenes"]
     assert {push["status"] for push in tables["pushes"]} == {"undecided"}

@@ -15,7 +15,7 @@ import trimesh
 
 import holdfast as hf
 from holdfast.cli.main import run
-from holdfast.scene.formats import plain_data, source
+from holdfast.scene.formats import source
 
 HEAD = "format: holdfast-scene/1\n"
 FLOOR = "  - {name: floor, shape: {type: box, size: [1, 1, 0.1]}, fixed: true}\n"
@@ -166,9 +166,7 @@ def test_the_error_says_what_where_and_what_to_do(
     assert not Path("HACKED").exists()
 
 
-@pytest.mark.parametrize(
-    ("home", "limit", "name"), [(plain_data, "MAX_YAML", "s.yaml"), (source, "MAX_BYTES", "s.json")]
-)
+@pytest.mark.parametrize(("home", "limit", "name"), [(source, "MAX_YAML", "s.yaml"), (source, "MAX_BYTES", "s.json")])
 def test_a_file_that_is_too_large_is_refused_unread(
     home: ModuleType, limit: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,7 +16,7 @@ import holdfast as hf
 from holdfast.base.rigid import pose_from
 from holdfast.cli.main import run
 from holdfast.plugins import Format, Source, register_format
-from holdfast.scene.formats import plain_data
+from holdfast.scene.formats import source as formats_source
 
 READABLE = r"can be read: .*holdfast scene \(\.yaml, \.yml, \.json.*\), block assembly \(\.json"
 
@@ -195,8 +195,8 @@ def test_a_file_is_parsed_once_however_many_formats_look_at_it(
     register: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls = []
-    parse = plain_data.from_json
-    monkeypatch.setattr(plain_data, "from_json", lambda *arguments: (calls.append(arguments), parse(*arguments))[1])
+    parse = formats_source.from_json
+    monkeypatch.setattr(formats_source, "from_json", lambda *arguments: (calls.append(arguments), parse(*arguments))[1])
     for tag in "abc":
         register(tag, (".json",), tagged(tag), named(tag))
     for content in ('{"tag": "c"}', '{"tag": "d"}', "{"):

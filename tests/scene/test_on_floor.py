@@ -10,7 +10,7 @@ import pytest
 from scene_content import Load, loading
 
 import holdfast as hf
-from holdfast.scene.formats.floor import on_the_floor
+from holdfast.scene.formats.links import on_the_floor
 from holdfast.scene.shipped.blocks import box, floor
 
 URDF = """<robot name="thing"><link name="base"><inertial><mass value="1"/></inertial><collision><geometry>{}</geometry>

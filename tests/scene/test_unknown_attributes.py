@@ -180,7 +180,7 @@ def loaded(sample: Sample, folder: Path, file: str = "", place: int = -1) -> hf.
 
 
 def test_every_format_has_a_sample_or_a_reason() -> None:
-    own = [getattr(import_module(f"holdfast.scene.formats.{module}"), name) for module, name in FORMATS.items()]
+    own = [getattr(import_module(f"holdfast.scene.formats.{module}"), name) for module, name in FORMATS]
     assert {each.name for each in own if each.read is not None} == {*SAMPLES, *WITHOUT}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.scene.shipped.shipped_list import shipped_scenes
+from holdfast.scene.shipped import shipped_scenes
 
 pxr = pytest.importorskip("pxr", reason="needs usd-core, of the extra usd")
 

@@ -139,7 +139,7 @@ def test_a_chain_of_poses_is_read_in_any_order(asked: Callable[[Path], str], tmp
 def test_what_a_library_makes_is_read_in_a_process_with_limits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A small one is read; where the limit is too low for it, that is the error, and this process lives on."""
     pytest.importorskip("mujoco")
-    from holdfast.scene.formats import apart
+    from holdfast.scene.formats.mjcf import mjcf_guard
 
     (tmp_path / "a.xml").write_text(MADE.format("supersphere", "10 1 1"))
     scene = hf.load_scene(tmp_path / "a.xml")
@@ -148,7 +148,7 @@ def test_what_a_library_makes_is_read_in_a_process_with_limits(tmp_path: Path, m
     assert (size > 1.5).all()
     with pytest.raises(hf.HoldfastError, match="qpos"):
         hf.load_scene(tmp_path / "a.xml", qpos=[1.0])
-    monkeypatch.setattr(apart, "LIMITS", Limits(seconds=30, megabytes=0.01))
+    monkeypatch.setattr(mjcf_guard, "LIMITS", Limits(seconds=30, megabytes=0.01))
     with pytest.raises(hf.errors.SceneError, match=r"a\.xml: cannot be read with 0 MB and 30 s"):
         hf.load_scene(tmp_path / "a.xml")
 

@@ -8,7 +8,7 @@ from typing import Any
 from holdfast.base.errors import SceneError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.text import quoted
-from holdfast.scene.formats.plain_data import from_json, from_yaml
+from holdfast.scene.formats.source import from_json, from_yaml
 
 FIELDS = ("route", "pretension", "mu", "closed", "spring")
 NEEDED = ("route", "pretension")

@@ -37,8 +37,8 @@ from holdfast.contacts.sharp_contacts import meeting_sharply, sharp_interface
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
 from holdfast.geometry.roughness import NONE
 from holdfast.scene.body import Body
+from holdfast.scene.friction import checked_pairs
 from holdfast.scene.hold import AnyHold, hold_ends, jointed
-from holdfast.scene.pairs import checked_pairs
 from holdfast.scene.scene import Scene, with_notes
 
 MOST_CACHED = 4000  # bodies in the cache of an assembly and its edits, counted for each part and prepared engine

@@ -13,8 +13,7 @@ from holdfast.contacts.overlap import MISPLACED, Overlap
 from holdfast.geometry.cuboid import IDENTITY
 from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.level import like_radians
-from holdfast.scene.scene import Scene
+from holdfast.scene.scene import Scene, like_radians
 
 HUGE = 50.0  # [m] the units of a movable body larger than this are probably wrong
 # [m] If no movable body is smaller than the first and half of them are larger than the second, as cups and boxes are in

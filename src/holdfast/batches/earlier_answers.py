@@ -8,10 +8,8 @@ from typing import TypeVar
 
 from holdfast.base.errors import warn
 from holdfast.batches.folder import Folder
-from holdfast.batches.job import Job
-from holdfast.batches.journal import Journal, Record, name_of
-from holdfast.batches.keys import Digests, key_of_files
-from holdfast.batches.tables import DamagedError
+from holdfast.batches.job import Digests, Job, key_of_files
+from holdfast.batches.tables import DamagedError, Journal, Record, name_of
 
 T = TypeVar("T")
 

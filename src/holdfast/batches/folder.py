@@ -17,9 +17,9 @@ from holdfast.base.files import checked_path, read_ordinary, write_atomically
 from holdfast.base.text import quoted
 from holdfast.batches import tables
 from holdfast.batches.inputs import MOST_BYTES
-from holdfast.batches.job import Question
-from holdfast.batches.journal import Journal, Record
+from holdfast.batches.job import BatchQuestion
 from holdfast.batches.schema import TABLES, VERSION, Row, described
+from holdfast.batches.tables import Journal, Record
 
 ABOUT, SCHEMA, JOURNAL, LOCK = "batch.json", "schema.json", "journal", "lock"
 ABOUT_HOLDS: dict[str, tuple[type, Callable[[Any], bool]]] = {  # type and validity of each entry of batch.json
@@ -33,7 +33,7 @@ LAST = "scenes"  # the table that is written last: a shard is complete if its fi
 
 
 @dataclass(frozen=True)
-class Part:
+class ShardShare:
     """The share of the shards that one driver computes: those whose number modulo ``of`` is ``number``."""
 
     number: int = 0
@@ -56,7 +56,7 @@ class Folder:
     path: Path
     shard_size: int
     storage: tables.Storage
-    part: Part = field(default_factory=Part)
+    part: ShardShare = field(default_factory=ShardShare)
 
     def file(self, table: str, shard: int) -> Path:
         """Return the path of the file with the rows of a shard."""
@@ -164,7 +164,7 @@ def reading(folder: object) -> Folder:
     return found
 
 
-def opened(path: Path, question: Question, shard_size: int, part: Part, stack: ExitStack) -> Folder:
+def opened(path: Path, question: BatchQuestion, shard_size: int, part: ShardShare, stack: ExitStack) -> Folder:
     """Open a folder for writing until the stack closes; create it if it does not exist.
 
     Raises HoldfastError if the folder holds answers to another question, or if another driver writes to it.
@@ -204,7 +204,7 @@ def _check_same(path: Path, old: dict[str, Any], new: dict[str, Any]) -> None:
             raise HoldfastError(message(str(path), problem, "give another folder, or ask the same"))
 
 
-def _lock(path: Path, part: Part, stack: ExitStack) -> None:
+def _lock(path: Path, part: ShardShare, stack: ExitStack) -> None:
     """Lock the shards of this driver.
 
     The drivers of an array of jobs share one lock file, which holds the number of parts, and each has a lock file of

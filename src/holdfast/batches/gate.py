@@ -23,7 +23,7 @@ UNDECIDED: Final = "undecided"
 
 
 @dataclass(frozen=True)
-class Rules:
+class GateRules:
     """The requirements: a scene must stand if ``stands``, and withstand pushes of ``min_force`` [N] unless it is None.
 
     Compared with a baseline, a body may have moved by ``distance`` [m] and turned by ``angle`` [deg], and the weakest
@@ -62,7 +62,7 @@ class Scenes:
         return Scenes({row["scene"]: row for row in tables.rows("scenes")}, bodies)
 
 
-def findings(scenes: Scenes, rules: Rules, baseline: Scenes | None = None) -> Iterator[Finding]:
+def findings(scenes: Scenes, rules: GateRules, baseline: Scenes | None = None) -> Iterator[Finding]:
     """Yield the finding of every scene, and of every scene that only the baseline has."""
     for name, row in scenes.rows.items():
         result, reason = judged(row, rules)
@@ -78,7 +78,7 @@ def findings(scenes: Scenes, rules: Rules, baseline: Scenes | None = None) -> It
                 yield Finding(name, FAILED, "is missing: only the baseline has it")
 
 
-def judged(row: Row, rules: Rules) -> tuple[Result, str]:
+def judged(row: Row, rules: GateRules) -> tuple[Result, str]:
     """Return the result of a scene without a baseline, and the reason unless it passes.
 
     A scene withstands ``min_force`` if no lower bound is below it, and fails if a decided force is. It is undecided in
@@ -109,7 +109,7 @@ def judged(row: Row, rules: Rules) -> tuple[Result, str]:
     return PASSED, ""
 
 
-def changes(row: Row, before: Row, rules: Rules) -> Iterator[str]:
+def changes(row: Row, before: Row, rules: GateRules) -> Iterator[str]:
     """Yield the changes of the outcome, the verdict and the weakest push of a scene."""
     for name in ("outcome", "status"):
         if row[name] != before[name]:
@@ -119,7 +119,7 @@ def changes(row: Row, before: Row, rules: Rules) -> Iterator[str]:
         yield f"weakest push from {_amount(old)} to {_amount(new)}"
 
 
-def moves(bodies: Mapping[str, Row], before: Mapping[str, Row], rules: Rules) -> Iterator[str]:
+def moves(bodies: Mapping[str, Row], before: Mapping[str, Row], rules: GateRules) -> Iterator[str]:
     """Yield which bodies are new, gone or at another pose."""
     for what, names in (("new", bodies.keys() - before.keys()), ("gone", before.keys() - bodies.keys())):
         if names:

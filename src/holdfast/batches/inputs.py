@@ -1,12 +1,14 @@
-"""The inputs of a batch: scenes from files, folders, glob patterns, manifests and values."""
+"""The inputs of a batch: scenes from files, folders, glob patterns, manifests and values; and rows of CSV files."""
 
 from __future__ import annotations
 
+import csv
 import glob
+import io
 import os
 from collections.abc import Iterable, Iterator, Sized
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, zip_longest
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -14,16 +16,39 @@ from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.text import one_line, quoted
-from holdfast.batches.csv_files import csv_rows
 from holdfast.scene.formats.registry import readable
 from holdfast.scene.scene import Scene
 
+Row = dict[str, str | None]  # values by the names of the columns; None where a line is too short
 MANIFESTS = (".csv", ".parquet")
 COLUMN, NAMES = "scene", "name"  # columns of a manifest: the paths of scenes, and optionally their names
 MOST_BYTES = 1_000_000_000  # largest size of a manifest, and of a file of a batch
 MAGIC = frozenset("*?[")
 
 Scenes: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str] | Scene | tuple[str, Any]]"
+
+
+def csv_rows(content: bytes, where: str) -> Iterator[tuple[int, Row]]:
+    """Yield the rows of a CSV file, each with the number of its line; the first row has the column names as keys.
+
+    Raises HoldfastError, with ``where`` and the line in its message, for content that is not UTF-8 or not CSV.
+    """
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as cause:
+        line = content.count(b"\n", 0, cause.start) + 1
+        problem = f"has the byte 0x{content[cause.start]:02x}, which is not UTF-8"
+        raise HoldfastError(message(f"{where}, line {line}", problem, "save it as UTF-8")) from cause
+    lines = csv.reader(io.StringIO(text, newline=""))
+    try:
+        names = next(lines, [])
+        yield 1, dict.fromkeys(names)
+        for values in lines:
+            if values:
+                yield lines.line_num, dict(zip_longest(names, values[: len(names)]))
+    except csv.Error as cause:  # for example a field of more than 131,072 characters
+        remedy = "shorten the field, or close the quotation mark that begins it"
+        raise HoldfastError(message(f"{where}, line {lines.line_num}", f"is no CSV: {cause}", remedy)) from cause
 
 
 @dataclass(frozen=True)

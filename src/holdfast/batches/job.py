@@ -1,15 +1,30 @@
-"""A scene and the question about it, as they are sent to a worker, without importing the rest of the library."""
+"""A scene and the question about it, as they are sent to a worker, and its key: a hash of all the data in both."""
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Mapping
+import os
+import stat
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from holdfast import __version__
+from holdfast.base.archive import text_of
+from holdfast.base.errors import HoldfastError, message
+from holdfast.batches.schema import VERSION
 
 if TYPE_CHECKING:
     from holdfast.scene.scene import Scene
+
+
+MISSING = "missing"  # digest of a file that does not exist or cannot be read
+BLOCK = 1 << 20  # number of bytes of a file that are hashed at a time
+
+Signature = tuple[int, int, int, int] | None  # identifies the state of a file: device, inode, size, time of change
 
 
 @dataclass(frozen=True)
@@ -23,7 +38,7 @@ class Push:
 
 
 @dataclass(frozen=True)
-class Question:
+class BatchQuestion:
     """The question of a batch.
 
     ``verbs`` are some of "stability", "map", "transport" and "push". ``options`` maps "load", "assemble" and verbs to
@@ -65,9 +80,88 @@ class Job:
 
     number: int
     name: str
-    question: Question
+    question: BatchQuestion
     pushes: tuple[Push, ...] = ()
     path: str | None = None
     place: str = ""
     scene: Scene | None = None
     key: str = ""
+
+
+class Digests:
+    """The SHA-256 digests of files, with a cache of files that have not changed."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, tuple[Signature, str]] = {}
+
+    def of(self, path: Path) -> str:
+        """Return the digest of a file, or MISSING."""
+        place, now = os.path.abspath(path), signature(path)
+        if now is None:
+            return MISSING
+        known = self._known.get(place)
+        if known is None or known[0] != now:
+            known = self._known[place] = (now, _digest(path))
+        return known[1]
+
+
+class Touched:
+    """The files that were read for a scene, in order, with their signatures before they were read."""
+
+    def __init__(self) -> None:
+        self.before: dict[Path, Signature] = {}
+
+    def note(self, path: Path) -> None:
+        """Note a file that is about to be read; to be passed to ``noting_files``."""
+        self.before.setdefault(Path(os.path.abspath(path)), signature(path))
+
+    def check(self) -> None:
+        """Raise HoldfastError if a file changed since it was noted: it may have been read half old, half new."""
+        for path, before in self.before.items():
+            if signature(path) != before:
+                raise HoldfastError(message(str(path), "changed while it was read", "ask again"))
+
+    def relative_to(self, place: str) -> tuple[str, ...]:
+        """Return the paths relative to the folder of a scene file."""
+        folder = os.path.dirname(place)
+        return tuple(os.path.relpath(path, folder) for path in self.before)
+
+
+def key_of_files(job: Job, files: Iterable[str], digests: Digests) -> str:
+    """Return the key of a scene that consists of ``files``, given relative to its own folder."""
+    folder = Path(job.place).parent
+    return _key_of(job, [[name, digests.of(folder / name)] for name in files])
+
+
+def key_of_value(job: Job) -> str:
+    """Return the key of a scene that was given as a value."""
+    assert job.scene is not None
+    return _key_of(job, [["", hashlib.sha256(text_of(job.scene).encode()).hexdigest()]])
+
+
+def signature(path: Path) -> Signature:
+    """Return the signature of a file, None if it does not exist."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _key_of(job: Job, parts: Sequence[Sequence[str]]) -> str:
+    pushes = [[push.body, *push.point, *push.direction] for push in job.pushes]
+    whole = [VERSION, __version__, job.question.text, pushes, parts]
+    return hashlib.sha256(json.dumps(whole).encode()).hexdigest()
+
+
+def _digest(path: Path) -> str:
+    found = hashlib.sha256()
+    try:
+        if not stat.S_ISREG(os.stat(path).st_mode):  # a device or a pipe may never end
+            return MISSING
+        with open(path, "rb") as stream:
+            while block := stream.read(BLOCK):
+                found.update(block)
+    except OSError:
+        return MISSING
+    return found.hexdigest()

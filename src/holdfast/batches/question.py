@@ -14,8 +14,8 @@ from holdfast.base.arrays import checked_items, checked_mapping
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
-from holdfast.batches.csv_files import csv_rows
-from holdfast.batches.job import Push, Question
+from holdfast.batches.inputs import csv_rows
+from holdfast.batches.job import BatchQuestion, Push
 from holdfast.queries.map import robustness_map
 from holdfast.queries.push import robustness
 from holdfast.queries.stability import stability
@@ -36,7 +36,7 @@ MOST_BYTES = 500_000_000  # largest size of a file of pushes
 PUSH_COLUMNS = ("body", "x", "y", "z", "dx", "dy", "dz")
 
 
-def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> Question:
+def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> BatchQuestion:
     """Return the question for the arguments ``ask`` and ``options`` of a batch.
 
     ``ask`` is one of stability, map, transport and push:FILE, or several of them. ``options`` maps "load", "assemble"
@@ -57,7 +57,7 @@ def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> Que
     if not verbs:
         raise HoldfastError(message("ask", "is empty", "needs stability, map, transport or push:FILE"))
     given = {} if options is None else options
-    return Question(tuple(verb for verb in VERBS if verb in verbs), _options(given), pushes)
+    return BatchQuestion(tuple(verb for verb in VERBS if verb in verbs), _options(given), pushes)
 
 
 def _options(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

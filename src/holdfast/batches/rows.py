@@ -15,8 +15,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.borders.outcomes import ANSWERED, ERROR, MEMORY
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
-from holdfast.batches.job import Job, Push
-from holdfast.batches.keys import Digests, Touched, key_of_files
+from holdfast.batches.job import Digests, Job, Push, Touched, key_of_files
 from holdfast.batches.schema import Row, Tables
 from holdfast.engines.answers import Answers
 from holdfast.engines.verdict import ContactForces, Status

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.borders.outcomes import DONE, OUTCOMES
@@ -20,20 +20,48 @@ from holdfast.base.files import checked_path
 from holdfast.base.parallel import cores
 from holdfast.base.progress import lines, report
 from holdfast.base.text import quoted
+from holdfast.base.values import Value
 from holdfast.batches.earlier_answers import EarlierAnswers
-from holdfast.batches.folder import Folder, Part, opened
+from holdfast.batches.folder import Folder, ShardShare, opened
 from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, inputs_of
-from holdfast.batches.job import Job, Question
-from holdfast.batches.journal import Journal, Record, name_of
-from holdfast.batches.keys import Digests, key_of_files, key_of_value
-from holdfast.batches.local_workers import answered_here
+from holdfast.batches.job import BatchQuestion, Digests, Job, key_of_files, key_of_value
 from holdfast.batches.question import question
-from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.schema import TABLES, Row
+from holdfast.batches.tables import Journal, Record, name_of
+from holdfast.batches.workers import answered_here
 
+if TYPE_CHECKING:
+    from distributed import Client
+
+
+MOST_IN_SHARD = 1_000_000  # more scenes for one process mean a mistake
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
 STAGE = "scenes"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Resources(Value):
+    """Where a batch runs, and how its scenes are divided into shards.
+
+    - ``megabytes`` [MB]: the memory limit of a scene.
+    - ``scheduler``: the address of a Dask scheduler, or a ``distributed.Client``. The processes then run on its
+      workers; by default they run on this machine.
+    - ``shard``: "i/n" computes only every n-th shard, beginning with number i, for arrays of jobs that share a folder.
+    - ``shard_size``: how many scenes one file of a table holds.
+
+    Raises SceneError for a number out of range.
+    """
+
+    megabytes: float = 4000.0
+    scheduler: str | Client | None = None
+    shard: str | None = None
+    shard_size: int = 100
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "megabytes", checked_number(self.megabytes, "Resources: megabytes", above=0))
+        set_(self, "shard_size", checked_whole(self.shard_size, "Resources: shard_size", 1, MOST_IN_SHARD))
 
 
 @hinting(resources=Resources)
@@ -79,7 +107,13 @@ def batch(
         raise HoldfastError(message("batch: resources", f"is {quoted(means)}", "needs holdfast.sets.Resources(...)"))
     limits = Limits(checked_number(seconds, "batch: seconds", above=0), means.megabytes)
     count = cores() if workers is None else checked_whole(workers, "batch: workers", 1, MOST_WORKERS)
-    again = _outcomes(retry)
+    names = [retry] if isinstance(retry, str) else checked_items(retry, "batch: retry", "outcomes")
+    for name in names:
+        if not isinstance(name, str) or name not in OUTCOMES:
+            raise HoldfastError(
+                message("batch: retry", f"{quoted(name)} is no outcome", f"known: {', '.join(OUTCOMES)}")
+            )
+    again = frozenset(names)
     given, part, path = inputs_of(scenes), _part(means.shard), checked_path(out, "folder of a batch")
     start = time.monotonic()
     with ExitStack() as stack, lines(_say):
@@ -89,7 +123,7 @@ def batch(
         if means.scheduler is None:
             answers = answered_here(jobs, asked, limits, count)
         else:
-            from holdfast.batches.cluster import answered_there
+            from holdfast.batches.workers import answered_there
 
             answers = answered_there(jobs, asked, limits, means.scheduler)
         driver.run(answers)
@@ -110,7 +144,7 @@ class Driver:
     """Draws jobs, writes answers to journals, and writes shards that are complete. A context manager."""
 
     folder: Folder
-    question: Question
+    question: BatchQuestion
     inputs: Inputs
     earlier: EarlierAnswers
     asked: int = 0
@@ -135,7 +169,10 @@ class Driver:
             self._write(job, reply)
             self.asked += 1
             self._report()
-        self._clear()
+        for shard in self.folder.shards():  # after the last one: their rows stay in a journal
+            if shard >= self._shards and self.folder.part.has(shard):
+                self.earlier.displace(shard, ())
+                self.folder.remove(shard)
         self.finished = True
 
     def jobs(self) -> Iterator[Job]:
@@ -149,7 +186,7 @@ class Driver:
                 yield from self._missing(shard, jobs)
 
     def _job(self, number: int, item: Input) -> Job:
-        job = Job(number, item.name, Question(self.question.verbs, self.question.options))
+        job = Job(number, item.name, BatchQuestion(self.question.verbs, self.question.options))
         job = replace(job, pushes=self.question.pushes_on(item.name), scene=item.scene)
         if item.path is None:
             return replace(job, key=key_of_value(job))
@@ -195,13 +232,6 @@ class Driver:
         self.folder.write(shard, [own.journal.record(name) for name in own.names])
         own.journal.remove()
 
-    def _clear(self) -> None:
-        """Remove shards after the last one from the tables; their rows stay in a journal."""
-        for shard in self.folder.shards():
-            if shard >= self._shards and self.folder.part.has(shard):
-                self.earlier.displace(shard, ())
-                self.folder.remove(shard)
-
     def _report(self) -> None:
         total = self._drawn
         if self.inputs.count is not None:
@@ -236,21 +266,11 @@ def _say(line: str) -> None:
         sys.stderr.flush()
 
 
-def _part(shard: str | None) -> Part:
+def _part(shard: str | None) -> ShardShare:
     """Return the share of the shards for a text "i/n", counted from 0; None means all."""
     if shard is None:
-        return Part()
+        return ShardShare()
     number, slash, of = shard.partition("/") if isinstance(shard, str) else ("", "", "")
     if slash and number.isdecimal() and of.isdecimal() and int(number) < int(of) <= MOST_PARTS:
-        return Part(int(number), int(of))
+        return ShardShare(int(number), int(of))
     raise HoldfastError(message("batch: shard", f"is {quoted(shard)}", "needs i/n with 0 <= i < n, as in '0/2'"))
-
-
-def _outcomes(retry: Iterable[str]) -> frozenset[str]:
-    names = [retry] if isinstance(retry, str) else checked_items(retry, "batch: retry", "outcomes")
-    for name in names:
-        if not isinstance(name, str) or name not in OUTCOMES:
-            raise HoldfastError(
-                message("batch: retry", f"{quoted(name)} is no outcome", f"known: {', '.join(OUTCOMES)}")
-            )
-    return frozenset(names)

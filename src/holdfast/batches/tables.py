@@ -1,4 +1,8 @@
-"""Tables as files, one for each shard: Parquet, or JSON lines where pyarrow is not installed."""
+"""Rows as files: a table for each shard (Parquet, or JSON lines without pyarrow), and journals until then.
+
+A line of a journal holds all rows of a scene. It is written without buffering, so that it survives the process; about
+once a second it is also synced to the disk. A damaged or incomplete line is dropped.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +10,19 @@ import importlib.util
 import io
 import json
 import math
-from collections.abc import Callable, Sequence
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from holdfast.base.archive import to_dict
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import check_ordinary, read_ordinary, write_atomically
 from holdfast.base.text import one_line, quoted
-from holdfast.batches.schema import TABLES, VERSION, Column, Row
+from holdfast.batches.schema import TABLES, VERSION, Column, Row, Tables
 
 MOST_BYTES = 20_000_000_000  # largest size of a shard's file
 AGAIN = "run the same batch again, which computes the content of the file again"
@@ -24,6 +30,9 @@ LONGEST_CAUSE = 200  # largest number of characters of a library's message on a 
 GONE = frozenset({"solved", "error"})  # columns that 1.0.0rc1 wrote; they are read over
 _NAMES = {table: frozenset(column.name for column in columns) for table, columns in TABLES.items()}
 INFINITE = {"inf": math.inf, "-inf": -math.inf}  # texts for infinity in JSON lines
+SYNCED = 1.0  # [s] time between two syncs to the disk
+
+Record = Tables  # all rows of one scene, of which the table "scenes" has one
 
 
 class DamagedError(HoldfastError):
@@ -167,3 +176,88 @@ def _rows_in_lines(table: str, path: Path, columns: Sequence[str] | None) -> lis
 PARQUET = Storage("parquet", ".parquet", _parquet_of, _rows_in_parquet)
 LINES = Storage("json lines", ".jsonl", _lines_of, _rows_in_lines)
 STORAGES = {each.name: each for each in (PARQUET, LINES)}
+
+
+def name_of(record: Record) -> str:
+    """Return the name of the scene of a record."""
+    return str(record["scenes"][0]["scene"])
+
+
+class Journal:
+    """The journal at ``path``: records are appended, and read back by the names of scenes."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._stream: IO[bytes] | None = None
+        self._synced = 0.0
+        self.places: dict[str, int] = {}  # where the line of each scene begins
+        self._end = 0
+        if path.exists():
+            check_ordinary(self.path, "journal", error=HoldfastError, remedy="remove it: its scenes are computed again")
+            place = 0  # the journal ends after the last complete and valid line
+            with self.path.open("rb") as stream:
+                for line in stream:
+                    begin, place = place, place + len(line)
+                    try:
+                        name = name_of(_record(line))
+                    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+                        continue  # for example blocks of zeros after a power failure
+                    if line.endswith(b"\n"):
+                        self.places[name], self._end = begin, place
+
+    def append(self, record: Record) -> None:
+        """Append the rows of a scene; raise HoldfastError if there is no room for them."""
+        line = line_of(record).encode()
+        try:
+            if self._stream is None:
+                self._stream = self.path.open("ab", buffering=0)
+                self._stream.truncate(self._end)  # an incomplete line may follow
+            written = 0
+            while written < len(line):
+                written += self._stream.write(line[written:]) or 0
+            if time.monotonic() - self._synced > SYNCED:
+                self.sync()
+        except OSError as cause:
+            problem = f"cannot be written: {cause.strerror or cause}"
+            remedy = "make room, and ask again: what is finished is kept"
+            raise HoldfastError(message(str(self.path), problem, remedy)) from cause
+        self.places[name_of(record)] = self._end
+        self._end += len(line)
+
+    def sync(self) -> None:
+        """Sync all that was appended to the disk."""
+        if self._stream is not None:
+            os.fsync(self._stream.fileno())
+        self._synced = time.monotonic()
+
+    def record(self, name: str) -> Record:
+        """Return the rows of the scene with this name, from its last line."""
+        with self.path.open("rb") as stream:
+            stream.seek(self.places[name])
+            return _record(stream.readline())
+
+    def records(self) -> Iterator[Record]:
+        """Yield the rows of all scenes, in the order in which they were appended."""
+        for name in list(self.places):
+            yield self.record(name)
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._stream is not None:
+            self._stream.close()
+            self._stream = None
+
+    def remove(self) -> None:
+        """Remove the journal, once its rows are in a shard."""
+        self.close()
+        self.path.unlink(missing_ok=True)
+        self.places, self._end = {}, 0
+
+
+def _record(line: bytes) -> Record:
+    data = json.loads(line)
+    found = {table: [completed(table, row) for row in data.get(table, [])] for table in TABLES}
+    for table, rows in found.items():
+        for row in rows:
+            check_row(table, row)
+    return found

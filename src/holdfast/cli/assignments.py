@@ -9,7 +9,7 @@ import numpy as np
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
-from holdfast.scene.formats.rigid_parts import pose_of
+from holdfast.scene.formats.links import pose_of
 
 POSE = "BODY=X,Y,Z or BODY=X,Y,Z,ROLL,PITCH,YAW"
 

@@ -15,8 +15,8 @@ from holdfast.base.borders.outcomes import ANSWERED
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.batches.inputs import inputs_of
-from holdfast.batches.resources import Resources
 from holdfast.batches.result import BatchReport
+from holdfast.batches.run import Resources
 from holdfast.batches.run import batch as asked
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
@@ -76,7 +76,7 @@ class Running:
     def _client(self) -> AbstractContextManager[Any]:  # Dask has no types
         if self.scheduler is None:
             return nullcontext()
-        from holdfast.batches.cluster import connected
+        from holdfast.batches.workers import connected
 
         files = {"tls_ca_file": self.tls_ca, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
         client: AbstractContextManager[Any] = connected(

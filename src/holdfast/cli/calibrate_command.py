@@ -11,7 +11,7 @@ from holdfast.applications.calibration.friction_from import friction_from
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
-from holdfast.batches.csv_files import csv_rows
+from holdfast.batches.inputs import csv_rows
 from holdfast.batches.question import MOST_BYTES, PUSH_COLUMNS
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
 from holdfast.cli.output import out, print_json

@@ -11,9 +11,9 @@ from typing import Annotated
 import typer
 
 from holdfast.base.errors import HoldfastError, message
-from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Result, Rules, Scenes, findings
-from holdfast.batches.resources import Resources
+from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, GateRules, Result, Scenes, findings
 from holdfast.batches.result import read_batch
+from holdfast.batches.run import Resources
 from holdfast.cli.batch_commands import Globs, Megabytes, Options, Running, Seconds, Workers
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
@@ -49,7 +49,7 @@ def check(
     if not stands and min_force is None and baseline is None:
         raise HoldfastError(message("check", "there is nothing to check", "give --stands, --min-force or --baseline"))
     pushes = [] if min_force is None else ["map" if push is None else f"push:{push}"]
-    rules = Rules(stands, min_force, distance, turn_degrees, change)
+    rules = GateRules(stands, min_force, distance, turn_degrees, change)
     with ExitStack() as stack:
         before = None if baseline is None else Scenes.of(read_batch(baseline))
         place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder

@@ -14,8 +14,8 @@ from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json, write
 from holdfast.cli.scenes import STREAM, SceneGiven, takes_scene
 from holdfast.cli.written import WRITTEN_SUFFIXES
-from holdfast.scene.formats import settled_scene
 from holdfast.scene.formats.native import scene_text, schema
+from holdfast.scene.formats.published import settled_schema
 from holdfast.scene.formats.registry import save_scene
 
 
@@ -64,6 +64,6 @@ def print_schema(
     ] = "scene",
 ) -> None:
     """Print the JSON schema of the native scene file, of settled scenes, or of certificates."""
-    schemas = {"scene": schema, "settled": settled_scene.schema, "certificate": certificate.schema}
+    schemas = {"scene": schema, "settled": settled_schema, "certificate": certificate.schema}
     checked_word(kind, tuple(schemas), "KIND")
     print_json(schemas[kind](), indent=2)

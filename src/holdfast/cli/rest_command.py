@@ -16,7 +16,7 @@ from holdfast.cli.common import AsJson, check_suffix
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import SceneGiven, takes_scene
 from holdfast.report.resting import resting_report
-from holdfast.scene.formats.mesh_file import SUFFIXES
+from holdfast.scene.formats.named_meshes import SUFFIXES
 
 FRICTION = 0.5  # of --mu where the scene has none for all pairs
 

@@ -18,7 +18,7 @@ from holdfast.base.errors import HoldfastError, SceneError, located, message, ne
 from holdfast.base.text import quoted
 from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and_each, poses, turns
 from holdfast.cli.fields import options_of, value_of
-from holdfast.scene.formats.floor import on_the_floor
+from holdfast.scene.formats.links import on_the_floor
 from holdfast.scene.formats.registry import format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.scene import Scene, with_notes

@@ -13,7 +13,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import listed, quoted
 from holdfast.queries.request import body_number
-from holdfast.scene.pairs import checked_pair, names_between
+from holdfast.scene.friction import checked_pair, names_between
 
 NAMED = 3  # the most coefficients that a note names
 

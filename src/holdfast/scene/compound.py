@@ -1,11 +1,11 @@
-"""Compounds of several shapes that move as one body, and the list of all shapes that a body may have."""
+"""Sums of masses and inertias, compounds of several shapes that move as one body, and the list of all shapes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,11 +19,38 @@ from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.union import united
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial, together
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere, enclosed
 
 Solid: TypeAlias = Box | Cylinder | Sphere | Capsule | Ellipsoid | Mesh
+
+
+class Inertial(NamedTuple):
+    """A mass [kg], its centre (3,) [m] and its inertia (3, 3) [kg m²] about it, along the axes of some frame."""
+
+    mass: float
+    com: Float
+    inertia: Float
+
+    def seen(self, pose: Float) -> Inertial:
+        """Return the same in another frame; ``pose`` (4, 4) maps this frame to it."""
+        R = pose[:3, :3]
+        return Inertial(self.mass, transform(pose, self.com[None])[0], R @ self.inertia @ R.T)
+
+    def about(self, point: Float) -> Float:
+        """Return the inertia (3, 3) [kg m²] about another ``point`` (3,) [m] (parallel axis theorem)."""
+        arm = self.com - point
+        return np.asarray(self.inertia + self.mass * (np.eye(3) * (arm @ arm) - np.outer(arm, arm)))
+
+
+def together(inertials: Iterable[Inertial]) -> Inertial:
+    """Return the sum of several inertials in the same frame, at least one of which has a mass."""
+    each = list(inertials)
+    if len(each) == 1:
+        return each[0]
+    mass = sum(one.mass for one in each)
+    com = np.asarray(sum((one.mass * one.com for one in each), np.zeros(3)) / mass)
+    return Inertial(float(mass), com, np.asarray(sum((one.about(com) for one in each), np.zeros((3, 3)))))
 
 
 @archived

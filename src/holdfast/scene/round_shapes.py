@@ -19,8 +19,7 @@ from holdfast.base.ranges import LENGTH
 from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
-from holdfast.scene.shapes import Cylinder, MassProperties, Sphere
-from holdfast.scene.tessellation import tessellated
+from holdfast.scene.shapes import Cylinder, MassProperties, Sphere, tessellated
 
 LEAST_LEAN = 1e-3  # least sine of the angle between an end of a cylinder and a face at which its rim touches
 

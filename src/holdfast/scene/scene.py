@@ -13,28 +13,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, checked, checked_items, checked_name, frozen, unit
+from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_whole, frozen, unit
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.kinds import shaped
 from holdfast.base.public import Summary, in_notebook, number
-from holdfast.base.ranges import ACCELERATION
+from holdfast.base.ranges import ACCELERATION, ANGLE
+from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.base.values import Value, altered
 from holdfast.scene.body import Body, materials_of, place_cuboids
-from holdfast.scene.excluded import (
-    Excluded,
-    by_bodies,
-    checked_excluded,
-    excluded_among,
-    may_touch,
-    touching_parts,
-)
+from holdfast.scene.excluded import Excluded, by_bodies, checked_excluded, excluded_among, may_touch, touching_parts
 from holdfast.scene.friction import Friction, joined_friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.hold import AnyHold, checked_holds, holds_among, jointed, moved_hold
-from holdfast.scene.level import directions_around, tilted_gravity
 
 DIRECTIONS = 100  # number of directions on the default circle (Nadeau & Kelly, Fig. 15)
+MOST_DIRECTIONS = 1_000_000  # more answers would not fit into memory
+# Parts of a turn in radians, such as 1.5708, are multiples of pi / 12; they are often given with three digits, as 1.57
+PART, DIGITS_OFF = np.pi / 12, 6e-4
+ANGLE_ZERO = 1e-6  # [deg] of rounding in poses
 
 
 @archived
@@ -321,3 +318,40 @@ def _under(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
         return body if shape.reach == body.shape.reach else replace(body, shape=shape)
 
     return tuple(enlarged(body) for body in bodies)
+
+
+def directions_around(up: Float, count: int) -> Float:
+    """Return ``count`` unit vectors (count, 3), evenly spaced around the circle perpendicular to ``up`` (3,)."""
+    checked_whole(count, "horizontal_directions: count", 1, MOST_DIRECTIONS)
+    ahead, left = tangents(up)
+    angle = 2 * np.pi * np.arange(count)[:, None] / count
+    return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
+
+
+def tilted_gravity(gravity: Float, tilt_degrees: ArrayLike) -> tuple[Float, str]:
+    """Return the gravity (3,) [m/s²] in the axes of a tilted carrier, and a description of the tilt, "" if it is zero.
+
+    ``tilt_degrees`` is as in ``Scene.tilted``.
+    """
+    given = checked(tilt_degrees, (3,), "tilt_degrees", within=ANGLE)
+    from scipy.spatial.transform import Rotation  # only here, as it takes a tenth of a second
+
+    turn = Rotation.from_rotvec(np.radians(given)).as_matrix()
+    vector = np.degrees(Rotation.from_matrix(turn).as_rotvec())
+    angle = float(np.linalg.norm(vector))
+    axis = ", ".join(f"{v + 0.0:.3g}" for v in np.round(vector / angle, 9)) if angle else "any axis"
+    note = f"the carrier is tilted by {angle:.4g}° about ({axis})" if angle else ""
+    if like_radians(given):
+        note += f": are these degrees? {angle:.5g} rad are {np.degrees(angle):.3g}°"
+    return turn.T @ gravity, note
+
+
+def like_radians(degrees: Float) -> bool:
+    """Tell whether angles (n,) [deg] look as if they were in radians.
+
+    None is larger than a turn in radians, and half of those that are not zero are its usual parts, 30, 45, 60, 90 ...
+    """
+    angles = np.abs(degrees[np.abs(degrees) > ANGLE_ZERO])
+    number = np.round(angles / PART)
+    part = (np.abs(angles - number * PART) <= DIGITS_OFF * angles) & ((number % 2 == 0) | (number % 3 == 0))
+    return bool(len(angles) and angles.max() <= 24.1 * PART and 2 * part.sum() >= len(angles))

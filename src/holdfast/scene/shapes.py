@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Never
+from typing import TYPE_CHECKING, Literal, NamedTuple, Never
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -16,20 +17,62 @@ from holdfast.base.arrays import Float, Int, checked, checked_number, checked_si
 from holdfast.base.errors import GeometryError, message, warn
 from holdfast.base.files import checked_path
 from holdfast.base.kinds import shaped
+from holdfast.base.memory import Memory
 from holdfast.base.ranges import LENGTH, PLACE, SCALE, TOLERANCE
 from holdfast.base.text import quoted
 from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
+from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.meshes.read import triangles_of
-from holdfast.scene.tessellation import tessellated
 
 if TYPE_CHECKING:
     import trimesh
 
+
+MOST_TRIANGLES = 200_000  # of all models that are kept
+SHARED = ("topology", "facets", "curved", "sharp_edges")  # properties of surfaces that do not depend on sizes
+FINEST = 1e-6  # least detail, relative to the size, of a surface that is surely reduced like its model: 100 STRAIGHT
 LEAST_VOLUME = 1e-9  # least volume of a solid, relative to its bounding box
+
+
+class _UnitModel(NamedTuple):
+    """A tessellation of unit size, and the vertices (V,) that its reduction keeps, if that is another surface."""
+
+    surface: Surface
+    kept: Int | None
+
+
+_MODELS = Memory(MOST_TRIANGLES)
+
+
+def tessellated(surface: Surface, kind: Hashable, model: Callable[[], Surface], detail: float) -> Surface:
+    """Return ``surface`` with what a ``model`` of the same ``kind`` says of its edges and flat faces (SHARED).
+
+    The model has the same faces, with the same normals up to rounding. ``detail`` [m] is the least length in the
+    surface, by which a vertex stands out or two are apart: a surface too fine for its size is reduced by itself.
+    """
+    known = surface.__dict__
+    if "reduced" in known or detail < FINEST * surface.diagonal:
+        return surface
+    same = _MODELS.recalled(kind, len(surface.faces), lambda: _modelled(model()))
+    known.update({name: getattr(same.surface, name) for name in SHARED})
+    if same.kept is None:
+        known["reduced"] = surface
+        return surface
+    few = same.surface.reduced
+    known["reduced"] = reduced = Surface(surface.vertices[same.kept], few.faces, surface.sagitta)
+    reduced.__dict__.update({name: getattr(few, name) for name in SHARED})
+    return surface
+
+
+def _modelled(surface: Surface) -> _UnitModel:
+    few = surface.reduced
+    if few is surface:
+        return _UnitModel(surface, None)
+    return _UnitModel(surface, np.asarray(search_tree(surface.vertices).query(few.vertices)[1]))
 
 
 @archived

@@ -11,7 +11,7 @@ import holdfast as hf
 from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError
 from holdfast.base.rigid import cross
-from holdfast.scene.formats.joint_holds import joint_hold
+from holdfast.scene.formats.joints import joint_hold
 
 G, LIMIT, INF = 9.81, hf.Limit(), float("inf")
 CLOSE = {"rel": 1e-6, "abs": 1e-8}

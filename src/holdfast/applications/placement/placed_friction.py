@@ -11,8 +11,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.ranges import FRICTION
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
-from holdfast.scene.friction import Friction, refuse_strengths
-from holdfast.scene.pairs import number_between
+from holdfast.scene.friction import Friction, number_between, refuse_strengths
 
 
 def friction_with(

@@ -10,7 +10,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.ranges import STIFFNESS
-from holdfast.scene.pairs import check_known, checked_pairs, number_between
+from holdfast.scene.friction import check_known, checked_pairs, number_between
 
 Stiffness: TypeAlias = float | Mapping[tuple[str, str], float] | None
 

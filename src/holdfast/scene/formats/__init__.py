@@ -3,20 +3,20 @@
 # All of them: the module in this package, and the name of its ``Format`` there. To add a format, write a module and
 # list it here. If several formats recognise a file, the first in this list reads it. They are names, for the registry
 # imports them with the first scene file: scenes need not come from files.
-FORMATS = {
-    "native": "NATIVE",
-    "published": "PUBLISHED",
-    "settled_scene": "SETTLED_SCENE",
-    "mjcf.reader": "MJCF",
-    "urdf.reader": "URDF",
-    "sdf.reader": "SDF",
-    "gltf.reader": "GLTF",
-    "compas": "COMPAS",
-    "usd.reader": "USD",
-    "moveit": "MOVEIT",
-    "drake.reader": "DRAKE",
-    "habitat": "HABITAT",
-    "box_table": "BOX_TABLE",
-    "mesh_file": "MESH_FILE",
-    "ros.bag": "BAG",
-}
+FORMATS = (
+    ("native", "NATIVE"),
+    ("published", "PUBLISHED"),
+    ("published", "SETTLED_SCENE"),
+    ("mjcf.reader", "MJCF"),
+    ("urdf.reader", "URDF"),
+    ("sdf.reader", "SDF"),
+    ("gltf.reader", "GLTF"),
+    ("compas", "COMPAS"),
+    ("usd.reader", "USD"),
+    ("moveit", "MOVEIT"),
+    ("drake.reader", "DRAKE"),
+    ("habitat", "HABITAT"),
+    ("box_table", "BOX_TABLE"),
+    ("named_meshes", "MESH_FILE"),
+    ("planning_messages", "BAG"),
+)

@@ -15,10 +15,9 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.formats.floor import with_floor
-from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
+from holdfast.scene.formats.links import checked_fixed, pose_of, scene_of, with_floor
+from holdfast.scene.formats.named_meshes import Numbers, Weights
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import checked_fixed, pose_of, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
@@ -69,18 +68,18 @@ def read(
     ``floor`` adds the half space below z = 0. Raises SceneError or GeometryError if the table is malformed, or if
     friction or a mass is missing.
     """
-    table = _Table(source)
+    table = _BoxTable(source)
     where = str(source.path)
     if friction is None:
         raise SceneError(message(where, "says nothing of friction", "give friction="))
     names = [row.name for row in table.rows]
-    check_weights(mass, density, names)
+    weights = Weights(mass, density, names)
     held = checked_fixed(fixed, names, "box")
     bodies = []
     for row in table.rows:
         still = row.name in held or row.truth("fixed")
         said = row.values.get("mass", "")
-        weight = (row.number("mass"), None) if said else first_of(own(mass, density, row.name), common(mass, density))
+        weight = (row.number("mass"), None) if said else weights.of(row.name)
         if weight == (None, None) and not still:
             row.fail("has no mass", "give a column mass, or density= or mass=")
         with located(row.where):
@@ -92,7 +91,7 @@ def read(
     return scene_of(with_floor(bodies, floor, where, remedy), friction, gravity, source.path.stem, table.notes)
 
 
-class _Row:
+class _BoxRow:
     """A row of the table: the text of each column, and where it is."""
 
     def __init__(self, values: dict[str, str], name: str, where: str, size: Float, centre: Float) -> None:
@@ -112,7 +111,7 @@ class _Row:
         return WORDS[word] if word in WORDS else self.fail(f"{column} is {quoted(word)}", "needs true or false")
 
 
-class _Table:
+class _BoxTable:
     """The rows of a table, with notes on what is not read."""
 
     def __init__(self, source: Source) -> None:
@@ -133,7 +132,7 @@ class _Table:
         unread = [word for word in columns if word not in (*size, *place, *OTHERS)]
         self.notes = [f"columns that are not read: {listed(unread)}"] if unread else []
         self.notes.append("lengths are taken as metres: a table has no units")
-        self.rows: list[_Row] = []
+        self.rows: list[_BoxRow] = []
         seen: set[str] = set()
         try:
             for number, row in enumerate(csv.reader(lines[1:], delimiter=between), 2):
@@ -152,7 +151,7 @@ class _Table:
                 seen.add(name)
                 lengths = np.array([_number(values[column], column, here) for column in size])
                 at = np.array([_number(values[column], column, here) for column in place])
-                self.rows.append(_Row(values, name, here, lengths, at + lengths / 2 if corner else at))
+                self.rows.append(_BoxRow(values, name, here, lengths, at + lengths / 2 if corner else at))
         except csv.Error as cause:
             raise SceneError(message(where, f"is no table: {cause}", "check the file")) from cause
         if not self.rows:

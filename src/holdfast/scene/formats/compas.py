@@ -14,10 +14,10 @@ from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, message
 from holdfast.base.ranges import PLACE, SCALE
 from holdfast.base.text import listed, quoted
-from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own, scene_of_nodes
+from holdfast.scene.formats.links import checked_fixed, not_read, unknown_keys
+from holdfast.scene.formats.named_meshes import Numbers, Weights, scene_of_nodes
 from holdfast.scene.formats.published import triangulated
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import checked_fixed, not_read, unknown_keys
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.by_trimesh import Node
@@ -77,7 +77,7 @@ def read(
     if friction is None:
         raise SceneError(message(where, "says nothing of friction", "give friction="))
     names = list(blocks)
-    check_weights(mass, density, names)
+    weights = Weights(mass, density, names)
     notes = ["lengths are taken as metres: COMPAS keeps no units", *not_read(Counter(unknown))]
     if edges:
         notes.append(f"interfaces in the file are ignored, {edges} of them: contacts are found anew")
@@ -85,7 +85,7 @@ def read(
         notes.append(f"fixed, as supports: {listed(supports)}")
     return scene_of_nodes(
         nodes,
-        {name: first_of(own(mass, density, name), common(mass, density)) for name in names},
+        {name: weights.of(name) for name in names},
         friction,
         [*supports, *checked_fixed(fixed, names, "node")],
         {},

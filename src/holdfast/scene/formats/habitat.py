@@ -19,16 +19,14 @@ from holdfast.base.ranges import FRICTION, MASS, PLACE, SCALE
 from holdfast.base.rigid import UNIT_LENGTH, Y_TO_Z, pose_from, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.formats import plain_data
-from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.compound import Inertial
+from holdfast.scene.formats.links import FLOOR, BodyPiece, checked_fixed, filled, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import hull_of
-from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
+from holdfast.scene.formats.named_meshes import Numbers, Weights
 from holdfast.scene.formats.references import References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Piece, checked_fixed, filled, rigid_body, scene_of
-from holdfast.scene.formats.source import MAX_BYTES, Source
+from holdfast.scene.formats.source import MAX_BYTES, Source, from_json
 from holdfast.scene.formats.surfaces import Surfaces
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.meshes import glb
 from holdfast.scene.meshes.read import SUFFIXES
 from holdfast.scene.scene import Scene
@@ -101,11 +99,11 @@ def read(
         again = taken[thing.name]
         things.append(thing if again == 1 else thing._replace(name=f"{thing.name}_{again}"))
     names = [thing.name for thing in things]
-    check_weights(mass, density, names)
+    weights = Weights(mass, density, names)
     held, surfaces = checked_fixed(fixed, names, "object"), Surfaces("product")
     bodies = []
     for thing in things:
-        weight = first_of(own(mass, density, thing.name), (thing.mass(), None), common(mass, density))
+        weight = weights.of(thing.name, (thing.mass(), None))
         with located(f"{where}: {quoted(thing.name)}"):
             bodies += thing.body(weight, surfaces, friction, thing.name in held, notes)
     remedy = f"give floor=True for a floor at z = 0, or fixed=[name] ({listed(names)})"
@@ -190,7 +188,7 @@ class _DataSet:
                 self.configs[path] = _Keys({"render_asset": path.name}, str(path), CONFIG_KEYS, notes)
             else:
                 content = read_ordinary(path, "configuration", most=MAX_BYTES).decode("utf-8", "replace")
-                self.configs[path] = _Keys(plain_data.from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
+                self.configs[path] = _Keys(from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
         return self.configs[path]
 
     def asset(self, config: _Keys) -> Path:
@@ -256,9 +254,9 @@ class _Thing(NamedTuple):
         if self.config.truth("use_bounding_box_for_collision", False) and not self.stage:
             middle = np.eye(4)
             middle[:3, 3] = (low + high) / 2
-            pieces = [Piece(Box(high - low), middle, material)]
+            pieces = [BodyPiece(Box(high - low), middle, material)]
         else:
-            pieces = [Piece(mesh, np.eye(4), material) for mesh in meshes]
+            pieces = [BodyPiece(mesh, np.eye(4), material) for mesh in meshes]
         com = self._com((low + high) / 2, notes)
         w, x, y, z = checked(self.given.values.get("rotation", (1, 0, 0, 0)), (4,), f"{self.given.where}: rotation")
         if abs(np.linalg.norm((w, x, y, z)) - 1) > UNIT_LENGTH:
@@ -283,7 +281,7 @@ class _Thing(NamedTuple):
             notes.append(f"{self.config.where}: no COM, so it is in the middle of the bounding box, as in Habitat")
         return middle
 
-    def _inertial(self, pieces: list[Piece], weight: tuple[float | None, float | None], com: Float) -> Inertial:
+    def _inertial(self, pieces: list[BodyPiece], weight: tuple[float | None, float | None], com: Float) -> Inertial:
         mass, density = weight
         if mass is None and density is None:
             self.config.fail("has no mass", "give mass= or density=, for it or for all")
@@ -293,7 +291,11 @@ class _Thing(NamedTuple):
 
     def _meshes(self, scale: Float, notes: list[str]) -> list[Mesh]:
         """Return the meshes of the asset in the frame of the object: hulls of its parts, or for a stage as they are."""
-        turn = self._axes()
+        up, front = self.config.triple("up", (0, 1, 0)), self.config.triple("front", (0, 0, -1))
+        own = np.column_stack([np.cross(front, up), up, -front])
+        if np.abs(own @ own.T - np.eye(3)).max() > UNIT_LENGTH:
+            self.config.fail("up and front are no two unit vectors at right angles", "correct them")
+        turn = own.T
         if self.asset.suffix.lower() == ".glb":
             content = read_ordinary(self.asset, "mesh file", most=MAX_BYTES)
             with foreign(str(self.asset), error=GeometryError):
@@ -314,14 +316,6 @@ class _Thing(NamedTuple):
             return made
         notes.append("meshes of objects are their convex hulls, as Habitat collides them")
         return [hull_of(mesh) for mesh in made]
-
-    def _axes(self) -> Float:
-        """Return the rotation (3, 3) from the asset to Habitat's axes, in which y is up and -z is in front."""
-        up, front = self.config.triple("up", (0, 1, 0)), self.config.triple("front", (0, 0, -1))
-        own = np.column_stack([np.cross(front, up), up, -front])
-        if np.abs(own @ own.T - np.eye(3)).max() > UNIT_LENGTH:
-            self.config.fail("up and front are no two unit vectors at right angles", "correct them")
-        return own.T
 
 
 HABITAT = Format("Habitat scene", (".json",), sniff, read, mark="`object_instances`")

@@ -12,14 +12,12 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import UNIT_LENGTH, pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Solid
-from holdfast.scene.formats.floor import with_floor
-from holdfast.scene.formats.named_meshes import Numbers, check_weights, common, first_of, own
+from holdfast.scene.compound import Inertial, Solid
+from holdfast.scene.formats.links import BodyPiece, checked_fixed, filled, rigid_body, scene_of, with_floor
+from holdfast.scene.formats.named_meshes import Numbers, Weights
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Piece, checked_fixed, filled, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
@@ -69,25 +67,25 @@ class Planned(NamedTuple):
 
 
 def scene_of_objects(
-    where: str, objects: Mapping[str, tuple[Float, list[Piece]]], given: Planned, name: str, notes: Sequence[str]
+    where: str, objects: Mapping[str, tuple[Float, list[BodyPiece]]], given: Planned, name: str, notes: Sequence[str]
 ) -> Scene:
     """Return the scene of objects, each with its pose (4, 4) and its shapes; ``where`` names them in errors."""
     if given.friction is None:
         raise SceneError(message(where, "says nothing of friction", "give friction="))
-    check_weights(given.mass, given.density, list(objects))
+    weights = Weights(given.mass, given.density, list(objects))
     held = checked_fixed(given.fixed, objects, "object")
     bodies = []
     for each, (pose, pieces) in objects.items():
         with located(f"{where}: object {quoted(each)}"):
-            inertial = None if each in held else _inertial(pieces, given.mass, given.density, each)
+            inertial = None if each in held else _inertial(pieces, weights, each)
             bodies.append(rigid_body(each, pieces, pose=pose, inertial=inertial, fixed=each in held))
     remedy = f"give fixed=[name] ({listed(objects)}), or floor=True for a floor at z = 0"
     return scene_of(with_floor(bodies, given.floor, where, remedy), given.friction, given.gravity, name, notes)
 
 
-def _inertial(pieces: list[Piece], mass: Numbers | None, density: Numbers | None, name: str) -> Inertial:
+def _inertial(pieces: list[BodyPiece], weights: Weights, name: str) -> Inertial:
     """Return the inertial of an object whose mass is distributed evenly over its shapes."""
-    given, dense = first_of(own(mass, density, name), common(mass, density))
+    given, dense = weights.of(name)
     if given is None and dense is None:
         problem = "has no mass"
         raise SceneError(message(f"object {quoted(name)}", problem, "give mass= or density=, for it or for all"))
@@ -140,7 +138,7 @@ class _Lines:
             self.fail("has a quaternion of another length than 1", "needs x, y, z, w")
         return pose_from(place, np.array([w, x, y, z]))
 
-    def objects(self) -> Iterator[tuple[str, tuple[Float, list[Piece]]]]:
+    def objects(self) -> Iterator[tuple[str, tuple[Float, list[BodyPiece]]]]:
         """Yield the name of each object with its pose and its shapes.
 
         In files of older versions the object has no pose: the number of its shapes follows its name.
@@ -162,12 +160,12 @@ class _Lines:
                 self.fail(f"ends the object {quoted(name)}, which has no shape", "needs one")
             yield name, (pose, pieces)
 
-    def piece(self) -> Piece:
+    def piece(self) -> BodyPiece:
         """Return a shape with its pose in the object; skip its colour."""
         shape = self.shape()
         pose = self.pose()
         self.numbers(4)
-        return Piece(shape, pose)
+        return BodyPiece(shape, pose)
 
     def shape(self) -> Solid:
         """Return the next shape."""

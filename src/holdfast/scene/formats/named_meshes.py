@@ -1,4 +1,4 @@
-"""Scenes of named meshes without masses, friction or gravity, as trimesh and glTF have them: ``hf.from_trimesh``."""
+"""Scenes of meshes without masses, friction or gravity: of trimesh, and of mesh files."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float, checked, checked_mapping, checked_number, checked_word
-from holdfast.base.errors import GeometryError, SceneError, message, nearest_of
+from holdfast.base.arrays import Float, checked, checked_mapping, checked_name, checked_number, checked_word
+from holdfast.base.errors import GeometryError, SceneError, located, message, nearest_of
 from holdfast.base.ranges import DENSITY, MASS, SCALE
 from holdfast.base.rigid import Y_TO_Z
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.floor import with_floor
-from holdfast.scene.formats.made_meshes import MESHES, MeshRules
-from holdfast.scene.formats.rigid_parts import checked_fixed, scene_of
+from holdfast.scene.formats.links import checked_fixed, copies_of, scene_of, with_floor
+from holdfast.scene.formats.made_meshes import MESHES, Collision, MeshRules
+from holdfast.scene.formats.registry import Format
+from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.by_trimesh import Node, nodes_of
+from holdfast.scene.meshes.text_meshes import objects_of_obj
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 
@@ -30,6 +32,7 @@ Weight = tuple[float | None, float | None]  # a mass [kg] and a density [kg/m³]
 
 GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
 LEAST_STRETCH = 1e-9  # [-] least stretch of a matrix; with less it is singular
+SUFFIXES = (".obj", ".stl", ".ply", ".off", ".dae")
 
 
 class Known(NamedTuple):
@@ -78,8 +81,8 @@ def from_trimesh(
     if materials is not None:
         materials = checked_mapping(materials, "materials", '{"table": "oak"}')
     names = [node.name for node in nodes]
-    check_weights(mass, density, names)
-    weights = {name: first_of(own(mass, density, name), common(mass, density)) for name in names}
+    given = Weights(mass, density, names)
+    weights = {name: given.of(name) for name in names}
     return scene_of_nodes(
         nodes, weights, friction, fixed, materials or {}, up=up_axis, floor=floor, gravity=GRAVITY, name="", notes=[]
     )
@@ -134,33 +137,28 @@ def check_names(what: str, names: Any, known: Sequence[str]) -> None:  # noqa: A
                 raise SceneError(message(what, f"no node is named {quoted(name)}", nearest_of(name, known)))
 
 
-def check_weights(mass: Numbers | None, density: Numbers | None, names: Sequence[str]) -> None:
-    """Raise SceneError for masses or densities of unknown names, and for an invalid number for all bodies.
+class Weights:
+    """Masses [kg] and densities [kg/m³] that are given to a reader, each one number for all names or one for a name."""
 
-    Numbers for single names are checked where they are used.
-    """
-    for what, given, within in (("mass", mass, MASS), ("density", density, DENSITY)):
-        check_names(what, given, names)
-        if given is not None and not isinstance(given, Mapping):
-            checked_number(given, what, above=0, within=within)
+    def __init__(self, mass: Numbers | None, density: Numbers | None, names: Sequence[str]) -> None:
+        """Raise SceneError for unknown names, and for an invalid number for all; others are checked where used."""
+        self.given = mass, density
+        for what, each, within in (("mass", mass, MASS), ("density", density, DENSITY)):
+            check_names(what, each, names)
+            if each is not None and not isinstance(each, Mapping):
+                checked_number(each, what, above=0, within=within)
 
+    def of(self, name: str, *said: Weight, alone: bool = False, last: Weight = (None, None)) -> Weight:
+        """Return the mass or the density of a name, None for both if there is none.
 
-def own(mass: Numbers | None, density: Numbers | None, name: str) -> Weight:
-    """Return the mass and density that are given for a name."""
-    mass_of, density_of = (each.get(name) if isinstance(each, Mapping) else None for each in (mass, density))
-    return mass_of, density_of
-
-
-def common(mass: Numbers | None, density: Numbers | None) -> Weight:
-    """Return the mass and density that are given for all names."""
-    for_all, dense = (None if isinstance(each, Mapping) else each for each in (mass, density))
-    return for_all, dense
-
-
-def first_of(*weights: Weight) -> Weight:
-    """Return the first of these that gives a number; a mass has priority over a density."""
-    mass, density = next((each for each in weights if each != (None, None)), (None, None))
-    return mass, None if mass is not None else density
+        First comes what is given for the name, then what files have ``said`` of it and, unless it is to be ``alone``,
+        what is given for all, and what a file says ``last``. A mass has priority over a density.
+        """
+        mass, density = (each.get(name) if isinstance(each, Mapping) else None for each in self.given)
+        for_all, dense = (None if isinstance(each, Mapping) else each for each in self.given)
+        weights = ((mass, density), *said, *(() if alone else ((for_all, dense), last)))
+        mass, density = next((each for each in weights if each != (None, None)), (None, None))
+        return mass, None if mass is not None else density
 
 
 def _body(
@@ -220,3 +218,81 @@ def split(matrix: Float, where: str) -> tuple[Float, Float]:
     turn = turn if np.linalg.det(turn) > 0 else -turn
     pose[:3, :3] = turn
     return pose, np.asarray(turn.T @ linear)
+
+
+def read(
+    source: Source,
+    *,
+    bodies: Literal["one", "objects"] = "one",
+    friction: Friction | float | None = None,
+    density: Numbers | None = None,
+    mass: Numbers | None = None,
+    fixed: bool | Collection[str] = (),
+    pose: ArrayLike | None = None,
+    poses: Mapping[str, ArrayLike] | None = None,
+    floor: bool = False,
+    collision: Collision = "mesh",
+    up_axis: Literal["y", "z"] | None = None,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+) -> Scene:
+    """Return the scene of a mesh file: one body with the name of the file.
+
+    With ``bodies="objects"`` each object (``o``, or group ``g``) of an OBJ file is a body with its name. Mesh files
+    have neither friction nor masses: ``friction``, and ``density`` [kg/m³] or ``mass`` [kg] of what is not ``fixed``
+    are needed. Lengths are taken as metres. ``pose`` (4, 4) puts everything there; ``poses`` gives several copies
+    instead. ``floor`` adds the half space below z = 0. With ``collision="hull"`` meshes are their convex hulls, and
+    ``up_axis`` is the axis of the file that points up.
+
+    Raises SceneError or GeometryError if the file cannot be read, or if something that is needed is not given.
+    """
+    where, notes = str(source.path), list[str]()
+    checked_word(bodies, ("one", "objects"), "bodies")
+    if source.given is not None:
+        raise SceneError(message(where, "is not a file by itself", "meshes are read from files: save it first"))
+    rules = MeshRules(up_axis, collision)
+    meshes = _meshes(source, bodies, rules, notes)
+    notes.append("lengths are taken as metres: mesh files have no units")
+    if friction is None:
+        remedy = "give friction=, density= or mass=, and floor=True or fixed="
+        raise SceneError(
+            message(where, "is a mesh, which says nothing of friction, of mass and of what it lies on", remedy)
+        )
+    copies = copies_of("", pose, poses)
+    single = len(meshes) == 1
+    placed = {(copy if single else f"{copy}/{name}") if copy else name: (at, mesh)
+              for copy, at in copies for name, mesh in meshes.items()}  # fmt: skip
+    rules.check_names([*meshes, *placed])
+    weights = Weights(mass, density, list(placed))
+    held = frozenset(placed) if fixed is True else checked_fixed(() if fixed is False else fixed, placed)
+    found = []
+    for name, (at, mesh) in placed.items():
+        weight = (None, None) if name in held else weights.of(name)
+        if weight == (None, None) and name not in held:
+            remedy = "give density= or mass=, for it or for all, or fixed=[name]"
+            raise SceneError(message(f"{where}: body {quoted(name)}", "has no mass", remedy))
+        with located(where):
+            found.append(Body(name, mesh, *weight, pose=at, fixed=name in held))
+    remedy = f"give floor=True for a floor at z = 0, or fixed=[name] ({listed(list(placed))})"
+    found = with_floor(found, floor, where, remedy, problem="is a thing that nothing carries")
+    return scene_of(found, friction, gravity, source.path.stem, notes)
+
+
+def _meshes(source: Source, bodies: str, rules: MeshRules, notes: list[str]) -> dict[str, Mesh]:
+    """Return the meshes of a file by their names."""
+    name, path = checked_name(source.path.stem, f"{source.path}: name"), source.path
+    if bodies == "one":
+        return {name: rules.read(path, (1.0, 1.0, 1.0), notes, name)}
+    if source.suffix != ".obj":
+        remedy = "read it as one body, or export it as OBJ or GLB"
+        raise SceneError(message(str(path), f"{source.suffix} files have no objects", remedy))
+    with located(str(path)):
+        rules.read(path, (1.0, 1.0, 1.0), notes, name)  # for the errors of the file as a whole
+        found = {}
+        for given, vertices, faces in objects_of_obj(source.content):
+            own_name = checked_name(given or name, "name of an object")
+            mesh = rules.turned(Mesh(vertices, faces, label=f"object {quoted(own_name)}"))
+            found[own_name] = rules.taken(mesh, notes, own_name)
+    return found
+
+
+MESH_FILE = Format("mesh file", SUFFIXES, read=read)

@@ -24,13 +24,25 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape, Solid
-from holdfast.scene.formats import plain_data
-from holdfast.scene.formats.faults import first_fault
-from holdfast.scene.formats.friction_entries import FrictionModel, friction_data, friction_of
-from holdfast.scene.formats.hold_entries import AnyHoldModel, hold_data, hold_of
-from holdfast.scene.formats.models_shared import Matrix3, Matrix4, Model, Number, Quadruple, Triple, Truth, Whole
+from holdfast.scene.formats.entries import (
+    AnyHoldModel,
+    EntryModel,
+    FrictionModel,
+    Matrix3,
+    Matrix4,
+    Number,
+    Quadruple,
+    Triple,
+    Truth,
+    Whole,
+    first_fault,
+    friction_data,
+    friction_of,
+    hold_data,
+    hold_of,
+)
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.source import Source
+from holdfast.scene.formats.source import SUFFIXES, Source, as_json, as_yaml
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
@@ -52,14 +64,14 @@ def _friction_kind(value: Any) -> str:  # noqa: ANN401
     return "table" if isinstance(value, dict | BaseModel) else "number"
 
 
-class BoxModel(Model):
+class BoxModel(EntryModel):
     """A cuboid centred on the origin of its frame."""
 
     type: Literal["box"]
     size: Triple = Field(description="edge lengths [m]")
 
 
-class CylinderModel(Model):
+class CylinderModel(EntryModel):
     """A cylinder about the z axis, centred on the origin of its frame."""
 
     type: Literal["cylinder"]
@@ -68,7 +80,7 @@ class CylinderModel(Model):
     segments: Whole = Field(64, description="sides of the prism that contacts see")
 
 
-class SphereModel(Model):
+class SphereModel(EntryModel):
     """A ball centred on the origin of its frame."""
 
     type: Literal["sphere"]
@@ -76,7 +88,7 @@ class SphereModel(Model):
     subdivisions: Whole = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
 
 
-class MeshModel(Model):
+class MeshModel(EntryModel):
     """A triangle mesh, either from a file or given by its vertices and faces."""
 
     type: Literal["mesh"]
@@ -93,7 +105,7 @@ class MeshModel(Model):
         return self
 
 
-class CapsuleModel(Model):
+class CapsuleModel(EntryModel):
     """A cylinder about the z axis with half a ball on either end, centred on the origin of its frame."""
 
     type: Literal["capsule"]
@@ -102,7 +114,7 @@ class CapsuleModel(Model):
     segments: Whole = Field(48, description="sides of the surface that contacts see")
 
 
-class EllipsoidModel(Model):
+class EllipsoidModel(EntryModel):
     """An ellipsoid along the axes of its frame."""
 
     type: Literal["ellipsoid"]
@@ -110,7 +122,7 @@ class EllipsoidModel(Model):
     subdivisions: Whole = Field(3, ge=0, le=6, description="of the icosahedron that contacts see")
 
 
-class HalfSpaceModel(Model):
+class HalfSpaceModel(EntryModel):
     """Everything below the plane z = 0 of the body's frame; only for fixed bodies."""
 
     type: Literal["halfspace"]
@@ -121,7 +133,7 @@ SolidModel = Annotated[
 ]
 
 
-class PartModel(Model):
+class PartModel(EntryModel):
     """One shape of a compound."""
 
     shape: SolidModel
@@ -129,7 +141,7 @@ class PartModel(Model):
     material: str | None = Field(None, description="of this part, instead of the body's")
 
 
-class CompoundModel(Model):
+class CompoundModel(EntryModel):
     """Several shapes that move as one body."""
 
     type: Literal["compound"]
@@ -141,7 +153,7 @@ AnyModel = (
 )
 
 
-class BodyModel(Model):
+class BodyModel(EntryModel):
     """A rigid body. Its pose is given as ``pose``, or as ``position`` and ``rpy_degrees`` or ``orientation``."""
 
     name: str
@@ -178,7 +190,7 @@ class BodyModel(Model):
 EndModel = str | tuple[str, Whole]
 
 
-class SceneModel(Model):
+class SceneModel(EntryModel):
     """A holdfast scene: rigid bodies in frictional contact. SI units, z up unless gravity says otherwise."""
 
     format: Literal["holdfast-scene/1"]
@@ -226,12 +238,12 @@ def write(scene: Scene, path: Path) -> bytes:
     The suffix of ``path`` selects JSON or YAML. Paths of meshes are relative to ``path``.
     """
     data = _scene_data(scene, path)
-    return (plain_data.as_json(data) if path.suffix.lower() == ".json" else plain_data.as_yaml(data)).encode()
+    return (as_json(data) if path.suffix.lower() == ".json" else as_yaml(data)).encode()
 
 
 def scene_text(scene: Scene, folder: Path = Path()) -> str:
     """Return the YAML text of a scene file in ``folder``, by default the current one."""
-    return plain_data.as_yaml(_scene_data(scene, folder / "scene.yaml"))
+    return as_yaml(_scene_data(scene, folder / "scene.yaml"))
 
 
 def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
@@ -372,4 +384,4 @@ def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
     return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
 
 
-NATIVE = Format("holdfast scene", plain_data.SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`", holds=True)
+NATIVE = Format("holdfast scene", SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`", holds=True)

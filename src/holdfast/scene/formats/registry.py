@@ -18,7 +18,7 @@ from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, SceneError, located, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.scene.formats import FORMATS
-from holdfast.scene.formats.floor import on_the_floor
+from holdfast.scene.formats.links import on_the_floor
 from holdfast.scene.formats.source import Source
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
@@ -86,7 +86,7 @@ class Format:
 def _formats() -> Registry[Format]:
     """All formats; those that come with holdfast are imported now."""
     home = "holdfast.scene.formats"
-    own: list[Format] = [getattr(import_module(f"{home}.{module}"), name) for module, name in FORMATS.items()]
+    own: list[Format] = [getattr(import_module(f"{home}.{module}"), name) for module, name in FORMATS]
     return Registry("format", {each.name: each for each in own})
 
 
@@ -144,7 +144,12 @@ def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa:
     with located(str(path)):
         chosen = next((each for each in writable() if path.suffix.lower() in each.suffixes), None)
         if chosen is None:
-            raise SceneError(_not_written(path))
+            problem = f"suffix {path.suffix!r}"
+            only = [each.name for each in readable() if path.suffix.lower() in each.suffixes]
+            if only:
+                problem += f" ({' and '.join(only)} can be read, not written)"
+            known = ", ".join(f"{each.name} ({', '.join(each.suffixes)})" for each in writable())
+            raise SceneError(message(str(path), problem, f"can be written: {known}"))
         assert chosen.write is not None
         _check_options(chosen, _keywords(chosen.write), options, ())
         if not chosen.holds:
@@ -184,15 +189,6 @@ def _not_read(source: Source) -> str:
     own = [str(each) for each in readable() if source.suffix in each.suffixes]
     others = [f"{each.name} ({', '.join(each.suffixes)})" for each in readable() if source.suffix not in each.suffixes]
     return message(str(source.path), problem, f"can be read: {', '.join([*own, *others])}")
-
-
-def _not_written(path: Path) -> str:
-    problem = f"suffix {path.suffix!r}"
-    only = [each.name for each in readable() if path.suffix.lower() in each.suffixes]
-    if only:
-        problem += f" ({' and '.join(only)} can be read, not written)"
-    known = ", ".join(f"{each.name} ({', '.join(each.suffixes)})" for each in writable())
-    return message(str(path), problem, f"can be written: {known}")
 
 
 def _keywords(function: Callable[..., Any]) -> tuple[str, ...]:

@@ -62,7 +62,11 @@ class _Document:
             self.root.fail("is not <COLLADA>", "needs a COLLADA file")
         asset = self.root.needed("asset")
         if not any_up:
-            self._check_up(asset)
+            given = asset.child("up_axis")
+            if given is None or given.text.strip() != UP:
+                said = "says no <up_axis>, which means Y_UP" if given is None else f"says {quoted(given.text.strip())}"
+                remedy = 'programs disagree whether to turn it: say up_axis="y" to turn it, or "z" to take it as it is'
+                (asset if given is None else given).fail(said, remedy)
         unit = asset.child("unit")
         metres = 1.0 if unit is None else unit.number("meter", 1.0)
         scene = self._referred(self.root.needed("scene").needed("instance_visual_scene"), "visual_scene")
@@ -81,13 +85,6 @@ class _Document:
             if count > MOST_TRIANGLES:
                 geometry.fail(f"stands more than {MOST_TRIANGLES:,} triangles", "simplify the mesh")
         return metres * np.concatenate(vertices), np.concatenate(faces)
-
-    def _check_up(self, asset: Element) -> None:
-        given = asset.child("up_axis")
-        if given is None or given.text.strip() != UP:
-            said = "says no <up_axis>, which means Y_UP" if given is None else f"says {quoted(given.text.strip())}"
-            remedy = 'programs disagree whether to turn it: say up_axis="y" to turn it, or "z" to take it as it is'
-            (asset if given is None else given).fail(said, remedy)
 
     def _referred(self, element: Element, tag: str) -> Element:
         """Return the element of this file to which another one refers."""

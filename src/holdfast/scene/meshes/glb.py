@@ -113,7 +113,12 @@ def _check(content: bytes) -> None:
         if not str(extension).startswith(LOOKING):
             raise ValueError(f"requires the extension {quoted(extension)}, which is not read: export it without")
     views = _views(header, len(binary))
-    _check_primitives(header)
+    accessors = _maps(header, "accessors")
+    for part in (part for mesh in _maps(header, "meshes") for part in _maps(mesh, "primitives")):
+        if part.get("mode") == FAN:
+            raise ValueError("has a fan of triangles: export lists of triangles")
+        if "POSITION" in part["attributes"] and accessors[_whole(part["attributes"], "POSITION")].get("normalized"):
+            raise ValueError("has positions as fractions of whole numbers: export them as floating-point numbers")
     counts = _counts(header, views, len(content))
     _check_instances(header, counts)
 
@@ -177,16 +182,6 @@ def _counts(header: dict[str, Any], views: list[int], size: int) -> list[int]:
     if total > MOST_SHARED * size:
         raise ValueError(f"has items of {total:,} bytes, and holds {size:,}")
     return counts
-
-
-def _check_primitives(header: dict[str, Any]) -> None:
-    """Raise ValueError for surfaces that trimesh would leave out, or read in another size."""
-    accessors = _maps(header, "accessors")
-    for part in (part for mesh in _maps(header, "meshes") for part in _maps(mesh, "primitives")):
-        if part.get("mode") == FAN:
-            raise ValueError("has a fan of triangles: export lists of triangles")
-        if "POSITION" in part["attributes"] and accessors[_whole(part["attributes"], "POSITION")].get("normalized"):
-            raise ValueError("has positions as fractions of whole numbers: export them as floating-point numbers")
 
 
 def _check_instances(header: dict[str, Any], counts: list[int]) -> None:

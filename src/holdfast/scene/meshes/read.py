@@ -12,18 +12,20 @@ from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.rigid import Y_TO_Z, transform
-from holdfast.scene.meshes import dae, glb, obj, off, ply, stl
+from holdfast.scene.meshes import dae, glb
+from holdfast.scene.meshes.by_trimesh import read_ply
+from holdfast.scene.meshes.text_meshes import read_obj, read_off, read_stl
 
 MAX_BYTES = 1_000_000_000  # size of the largest mesh file that is read
 
 Reader = Callable[[bytes], tuple[Float, Int]]
 
 READERS: dict[str, Reader] = {
-    ".obj": obj.read,
-    ".stl": stl.read,
-    ".ply": ply.read,
+    ".obj": read_obj,
+    ".stl": read_stl,
+    ".ply": read_ply,
     ".glb": glb.read,
-    ".off": off.read,
+    ".off": read_off,
     ".dae": dae.read,
 }
 SUFFIXES = tuple(READERS)  # suffixes of the mesh files that can be read

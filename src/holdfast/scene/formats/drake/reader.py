@@ -16,19 +16,24 @@ from holdfast.base.arrays import Float, checked_number, checked_truth
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import listed, quoted
-from holdfast.scene.body import Body
-from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.drake.directives import WORLD, Directive, directives_of
-from holdfast.scene.formats.drake.models import At, Clump, Member, ModelReader
-from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.excluded import Excluded
+from holdfast.scene.formats.drake.directives import WORLD, At, Clump, Directive, Member, ModelReader, directives_of
+from holdfast.scene.formats.links import (
+    FLOOR,
+    BodyParts,
+    Notes,
+    bodies_of_links,
+    checked_fixed,
+    kept_apart,
+    scene_of,
+    with_floor,
+)
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Notes, checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
 
 DIRECTIVES = re.compile(r"^directives\s*:", re.MULTILINE)
@@ -77,14 +82,10 @@ def read(
     notes.append(f"friction: tags of drake; of two surfaces it is their {RULE}")
     names = build.names()
     held = checked_fixed(fixed, list(names.values()))
-    bodies, owners = [], []
-    for clump, name in names.items():
-        for body, links in build.bodies(clump, name, name in held):
-            bodies.append(body)
-            owners.append(links)
+    found = [parts for clump, name in names.items() for parts in build.bodies(clump, name, name in held)]
     remedy = f"weld a model to world, or give fixed=[name] ({listed(list(names.values()))}) or floor=True"
-    everything = with_floor(bodies, floor, where, remedy)
-    excluded = build.excluded(bodies, owners)
+    everything = with_floor([parts.body for parts in found], floor, where, remedy)
+    excluded = build.excluded(found)
     return scene_of(
         everything,
         surfaces.table(FLOOR if floor else None),
@@ -122,26 +123,23 @@ class _Build:
         """Carry out one directive."""
         match directive.kind:
             case "add_model":
-                self._model(directive)
+                before = len(self.models.clumps)
+                self.models.add(directive)
+                name = directive.within(directive.text("name"))
+                self.instances[name] = self.models.clumps[before:]
+                for link, given in directive.map("default_free_body_pose").items():
+                    base, pose = directive.transform(given, "default_free_body_pose")
+                    if not link and len(self.instances[name]) != 1:
+                        directive.fail("default_free_body_pose names no body", "name one, as the model has several")
+                    first = self.instances[name][0].members[0].name
+                    child = self.models.frame(f"{name}::{link}" if link else first, directive)
+                    self.free.append(_Free(directive.within(base or WORLD), pose, child, directive))
             case "add_frame":
                 self._frame(directive)
             case "add_weld":
                 self._weld(directive)
             case "add_collision_filter_group":
                 self._filter(directive)
-
-    def _model(self, directive: Directive) -> None:
-        before = len(self.models.clumps)
-        self.models.add(directive)
-        name = directive.within(directive.text("name"))
-        self.instances[name] = self.models.clumps[before:]
-        for link, given in directive.map("default_free_body_pose").items():
-            base, pose = directive.transform(given, "default_free_body_pose")
-            if not link and len(self.instances[name]) != 1:
-                directive.fail("default_free_body_pose names no body", "name one, as the model has several")
-            first = self.instances[name][0].members[0].name
-            child = self.models.frame(f"{name}::{link}" if link else first, directive)
-            self.free.append(_Free(directive.within(base or WORLD), pose, child, directive))
 
     def _frame(self, directive: Directive) -> None:
         name = directive.text("name")
@@ -211,31 +209,22 @@ class _Build:
             names[clump] = f"{model}::{link}" if model in several or model not in self.instances else model
         return names
 
-    def bodies(self, clump: Clump, name: str, held: bool) -> list[tuple[Body, list[str]]]:
+    def bodies(self, clump: Clump, name: str, held: bool) -> list[BodyParts]:
         """Return the bodies of a clump (each plane is one), each with the name of the link of each of its parts."""
         fixed = held or clump.fixed
         home = self._pose(clump)
-        pieces, links, planes, inertials = [], [], [], []
+        links = []
         for member in clump.members:
             content = member.read(fixed)
-            pieces += [piece._replace(pose=member.pose @ piece.pose) for piece in content.pieces]
-            links += [member.name] * len(content.pieces)
-            planes += [(member.pose @ plane.pose, plane.material, member.name) for plane in content.planes]
-            inertials += [] if content.inertial is None else [content.inertial.seen(member.pose)]
-        if planes and not fixed:
+            named = [piece._replace(mark=member.name) for piece in content.pieces]
+            links.append((member.pose, content._replace(pieces=named)))
+        pieces = [piece for _, content in links for piece in content.pieces]
+        if not fixed and any(isinstance(piece.shape, HalfSpace) for piece in pieces):
             raise SceneError(message(f"body {quoted(name)}", "has a <plane> and can move", "weld it to world"))
-        found = []
-        for k, (pose, material, link) in enumerate(planes):
-            own = name if not pieces and len(planes) == 1 else f"{name}::plane{k if k else ''}"
-            body = Body(own, HalfSpace(), pose=home @ pose, material=material, fixed=True)
-            found.append((body, [link]))
-        if pieces:
-            with located(f"body {quoted(name)}"):
-                inertial = None if fixed else together([each for each in inertials if each.mass])
-                found.append((rigid_body(name, pieces, pose=home, inertial=inertial, fixed=fixed), links))
-        elif not planes:
+        if not pieces:
             self.models.notes.of(name, "has no shape, so it is left out")
-        return found
+        with located(f"body {quoted(name)}"):
+            return list(bodies_of_links(name, links, pose=home, fixed=fixed))
 
     @cached_property
     def _given(self) -> dict[Clump, _Free]:
@@ -260,7 +249,7 @@ class _Build:
             pose = self._poses[above] = np.asarray(pose @ within)
         return pose
 
-    def excluded(self, bodies: list[Body], owners: list[list[str]]) -> list[Excluded]:
+    def excluded(self, bodies: list[BodyParts]) -> list[Excluded]:
         """Return the pairs that collision filter groups keep apart."""
         apart: set[frozenset[str]] = set()
         for first, second, directive in self.ignored:
@@ -268,12 +257,12 @@ class _Build:
                 if name not in self.groups:
                     directive.fail(f"names the group {quoted(name)}, which is not there", "add it")
             apart |= {frozenset((a, b)) for a in self.groups[first] for b in self.groups[second]}
-        found: list[Excluded] = []
-        for (a, of_a), (b, of_b) in combinations(zip(bodies, owners, strict=True), 2) if apart else ():
-            may = np.array([[frozenset((x, y)) not in apart for y in of_b] for x in of_a])
-            if not may.all() and not (a.fixed and b.fixed):
-                found += excluded_by(a.name, b.name, may)
-        return found
+        if not apart:
+            return []
+        return kept_apart(
+            combinations(bodies, 2),
+            lambda of_a, of_b: np.array([[frozenset((x, y)) not in apart for y in of_b] for x in of_a]),
+        )
 
 
 DRAKE = Format("Drake directives", (".yaml", ".yml"), sniff, read, mark="`directives`")

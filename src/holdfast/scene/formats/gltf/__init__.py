@@ -1,4 +1,1 @@
-"""glTF: scenes from its files, and files from scenes.
-
-``reader`` reads files, ``extras`` defines the data that holdfast adds to the meshes, and ``writer`` writes.
-"""
+"""glTF: scenes from its files, and files from scenes; ``extras`` is the data that holdfast adds to the meshes."""

@@ -1,44 +1,85 @@
-"""Reads glTF scenes: one body for each node with a mesh, with masses from densities or from a sidecar file."""
+"""Reads and writes glTF scenes: one body for each node with a mesh, with masses from densities or from a sidecar file.
+
+Files that are written have a coloured node for each body, with all data that the reader needs to restore the scene.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
+from typing import Any, Final
 
+import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from holdfast.base.arrays import checked_mapping, checked_truth
 from holdfast.base.borders.foreign import foreign
+from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.errors import SceneError, message
-from holdfast.geometry.gltf import MAGIC
-from holdfast.scene.formats.faults import first_fault
-from holdfast.scene.formats.floor import FLOOR
-from holdfast.scene.formats.friction_entries import FrictionModel, friction_of
-from holdfast.scene.formats.gltf.inside import Inside, materials_of_parts
-from holdfast.scene.formats.gltf.joined import packed
-from holdfast.scene.formats.gltf.words import unknown_words
-from holdfast.scene.formats.gltf.writer import write
-from holdfast.scene.formats.made_meshes import Collision, MeshRules
-from holdfast.scene.formats.models_shared import Number, Triple, Truth
+from holdfast.geometry.gltf import MAGIC, Gltf, Primitive
+from holdfast.scene.compound import Shape
+from holdfast.scene.formats.entries import FrictionModel, Number, Triple, Truth, first_fault, friction_of
+from holdfast.scene.formats.gltf.extras import KEY, Drawn, Inside, body_data, drawn, materials_of_parts, scene_data
+from holdfast.scene.formats.links import FLOOR, checked_fixed, not_read, unknown_keys
+from holdfast.scene.formats.made_meshes import Collision, MeshRules, packed
 from holdfast.scene.formats.named_meshes import (
     Numbers,
+    Weights,
     check_names,
-    check_weights,
-    common,
-    first_of,
-    own,
     scene_of_nodes,
 )
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import checked_fixed, not_read
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes import glb
+from holdfast.scene.meshes.glb import LOOKING
 from holdfast.scene.scene import Scene
 
+# What glTF has for each kind of its objects; what only looks or moves is ignored
+KEYS = {
+    "asset": ("version", "generator", "copyright", "minVersion", "extras"),
+    "scenes": ("nodes", "name"),
+    "nodes": ("mesh", "name", "children", "matrix", "translation", "rotation", "scale", "camera", "weights"),
+    "meshes": ("primitives", "weights", "name", "extras"),
+    "primitives": ("attributes", "indices", "material", "mode", "targets", "extras"),
+    "the file": (
+        "asset", "scene", "scenes", "nodes", "meshes", "accessors", "bufferViews", "buffers", "materials", "textures",
+        "images", "samplers", "cameras", "skins", "animations", "extensionsUsed", "extensionsRequired", "extras",
+    ),
+}  # fmt: skip
 USUAL_GRAVITY = (0.0, 0.0, -9.81)  # [m/s²]
+FIXED: Final = rgb_of("#d3d2ce")
+# colours of movable bodies, in their order, repeated if there are more bodies
+COLOURS: Final = tuple(
+    map(rgb_of, ("#4f7cac", "#e08e45", "#5aa469", "#c65b5b", "#8a6fb3", "#c9a227", "#3f9aa6", "#b0688f"))
+)
+TEXT: Final = ".gltf"
+
+
+def unknown_words(header: dict[str, Any]) -> Iterator[str]:
+    """Yield the keys, extensions and custom properties of a checked header that are not known."""
+    yield from _unknown_of(header, "the file")
+    yield from _unknown_of(header.get("asset", {}), "asset")
+    for kind in ("scenes", "nodes", "meshes"):
+        for each in header.get(kind, []):
+            yield from _unknown_of(each, kind)
+    for mesh in header.get("meshes", []):
+        for each in mesh.get("primitives", []):
+            yield from _unknown_of(each, "primitives")
+
+
+def _unknown_of(data: dict[str, Any], kind: str) -> Iterator[str]:
+    yield from unknown_keys(data, (*KEYS[kind], "extras", "extensions"), kind)
+    extras, extensions, weights = data.get("extras"), data.get("extensions"), data.get("weights")
+    if kind in ("nodes", "meshes") and isinstance(weights, list) and any(weights):
+        yield f"weights of {kind}"  # morph targets change the shape
+    if kind in ("scenes", "nodes") and isinstance(extras, dict):
+        yield from unknown_keys(extras, (KEY,), f"extras of {kind}")
+    for name in extensions if isinstance(extensions, dict) else ():
+        if not name.startswith(LOOKING):
+            yield f"{name} of {kind}"
 
 
 class NodeModel(BaseModel):
@@ -103,15 +144,20 @@ def read(
     names = [node.name for node in nodes]
     rules = MeshRules(None, collision)
     rules.check_names(names)
-    check_weights(mass, density, names)
+    given = Weights(mass, density, names)
     check_names(str(_beside(source)), beside.nodes, names)
     inside = Inside.of(nodes, about, source.path)
     said = {name: beside.nodes.get(name, NodeModel()) for name in names}
-    weights = {}
-    for name in names:
-        of_its_own = own(mass, density, name), (said[name].mass, said[name].density), inside.weight(name)
-        for_all = () if name in inside.fixed else (common(mass, density), (None, beside.density))
-        weights[name] = first_of(*of_its_own, *for_all)
+    weights = {
+        name: given.of(
+            name,
+            (said[name].mass, said[name].density),
+            inside.weight(name),
+            alone=name in inside.fixed,
+            last=(None, beside.density),
+        )
+        for name in names
+    }
     known = inside.known([node for node in nodes if not rules.hulled(node.name)], weights, notes)
     beside_materials = {name: each.material for name, each in said.items() if each.material is not None}
     given_materials = {} if material is None else checked_mapping(material, "material", '{"table": "oak"}')
@@ -159,6 +205,28 @@ def _sidecar(source: Source) -> SidecarModel:
         return SidecarModel.model_validate({} if data is None else data)
     except ValidationError as cause:
         raise SceneError(first_fault(cause, SidecarModel, data, path)) from None
+
+
+def write(scene: Scene, path: Path) -> bytes:
+    """Return the content of a binary file or, for the suffix .gltf, of a text file that includes its buffer.
+
+    The reader restores shapes, masses, poses, friction and everything else exactly, but meshes in single precision.
+    """
+    file = Gltf()
+    meshes: dict[tuple[Shape, Rgb], tuple[int, Drawn]] = {}
+    moving = 0
+    for body in scene.bodies:
+        colour = FIXED if body.fixed else COLOURS[moving % len(COLOURS)]
+        moving += not body.fixed
+        if (body.shape, colour) not in meshes:  # equal shapes with the same colour share a mesh
+            shown = drawn(body.shape)
+            primitive = Primitive(shown.vertices, shown.faces, file.material(colour))
+            meshes[body.shape, colour] = file.mesh([primitive]), shown
+        number, shown = meshes[body.shape, colour]
+        there = np.eye(4)
+        there[:3, 3] = shown.origin
+        file.node(body.name, number, body.pose @ there if shown.origin.any() else body.pose, body_data(body, shown))
+    return file.content(scene_data(scene), binary=path.suffix.lower() != TEXT)
 
 
 GLTF = Format("glTF", (".glb", ".gltf"), sniff, read, write, mark="one body a node")

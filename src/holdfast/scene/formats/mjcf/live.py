@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,13 +12,21 @@ from holdfast.base.arrays import Float, checked_truth
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.formats.joint_holds import Motors, Torques, never_touching
-from holdfast.scene.formats.mjcf import mjcf_shapes
-from holdfast.scene.formats.mjcf.mjcf_groups import STILL, Groups, find_groups, frame_of, inertia_of
-from holdfast.scene.formats.mjcf.mjcf_motors import holds_of
-from holdfast.scene.formats.mjcf.mobility import IN_PARENT, JOINT, WRAP_JOINT
-from holdfast.scene.formats.mjcf.rules import Rules
-from holdfast.scene.formats.simulators.links import Collider, body_of, kept_apart, relative, unique
+from holdfast.scene.formats.joints import Motors, Torques, never_touching
+from holdfast.scene.formats.links import BodyParts, BodyPiece, kept_apart
+from holdfast.scene.formats.mjcf.mobility import (
+    IN_PARENT,
+    JOINT,
+    STILL,
+    WRAP_JOINT,
+    BodyOwners,
+    find_groups,
+    frame_of,
+    holds_of,
+    inertia_of,
+)
+from holdfast.scene.formats.mjcf.rules import MESH, PLANE, GeomRules, kind_of, pose_of, solid_of
+from holdfast.scene.formats.simulators.simulated import body_of, relative, unique
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene
@@ -28,7 +37,7 @@ SITE, BODY = 4, 5  # mjTRN_SITE, mjTRN_BODY
 MOST_CONDIM = 3  # contacts with a larger condim also resist twisting and rolling at points
 
 
-class Group(NamedTuple):
+class GeomGroup(NamedTuple):
     """One body of the scene: ``bodies`` of the model, and the colliding ``geoms`` of all of them."""
 
     name: str
@@ -67,7 +76,7 @@ def from_mujoco(
         raise SceneError(message("from_mujoco", problem, "needs mujoco.MjModel and mujoco.MjData"))
     if not np.any(data.xmat):
         raise SceneError(message("from_mujoco", "the state has no poses yet", "call mujoco.mj_forward(model, data)"))
-    rules = Rules(model)
+    rules = GeomRules(model)
     motors = Motors(hold_torques, welded=checked_truth(rigid, "rigid"))
     owners = find_groups(model, data, rigid=rigid, motors=motors.held)
     groups, empty = _groups(model, owners, rules)
@@ -79,7 +88,8 @@ def from_mujoco(
     gravity = np.zeros(3) if model.opt.disableflags & NO_GRAVITY else np.array(model.opt.gravity)
     notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners, motors.held)]
     notes += _overlaps(data, groups, bodies)
-    apart = [] if rules.all_may else kept_apart([(g.name, g.fixed, g.geoms) for g in groups], rules.touching)
+    parts = [BodyParts(body, group.geoms) for group, body in zip(groups, bodies, strict=True)]
+    apart = [] if rules.all_may else kept_apart(combinations(parts, 2), rules.touching)
     if not motors.held:
         return Scene(bodies, Friction(pairs=table), gravity, name, apart, notes)
     moving = {group.bodies[0]: group.name for group in groups if not group.fixed}
@@ -91,9 +101,9 @@ def from_mujoco(
     return Scene(bodies, Friction(pairs=table), gravity, name, pairs, notes, holds)
 
 
-def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list[str]]:  # noqa: ANN401
+def _groups(model: Any, owners: BodyOwners, rules: GeomRules) -> tuple[list[GeomGroup], list[str]]:  # noqa: ANN401
     """Return the groups that become bodies, in the model's order, and the names of moving bodies without contacts."""
-    labels = [name or f"{mjcf_shapes.kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
+    labels = [name or f"{kind_of(model, g)} {g}" for g, name in enumerate(rules.names)]
     of_body: dict[int, list[int]] = {}
     for g in np.flatnonzero(rules.colliding).tolist():
         of_body.setdefault(int(model.geom_bodyid[g]), []).append(g)
@@ -106,23 +116,25 @@ def _groups(model: Any, owners: Groups, rules: Rules) -> tuple[list[Group], list
             bodies = owners.of(b)
             geoms = [g for each in bodies for g in of_body.get(each, [])]
             if geoms or b in jointed:
-                found.append(Group(_called(owners, rules, b, geoms), bodies, geoms, False))
+                found.append(GeomGroup(_called(owners, rules, b, geoms), bodies, geoms, False))
             else:
                 empty.append(owners.names[b])
         elif owners.owner[b] == STILL:
             for geoms in _apart(model, rules, b, of_body.get(b, []), moving):
                 single = b == 0 or len(geoms) != len(of_body[b])
-                found.append(Group(labels[geoms[0]] if single else _called(owners, rules, b, geoms), [b], geoms, True))
+                found.append(
+                    GeomGroup(labels[geoms[0]] if single else _called(owners, rules, b, geoms), [b], geoms, True)
+                )
     names = unique(group.name for group in found)
     return [group._replace(name=name) for group, name in zip(found, names, strict=True)], empty
 
 
-def _apart(model: Any, rules: Rules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
+def _apart(model: Any, rules: GeomRules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
     """Divide the geoms of a fixed body among bodies of the scene.
 
     Planes and geoms of the world are separate; others are together if they may touch the same moving geoms.
     """
-    alone = [[g] for g in geoms if b == 0 or model.geom_type[g] == mjcf_shapes.PLANE]
+    alone = [[g] for g in geoms if b == 0 or model.geom_type[g] == PLANE]
     others = [g for g in geoms if [g] not in alone]
     alike: dict[bytes, list[int]] = {}
     for g, row in zip(others, rules.touching(others, moving), strict=True):
@@ -130,13 +142,13 @@ def _apart(model: Any, rules: Rules, b: int, geoms: list[int], moving: list[int]
     return sorted(alone + list(alike.values()))
 
 
-def _called(owners: Groups, rules: Rules, b: int, geoms: list[int]) -> str:
+def _called(owners: BodyOwners, rules: GeomRules, b: int, geoms: list[int]) -> str:
     """Return the name of a body: its own, that of its only geom if it has none, or else its number."""
     only = rules.names[geoms[0]] if len(geoms) == 1 else ""
     return only if only and b not in owners.named else owners.names[b]
 
 
-def _body(model: Any, data: Any, group: Group, rules: Rules, motors: Motors) -> Body:  # noqa: ANN401
+def _body(model: Any, data: Any, group: GeomGroup, rules: GeomRules, motors: Motors) -> Body:  # noqa: ANN401
     home = frame_of(data, group.bodies[0])
     if not group.geoms:
         return motors.ball(group.name, home, inertia_of(model, data, group.bodies))
@@ -147,18 +159,18 @@ def _body(model: Any, data: Any, group: Group, rules: Rules, motors: Motors) -> 
     return body_of(group.name, home, geoms, None if group.fixed else inertia_of(model, data, group.bodies))
 
 
-def _collider(model: Any, data: Any, g: int, home: Float, rules: Rules) -> Collider:  # noqa: ANN401
+def _collider(model: Any, data: Any, g: int, home: Float, rules: GeomRules) -> BodyPiece:  # noqa: ANN401
     """Return a geom in the frame ``home`` of its body of the scene."""
-    pose = mjcf_shapes.pose_of(model, g)
+    pose = pose_of(model, g)
     frame = frame_of(data, int(model.geom_bodyid[g]))
     if not np.array_equal(frame, home):
         pose = relative(frame @ pose, home)
-    plane = model.geom_type[g] == mjcf_shapes.PLANE
-    shape = HalfSpace() if plane else mjcf_shapes.solid_of(model, g)
-    return Collider(shape, pose, rules.materials[rules.of[g]], g)
+    plane = model.geom_type[g] == PLANE
+    shape = HalfSpace() if plane else solid_of(model, g)
+    return BodyPiece(shape, pose, rules.materials[rules.of[g]], g)
 
 
-def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa: ANN401
+def _left_out(model: Any, rules: GeomRules, empty: list[str]) -> list[str]:  # noqa: ANN401
     """Return notes on what the model has and the scene lacks."""
     notes = []
     seen = int((~rules.colliding).sum())
@@ -167,7 +179,7 @@ def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa:
     if empty:
         notes.append(f"left out, as no geom of theirs collides: {listed(empty)}")
     used = rules.colliding
-    if (np.asarray(model.geom_type)[used] == mjcf_shapes.MESH).any():
+    if (np.asarray(model.geom_type)[used] == MESH).any():
         notes.append("meshes are their convex hulls, as MuJoCo collides them")
     if (np.asarray(model.geom_margin)[used] > 0).any():
         notes.append("ignored: margins, at which MuJoCo's contacts begin before surfaces touch")
@@ -178,7 +190,7 @@ def _left_out(model: Any, rules: Rules, empty: list[str]) -> list[str]:  # noqa:
     return notes
 
 
-def _unread(model: Any, data: Any, owners: Groups, motors: bool) -> list[str]:  # noqa: ANN401
+def _unread(model: Any, data: Any, owners: BodyOwners, motors: bool) -> list[str]:  # noqa: ANN401
     """Return notes on what acts on bodies in MuJoCo, but not in the scene.
 
     Equality constraints, tendons, gravity compensation and soft bodies are not among it: if they act on a moving body,
@@ -231,7 +243,7 @@ def _drawn(model: Any) -> list[int]:  # noqa: ANN401
     return found
 
 
-def _overlaps(data: Any, groups: Sequence[Group], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401
+def _overlaps(data: Any, groups: Sequence[GeomGroup], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401
     """Return a note on the contacts in which bodies overlap much according to MuJoCo, if there are any."""
     of = {g: body for group, body in zip(groups, bodies, strict=True) for g in group.geoms}
     deepest: dict[tuple[str, str], float] = {}

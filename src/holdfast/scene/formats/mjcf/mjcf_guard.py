@@ -1,23 +1,33 @@
-"""Checks of MJCF files before MuJoCo reads them: the files they refer to, and the memory they ask for."""
+"""Checks of MJCF files before MuJoCo reads them: the files they refer to, and the memory they ask for.
+
+What asks for more than a file shows is read in a process of its own, with limits of memory and time. Workers of batches
+have such limits already, and read everything themselves.
+"""
 
 from __future__ import annotations
 
 import math
 import os
 import re
+import warnings
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree as Xml
 
 from holdfast.base.borders.foreign import foreign
-from holdfast.base.errors import SceneError, message
+from holdfast.base.borders.outcomes import DONE
+from holdfast.base.borders.supervisor import Limits, Supervisor
+from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message, warn
 from holdfast.base.files import check_ordinary
 from holdfast.base.text import quoted
 from holdfast.scene.formats.source import Source
+from holdfast.scene.scene import Scene
 from holdfast.scene.xml import root_name
 
+LIMITS = Limits(seconds=30.0, megabytes=2_000.0)
 ROOT = "mujoco"
 ELEMENTS, MADE = "elements", "made"
 MOST_ELEMENTS = 100_000  # largest number of elements of a file with all that it includes
@@ -37,6 +47,40 @@ SIZED = ("hfield", "numeric", "size")
 UNSEEN = ("texture", "material", "skin")  # what only looks: the reader takes it out before MuJoCo opens its files
 DECLARED = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
+
+
+def read_apart(read: Callable[..., Scene], source: Source, options: Mapping[str, Any]) -> Scene:
+    """Return ``read(source, **options)``, called in a process of its own; ``read`` is a function of a module.
+
+    Raises what it raises, and SceneError if it needs more memory or time than LIMITS, or ends its process. A worker
+    (``worker.is_limited``) must not call this.
+    """
+    with Supervisor("holdfast.scene.formats.mjcf.mjcf_guard:answered", limits=LIMITS) as reader:
+        reply = reader.ask((read.__module__, read.__name__, source.path, source.given, dict(options)))
+    if reply.outcome != DONE:
+        problem = f"cannot be read with {LIMITS.megabytes:,.0f} MB and {LIMITS.seconds:g} s: {reply.problem}"
+        raise SceneError(message(str(source.path), problem, "simplify the file"))
+    found, told = reply.value
+    for text in told:
+        warn(text)
+    if isinstance(found, HoldfastError):
+        raise found
+    scene: Scene = found
+    return scene
+
+
+def answered(
+    item: tuple[str, str, Path, bytes | None, dict[str, Any]], _: Callable[[Any], None]
+) -> tuple[Scene | HoldfastError, list[str]]:
+    """Read a file in the worker; return the scene, or the error, and the texts of warnings."""
+    module, name, path, given, options = item
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            found: Scene | HoldfastError = getattr(import_module(module), name)(Source(path, given), **options)
+        except HoldfastError as error:
+            found = type(error)(str(error))
+    return found, [str(each.message) for each in caught if isinstance(each.message, HoldfastWarning)]
 
 
 def parsed(text: str, where: str) -> Xml.Element:
@@ -63,11 +107,11 @@ def files_of(text: str, path: Path, within: Path) -> list[Path]:
     large or not a regular file, for a model that declares entities or attaches itself, and for one that exceeds MOST.
     """
     files: list[Path] = []
-    _asked(text, path, _Asked(within, files, {}), (path.resolve(),))
+    _asked(text, path, _Demands(within, files, {}), (path.resolve(),))
     return list(dict.fromkeys(files))
 
 
-class _Asked(NamedTuple):
+class _Demands(NamedTuple):
     """The state of the check: the allowed folder ``within``, the files, and the demands of attached models."""
 
     within: Path
@@ -75,7 +119,7 @@ class _Asked(NamedTuple):
     models: dict[Path, Counter[str]]
 
 
-def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Counter[str]:
+def _asked(text: str, path: Path, so_far: _Demands, above: tuple[Path, ...]) -> Counter[str]:
     """Add the files to which a model refers, and return its demands by the keys of MOST.
 
     ``above`` are the models to which it is attached, and itself.
@@ -110,7 +154,9 @@ def _asked(text: str, path: Path, so_far: _Asked, above: tuple[Path, ...]) -> Co
     return count
 
 
-def _attached(trees: list[Xml.Element], path: Path, so_far: _Asked, above: tuple[Path, ...]) -> dict[str, Counter[str]]:
+def _attached(
+    trees: list[Xml.Element], path: Path, so_far: _Demands, above: tuple[Path, ...]
+) -> dict[str, Counter[str]]:
     """Return the demands of each model that may be attached, by the name under which it is attached.
 
     If a model attaches itself, directly or through others, MuJoCo recurses until the process dies.

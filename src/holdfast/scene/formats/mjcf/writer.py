@@ -13,13 +13,13 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, message
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Solid
 from holdfast.scene.excluded import Excluded, by_bodies, may_touch
-from holdfast.scene.formats.surfaces_written import Unit, table_of, units_of
+from holdfast.scene.formats.surfaces import Unit, table_of, units_of
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
@@ -37,14 +37,19 @@ def write(scene: Scene, path: Path) -> bytes:
     """
     del path
     for name in (scene.name, *(body.name for body in scene.bodies)):
-        _check_name(name)
+        if name == WORLD:
+            raise SceneError(message(f"body {quoted(name)}", "has the name of MuJoCo's world", "give it another name"))
+        if any(not (c.isprintable() or c in "\t\n") for c in name):
+            raise SceneError(message(f"name {quoted(name)}", "holds what XML cannot", "give it another name"))
     root = Xml.Element("mujoco", {"model": scene.name} if scene.name else {})
     Xml.SubElement(root, "compiler", angle="radian", balanceinertia="false", boundmass="0", boundinertia="0")
     Xml.SubElement(root, "option", gravity=_text(scene.gravity))
     assets, world = Xml.SubElement(root, "asset"), Xml.SubElement(root, "worldbody")
     units = units_of(scene)
     mu, touch = table_of(scene, units)
-    own, others = _values(mu, touch)
+    own = np.where(touch, mu, np.inf).min(1, initial=np.inf)
+    own[~np.isfinite(own)] = 0.0
+    own, others = own, touch & (np.maximum(own[:, None], own[None]) != mu)
     friction = {geom: float(own[k]) for k, unit in enumerate(units) for geom in _geoms(unit)}
     for body in scene.bodies:
         _write_body(world, assets, body, friction)
@@ -62,13 +67,6 @@ def write(scene: Scene, path: Path) -> bytes:
     return (Xml.tostring(root, encoding="unicode") + "\n").encode()
 
 
-def _check_name(name: str) -> None:
-    if name == WORLD:
-        raise SceneError(message(f"body {quoted(name)}", "has the name of MuJoCo's world", "give it another name"))
-    if any(not (c.isprintable() or c in "\t\n") for c in name):
-        raise SceneError(message(f"name {quoted(name)}", "holds what XML cannot", "give it another name"))
-
-
 def _geoms(unit: Unit) -> list[str]:
     return [_geom(unit.body, part) for part in unit.parts]
 
@@ -84,13 +82,6 @@ def _write_parts(contact: Xml.Element, scene: Scene, a: Body, b: Body, apart: li
     for i, j in np.argwhere(may_touch(a, b, apart)).tolist():
         mu = scene.friction.between(a.name, b.name, {a.name: a.materials[i], b.name: b.materials[j]})
         Xml.SubElement(contact, "pair", {"geom1": _geom(a, i), "geom2": _geom(b, j)} | _sliding(mu, 5))
-
-
-def _values(mu: Float, touch: Bool) -> tuple[Float, Bool]:
-    """Return a coefficient for each unit, and the pairs whose coefficient is not the larger one of the two."""
-    own = np.where(touch, mu, np.inf).min(1, initial=np.inf)
-    own[~np.isfinite(own)] = 0.0
-    return own, touch & (np.maximum(own[:, None], own[None]) != mu)
 
 
 def _sliding(mu: float, count: int) -> dict[str, str]:

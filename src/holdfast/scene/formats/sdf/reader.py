@@ -8,25 +8,20 @@ from typing import Literal
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_name, checked_number, checked_truth, checked_word
+from holdfast.base.arrays import checked_name, checked_number, checked_truth, checked_word
 from holdfast.base.errors import nearest_of
 from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import quoted
-from holdfast.scene.body import Body
-from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.formats.links import FLOOR, BodyParts, Notes, bodies_of_links, checked_fixed, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Notes, checked_fixed, rigid_body, scene_of
-from holdfast.scene.formats.sdf.frames import Frames
-from holdfast.scene.formats.sdf.scopes import Scope, ScopeReader
-from holdfast.scene.formats.sdf.sdf_joints import Group, groups_of
-from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES, KNOWN, RULES, LinkReader, coefficients
-from holdfast.scene.formats.sdf.touching import Touching, excluded_pairs, toucher
+from holdfast.scene.formats.sdf.scopes import Frames, Scope, ScopeReader
+from holdfast.scene.formats.sdf.sdf_joints import Group, excluded_pairs, groups_of, toucher
+from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES, KNOWN, RULES, SdfLinks, coefficients
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
 
@@ -72,18 +67,20 @@ def read(
     notes, meshes = Notes(), MeshRules(up_axis, collision)
     references = References(source.path, package, models=model_folders(model_path, notes))
     top = ScopeReader(notes).world(root, references)
-    meshes.check_names(_names_of(top))
+    models = [scope for scope in top.within() if not scope.is_world]
+    links = [f"{scope.path}::{link.attribute('name')}" for scope in models for link in scope.element.all("link")]
+    meshes.check_names([scope.path for scope in models] + links)
     if density is not None:
         density = checked_number(density, "density", above=0, within=DENSITY)
     if friction is not None:
         friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
     notes.unread([whole, *(scope.element for scope in top.within())], KNOWN, ATTRIBUTES)
     tags = _tags(root, top, simulator, notes)
-    reader = LinkReader(tags, Surfaces(RULES[tags]), friction, density, meshes, notes)
+    reader = SdfLinks(tags, Surfaces(RULES[tags]), friction, density, meshes, notes)
     held = checked_fixed(fixed, [scope.path for scope in top.within() if not scope.is_world], "model")
     groups = groups_of(top, held, checked_truth(rigid, "rigid"), notes)
     frames = Frames()
-    found: list[Touching] = []
+    found: list[BodyParts] = []
     for group, name in zip(groups, _names(groups), strict=True):
         found += _bodies(group, name, reader, frames)
     bodies, excluded = [body for body, _ in found], excluded_pairs(found, notes)
@@ -115,13 +112,6 @@ def _world(root: Element, name: str | None) -> Element:
         remedy = "name one with world=" if worlds else "needs one <world>, or one <model>"
         root.fail(f"has {len(worlds)} worlds and {len(root.all('model'))} models", remedy)
     return found[0]
-
-
-def _names_of(top: Scope) -> list[str]:
-    """Return the names of all models and links."""
-    models = [scope for scope in top.within() if not scope.is_world]
-    links = [f"{scope.path}::{link.attribute('name')}" for scope in models for link in scope.element.all("link")]
-    return [scope.path for scope in models] + links
 
 
 def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str:
@@ -156,39 +146,23 @@ def _names(groups: list[Group]) -> list[str]:
     return [place.scope.path if count[place.scope.path] == 1 else place.path for place in first]
 
 
-def _bodies(group: Group, name: str, reader: LinkReader, frames: Frames) -> Iterator[Touching]:
+def _bodies(group: Group, name: str, reader: SdfLinks, frames: Frames) -> Iterator[BodyParts]:
     """Yield the body of a group and one for each plane, with the data that decide what they may touch."""
     links = [(place, reader.link(place.scope, place.element, group.fixed)) for place in group.members]
     first = group.members[0]
     base = frames.of(first.scope, first.element)
-    poses = [_relative(base, frames.of(place.scope, place.element)) for place, _ in links]
-    pieces = [
-        each.piece._replace(pose=pose @ each.piece.pose)
-        for pose, (_, link) in zip(poses, links, strict=True)
-        for each in link.contents
-    ]
-    planes = [
-        (pose @ plane.pose, plane, toucher(place, plane.mask))
-        for pose, (place, link) in zip(poses, links, strict=True)
-        for plane in link.planes
-    ]
-    if planes and not group.fixed:
-        first.element.fail("has a <plane> and can move", "make its model static")
-    for number, (pose, plane, touching) in enumerate(planes):
-        own = name if not pieces and len(planes) == 1 else f"{name}::plane{number if number else ''}"
-        body = Body(own, HalfSpace(), pose=base @ pose, material=plane.material, fixed=True)
-        yield body, (touching,)
-    if pieces:
-        each = [link.inertial.seen(pose) for pose, (_, link) in zip(poses, links, strict=True) if link.inertial]
-        inertial = None if group.fixed else together(each)
-        touchers = tuple(toucher(place, content.mask) for place, link in links for content in link.contents)
-        yield rigid_body(name, pieces, pose=base, inertial=inertial, fixed=group.fixed), touchers
-    elif not planes and not group.fixed:
-        reader.notes.of(first.path, "has no shape, so it is left out")
-
-
-def _relative(base: Float, pose: Float) -> Float:
-    return np.eye(4) if pose is base else np.asarray(np.linalg.inv(base) @ pose)
+    inside = []
+    for place, link in links:
+        pose = frames.of(place.scope, place.element)
+        marked = [piece._replace(mark=toucher(place, piece.mark)) for piece in link.pieces]
+        at = np.eye(4) if pose is base else np.asarray(np.linalg.inv(base) @ pose)
+        inside.append((at, link._replace(pieces=marked)))
+    if not group.fixed:
+        if any(isinstance(piece.shape, HalfSpace) for _, link in inside for piece in link.pieces):
+            first.element.fail("has a <plane> and can move", "make its model static")
+        if not any(link.pieces for _, link in inside):
+            reader.notes.of(first.path, "has no shape, so it is left out")
+    yield from bodies_of_links(name, inside, pose=base, fixed=group.fixed)
 
 
 SDF = Format("SDF", (".sdf", ".world"), sniff, read, mark="<sdf>")

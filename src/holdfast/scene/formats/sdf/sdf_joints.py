@@ -1,20 +1,27 @@
-"""The joints of an SDF file, and the groups of links that they hold together."""
+"""The joints of an SDF file, the groups of links that they hold together, and pairs of bodies that never touch."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import combinations, product
+from typing import NamedTuple
 
+import numpy as np
+
+from holdfast.base.arrays import Bool
 from holdfast.base.text import listed, quoted
-from holdfast.scene.formats.rigid_parts import Welded, weld
-from holdfast.scene.formats.sdf.scopes import MOST_STEPS, Scope
+from holdfast.scene.excluded import Excluded
+from holdfast.scene.formats.links import BodyParts, Welded, kept_apart, weld
+from holdfast.scene.formats.sdf.scopes import MOST_STEPS, Scope, truth
+from holdfast.scene.formats.sdf.sdf_links import USUAL_MASK
 from holdfast.scene.xml import Element
 
 Key = tuple[Scope, Element]  # models from the same file share elements
 
 
 @dataclass(eq=False)
-class Place:
+class LinkPlace:
     """A link in its model; ``held`` is True if it is fixed by itself."""
 
     scope: Scope
@@ -27,7 +34,7 @@ class Place:
         return f"{self.scope.path}::{self.element.attribute('name')}"
 
 
-Group = Welded[Place]  # links
+Group = Welded[LinkPlace]  # links
 
 
 def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) -> list[Group]:
@@ -37,7 +44,7 @@ def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) 
     """
     names = set(held)
     places = {
-        (scope, element): Place(scope, element, scope.static or _is_held(scope, names))
+        (scope, element): LinkPlace(scope, element, scope.static or _is_held(scope, names))
         for scope in world.within()
         for element in scope.named.values()
         if element.tag == "link"
@@ -110,3 +117,51 @@ def _canonical(model: Scope, asking: Element) -> str:
     links = [name for name, element in model.named.items() if element.tag == "link"]
     first = links[0] if links else next((f"{name}::__model__" for name in model.models), "")
     return given or first or asking.fail(f"names the model {quoted(model.name)}, which has no link", "name a link")
+
+
+class Toucher(NamedTuple):
+    """The data that decide what a collision may touch: its model, whether it touches others of it, and its bits."""
+
+    model: Scope
+    own: bool
+    mask: int
+
+
+def toucher(place: LinkPlace, mask: int) -> Toucher:
+    """Return the data for a collision of a link with these bits (<collide_bitmask>)."""
+    own = place.scope.touches_itself or truth(place.element, "self_collide")
+    return Toucher(place.scope.whole, own, mask)
+
+
+def excluded_pairs(bodies: Sequence[BodyParts], notes: list[str]) -> list[Excluded]:
+    """Return the pairs of bodies that never touch, or of their parts if other parts may touch.
+
+    These are links of one model without <self_collide>, and collisions that have no bit in common.
+    """
+    found = kept_apart(_candidates(bodies), _may)
+    if found:
+        notes.append(f"{len(found)} pairs of bodies or parts never touch (links of one model, collide_bitmask)")
+    return found
+
+
+def _may(of_a: Sequence[Toucher], of_b: Sequence[Toucher]) -> Bool:
+    """Tell which parts of two bodies may touch; equal parts are only compared once."""
+    known = {
+        (x, y): bool(x.mask & y.mask) and (x.model is not y.model or x.own or y.own)
+        for x, y in product(dict.fromkeys(of_a), dict.fromkeys(of_b))
+    }
+    if len(set(known.values())) == 1:
+        return np.full((1, 1), next(iter(known.values())))
+    return np.array([[known[x, y] for y in of_b] for x in of_a], dtype=bool)
+
+
+def _candidates(bodies: Sequence[BodyParts]) -> Iterable[tuple[BodyParts, BodyParts]]:
+    """Return the pairs of bodies that may be excluded: those of the same model, or all pairs if some have bits."""
+    if not all(each.mask == USUAL_MASK for _, touchers in bodies for each in touchers):
+        return combinations(bodies, 2)
+    of_model: dict[Scope, list[int]] = {}
+    for number, (_, touchers) in enumerate(bodies):
+        for model in {each.model for each in touchers}:
+            of_model.setdefault(model, []).append(number)
+    pairs = {pair for numbers in of_model.values() for pair in combinations(numbers, 2)}
+    return [(bodies[a], bodies[b]) for a, b in sorted(pairs)]

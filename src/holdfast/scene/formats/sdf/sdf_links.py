@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_number
+from holdfast.base.arrays import Float, checked_number, unit
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
+from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
-from holdfast.scene.formats.made_meshes import MeshRules
-from holdfast.scene.formats.rigid_parts import Notes, Piece
-from holdfast.scene.formats.sdf.frames import posed
-from holdfast.scene.formats.sdf.scopes import Scope, truth
-from holdfast.scene.formats.sdf.sdf_shapes import outlined, plane_pose, solid_of
+from holdfast.scene.compound import Inertial, Solid, together
+from holdfast.scene.formats.links import BodyPiece, LinkContent, Notes, ball
+from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded
+from holdfast.scene.formats.sdf.scopes import Scope, posed, truth
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
-from holdfast.scene.inertial import Inertial, together
-from holdfast.scene.shapes import MassProperties
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.round_shapes import Capsule, Ellipsoid
+from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh
 from holdfast.scene.xml import Element
 
+MOST_CORNERS = 1_000  # of a polyline; where they cross, the time grows with the square or more
 USUAL_FRICTION = 1.0  # default of SDF
 RULES = {"ode": "least", "bullet": "product", "drake": "harmonic mean"}  # how simulators combine two surfaces
 USUAL_DENSITY = 1000.0  # [kg/m³] default of SDF for masses that follow from shapes
@@ -58,34 +61,87 @@ ATTRIBUTES = (
 )  # fmt: skip
 
 
-class Plane(NamedTuple):
-    """The pose (4, 4) of a plane in its link, with the normal along z, and the bits that decide what it may touch."""
+def solid_of(
+    scope: Scope, element: Element, link: str, meshes: MeshRules, notes: Notes
+) -> tuple[Solid, MassProperties | None]:
+    """Return the shape of an element such as <box>, and its mass properties if they differ from those of the shape.
 
-    pose: Float
-    material: str
-    mask: int
+    Assumptions are noted for the ``link``.
+    """
+    match element.tag:
+        case "sphere":
+            return ball(_size(element, "radius"), link, notes), None
+        case "box":
+            return Box(np.array(element.needed("size").values(3))), None
+        case "cylinder":
+            return Cylinder(_size(element, "radius"), _size(element, "length")), None
+        case "capsule" | "drake:capsule":
+            return Capsule(_size(element, "radius"), _size(element, "length")), None
+        case "ellipsoid":
+            return Ellipsoid(np.array(element.needed("radii").values(3))), None
+        case "drake:ellipsoid":
+            return Ellipsoid([_size(element, axis) for axis in ("a", "b", "c")]), None
+        case "cone":
+            return cone(_size(element, "radius"), _size(element, "length"), element.place)
+        case "mesh":
+            return _mesh(scope, element, link, meshes, notes), None
+    return element.fail(
+        "is not read", "reads box, sphere, cylinder, capsule, ellipsoid, cone, polyline, plane and mesh"
+    )
 
 
-class Content(NamedTuple):
-    """A collision, its shape in the link, and its mass properties at unit density if they differ from the shape's."""
+def plane_pose(element: Element) -> Float:
+    """Return the pose (4, 4) of a <plane> in its collision, with the normal along z; its size is only visual."""
+    normal = element.child("normal")
+    up = np.array((0.0, 0.0, 1.0) if normal is None else normal.values(3))
+    if not up.any():
+        element.fail("has a zero normal", "needs a direction")
+    up, pose = unit(up), np.eye(4)
+    if up[2] < 1:  # otherwise the axes stay as they are
+        pose[:3, 0], pose[:3, 1] = tangents(up)
+        pose[:3, 2] = up
+    return pose
+
+
+def _size(element: Element, tag: str) -> float:
+    return element.needed(tag).values(1)[0]
+
+
+def outlined(elements: list[Element]) -> Mesh:
+    """Return the solid of the <polyline> elements of a geometry; outlines in others are holes, as in Gazebo."""
+    outlines = []
+    for element in elements:
+        points = [point.values(2) for point in element.all("point")]
+        if not 3 <= len(points) <= MOST_CORNERS:
+            element.fail(f"has {len(points):,} points", f"needs three and more, up to {MOST_CORNERS:,}")
+        outlines.append(np.array(points))
+    return extruded(outlines, _size(elements[0], "height"), elements[0].place)
+
+
+def _mesh(scope: Scope, element: Element, link: str, meshes: MeshRules, notes: Notes) -> Mesh:
+    if element.child("submesh") is not None:
+        element.fail("takes one of several meshes of its file", "give that one a file of its own")
+    uri, scale = element.needed("uri"), element.child("scale")
+    sx, sy, sz = (1.0, 1.0, 1.0) if scale is None else scale.values(3)
+    if min(sx, sy, sz) < 0:
+        element.fail(f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file")
+    path = scope.references.file(uri.text.strip(), uri.place)
+    return meshes.read(path, (sx, sy, sz), notes, scope.path, link)
+
+
+class CollisionShape(NamedTuple):
+    """A collision, its shape in the link, and its mass properties at unit density if they differ from the shape's.
+
+    The mark of the piece are the bits that decide what it may touch; a plane has its normal along z.
+    """
 
     element: Element
-    piece: Piece
+    piece: BodyPiece
     exact: MassProperties | None
-    mask: int
 
 
 @dataclass
-class Link:
-    """A link: its shapes and planes in its frame, and its mass."""
-
-    contents: list[Content] = field(default_factory=list)
-    planes: list[Plane] = field(default_factory=list)
-    inertial: Inertial | None = None
-
-
-@dataclass
-class LinkReader:
+class SdfLinks:
     """Reads links with the friction tags of ``tags``; ``friction`` and ``density`` replace missing values."""
 
     tags: str
@@ -95,28 +151,30 @@ class LinkReader:
     meshes: MeshRules
     notes: Notes
 
-    def link(self, scope: Scope, element: Element, fixed: bool) -> Link:
-        """Return a link with its shapes and, unless it is fixed, its mass."""
-        link, where = Link(), f"{scope.path}::{element.attribute('name')}"
+    def link(self, scope: Scope, element: Element, fixed: bool) -> LinkContent:
+        """Return what is in a link: its shapes and, unless it is fixed, its mass."""
+        contents, where = list[CollisionShape](), f"{scope.path}::{element.attribute('name')}"
         if element.all("visual") and not element.all("collision"):
             self.notes.of(where, "no <collision>, its <visual> is taken")
         for collision in element.all("collision") or element.all("visual"):
             with collision.located():
-                self._collision(scope, link, collision, element)
-        if not fixed:
-            if not truth(element, "gravity", True):
-                element.fail("has no weight (<gravity>false</gravity>)", "needs gravity, or a static model")
-            with element.located():
-                link.inertial = self._inertial(element, link.contents, where)
-        return link
+                contents += self._collision(scope, collision, element, where)
+        pieces = [each.piece for each in contents]
+        if fixed:
+            return LinkContent(pieces, None)
+        if not truth(element, "gravity", True):
+            element.fail("has no weight (<gravity>false</gravity>)", "needs gravity, or a static model")
+        with element.located():
+            solids = [each for each in contents if not isinstance(each.piece.shape, HalfSpace)]
+            return LinkContent(pieces, self._inertial(element, solids, where))
 
-    def _collision(self, scope: Scope, link: Link, element: Element, owner: Element) -> None:
-        where = f"{scope.path}::{owner.attribute('name')}"
+    def _collision(self, scope: Scope, element: Element, link: Element, where: str) -> Iterator[CollisionShape]:
+        """Yield the shape of a collision, if it has one."""
         geometry = element.needed("geometry")
         outlines = geometry.all("polyline")
         if len(geometry.children) != max(1, len(outlines)):
             geometry.fail(f"has {len(geometry.children)} shapes", "needs one")
-        shape, pose = geometry.children[0], _in_link(element, owner)
+        shape, pose = geometry.children[0], _in_link(element, link)
         if shape.tag == "empty":
             return
         mask, material = _mask(element), self.surfaces.material(self._mu(element, where))
@@ -125,13 +183,15 @@ class LinkReader:
             self.notes.of(where, "touches nothing (collide_without_contact)")
             mask = 0
         if shape.tag == "plane":
-            link.planes.append(Plane(np.asarray(pose @ plane_pose(shape)), material, mask))
+            yield CollisionShape(
+                element, BodyPiece(HalfSpace(), np.asarray(pose @ plane_pose(shape)), material, mask), None
+            )
             return
         with shape.located():
             solid, exact = (
                 (outlined(outlines), None) if outlines else solid_of(scope, shape, where, self.meshes, self.notes)
             )
-            link.contents.append(Content(element, Piece(solid, pose, material), exact, mask))
+            yield CollisionShape(element, BodyPiece(solid, pose, material, mask), exact)
 
     def _mu(self, element: Element, where: str) -> float:
         """Return the least coefficient of a surface over its directions; by default ``friction`` or that of SDF."""
@@ -148,7 +208,7 @@ class LinkReader:
         self.notes.of(where, f"friction {usual:g}, which {whose} says where a file says none")
         return usual
 
-    def _inertial(self, element: Element, contents: list[Content], where: str) -> Inertial:
+    def _inertial(self, element: Element, contents: list[CollisionShape], where: str) -> Inertial:
         """Return the given inertial, or the sum of those of the shapes, ignoring overlaps, as SDF prescribes."""
         inertial = element.child("inertial")
         auto = inertial is not None and inertial.attributes.get("auto", "").strip().lower() in ("true", "1")
@@ -210,7 +270,7 @@ def _density(element: Element, usual: float) -> float:
     return usual if child is None else checked_number(child.values(1)[0], child.place, above=0, within=DENSITY)
 
 
-def _filled(content: Content, density: float) -> Inertial:
+def _filled(content: CollisionShape, density: float) -> Inertial:
     own = content.piece.shape.mass_properties if content.exact is None else content.exact
     return Inertial(density * own.volume, own.com, density * own.inertia).seen(content.piece.pose)
 

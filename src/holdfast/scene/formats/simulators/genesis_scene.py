@@ -15,13 +15,21 @@ from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Solid
-from holdfast.scene.formats.simulators.hulls import hull, made, whole
-from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of, plane
+from holdfast.scene.compound import Inertial, Solid
+from holdfast.scene.formats.links import BodyPiece
+from holdfast.scene.formats.simulators.simulated import (
+    JointState,
+    Link,
+    SimulatedJoint,
+    bodies_of,
+    hull,
+    made,
+    plane,
+    whole,
+)
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Sphere
@@ -56,7 +64,7 @@ def from_genesis(
         raise SceneError(message("from_genesis", f"got a {type(simulation).__name__}", "needs a genesis.Scene"))
     if not simulation.is_built:
         raise SceneError(message("from_genesis", "the scene is not built", "call scene.build() first"))
-    read = _Entities(simulation, _world(simulation, world))
+    read = _GenesisEntities(simulation, _world(simulation, world))
     bodies, apart, notes = bodies_of(
         read.links, read.joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching
     )
@@ -76,14 +84,14 @@ def _world(scene: Any, world: int | None) -> int | None:  # noqa: ANN401
     return number if count else None
 
 
-class _Entities:
+class _GenesisEntities:
     """The links of all rigid entities of one environment."""
 
     def __init__(self, scene: Any, world: int | None) -> None:  # noqa: ANN401
         self.world, self.solver = world, scene.rigid_solver
         self.surfaces = Surfaces("largest")
         self.links: list[Link] = []
-        self.joints: list[Joint] = []
+        self.joints: list[SimulatedJoint] = []
         self.masks: list[tuple[int, int, int, bool]] = []  # contype, conaffinity, entity and whether for itself alone
         self.number: dict[int, int] = {}  # of a link here, by its own
         self.others: list[str] = []
@@ -92,7 +100,17 @@ class _Entities:
         self.modes = _array(self.solver.dyn_state.dofs.ctrl_mode.to_numpy()) if scene.entities else np.zeros(0)
         for entity in scene.entities:
             if hasattr(entity, "links") and hasattr(entity, "geoms"):
-                self._add(entity)
+                if entity.gravity_compensation and not all(link.is_fixed for link in entity.links):
+                    problem = f"gravity_compensation lifts {quoted(entity.name)}"
+                    raise SceneError(message("gravity", problem, "needs bodies with their whole weight: give 0"))
+                self.equalities += int(entity.n_equalities)
+                for k, link in enumerate(entity.links):
+                    name = str(entity.name) if k == 0 else f"{entity.name}/{link.name}"
+                    with located(quoted(name)):
+                        self._link(link, name)
+                for link in entity.links:
+                    if not link.is_fixed:
+                        self._hang(link)
             else:
                 self.others.append(str(entity.name))
 
@@ -100,20 +118,6 @@ class _Entities:
         """Return the numbers of this environment."""
         array = np.asarray(_array(value), dtype=np.float64)
         return array if self.world is None else np.asarray(array[self.world])
-
-    def _add(self, entity: Any) -> None:  # noqa: ANN401
-        """Add the links and joints of an entity."""
-        if entity.gravity_compensation and not all(link.is_fixed for link in entity.links):
-            problem = f"gravity_compensation lifts {quoted(entity.name)}"
-            raise SceneError(message("gravity", problem, "needs bodies with their whole weight: give 0"))
-        self.equalities += int(entity.n_equalities)
-        for k, link in enumerate(entity.links):
-            name = str(entity.name) if k == 0 else f"{entity.name}/{link.name}"
-            with located(quoted(name)):
-                self._link(link, name)
-        for link in entity.links:
-            if not link.is_fixed:
-                self._hang(link)
 
     def _link(self, link: Any, name: str) -> None:  # noqa: ANN401
         """Add a link; Genesis may keep its shapes and its centre of mass in a frame of its own, which stands apart."""
@@ -138,7 +142,7 @@ class _Entities:
             mask = (int(geom.contype), int(geom.conaffinity), id(entity), bool(entity.is_local_collision_mask))
             self.masks.append(mask)
             material = self.surfaces.material(float(_array(geom.get_friction())))
-            found.colliders.append(Collider(shape, place, material, len(self.masks) - 1))
+            found.colliders.append(BodyPiece(shape, place, material, len(self.masks) - 1))
             self.resists |= bool(_array(geom.get_friction_torsional()) > 0 or _array(geom.get_friction_rolling()) > 0)
 
     def _of_link(self, value: Any) -> Float:  # noqa: ANN401
@@ -175,11 +179,13 @@ class _Entities:
         ends = (self.number.get(int(link.parent_idx)), self.number[int(link.idx)])
         joints = [joint for joint in link.joints if joint.type != FIXED]
         if not joints:
-            self.joints.append(Joint("fixed", ends, Hold.RIGID))
+            self.joints.append(SimulatedJoint("fixed", ends, JointState.RIGID))
         for joint in joints:
             if joint.type != FREE:
                 modes = self.modes[joint.dof_start : joint.dof_end, self.world or 0]
-                self.joints.append(Joint(joint.name, ends, Hold.HELD if (modes == POSITION).all() else Hold.LOOSE))
+                self.joints.append(
+                    SimulatedJoint(joint.name, ends, JointState.HELD if (modes == POSITION).all() else JointState.LOOSE)
+                )
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which geoms may touch; masks of entities from MJCF and USD count within the entity alone."""

@@ -16,12 +16,11 @@ from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Solid
-from holdfast.scene.formats.simulators.hulls import hull, made, whole
-from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of
+from holdfast.scene.compound import Inertial, Solid
+from holdfast.scene.formats.links import BodyPiece
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, bodies_of, hull, made, whole
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Sphere
@@ -75,7 +74,7 @@ def from_newton(
         raise SceneError(message("from_newton", problem, "needs newton.Model and newton.State"))
     number = _world(model, world)
     used = _name_of(solver)
-    read = _Model(model, state, number, hulls=used == "mujoco")
+    read = _NewtonWorld(model, state, number, hulls=used == "mujoco")
     surfaces = Surfaces(_rule(model, used))
     read.add_colliders(surfaces)
     joints = read.joints()
@@ -118,7 +117,7 @@ def _rule(model: Any, solver: str) -> str:  # noqa: ANN401
     return RULES.get(solver, UNKNOWN)
 
 
-class _Model:
+class _NewtonWorld:
     """The bodies of one world of a model, as links."""
 
     def __init__(self, model: Any, state: Any, world: int, *, hulls: bool) -> None:  # noqa: ANN401
@@ -160,7 +159,7 @@ class _Model:
                 pose, link = np.eye(4), self.links[-1]
             else:
                 link = self.links[self.number[owner]]
-            link.colliders.append(Collider(shape, pose, surfaces.material(float(friction[s])), s))
+            link.colliders.append(BodyPiece(shape, pose, surfaces.material(float(friction[s])), s))
 
     def _solid(self, s: int) -> Solid:
         """Return a shape other than a plane."""
@@ -189,7 +188,7 @@ class _Model:
             message("geometry", problem, "needs a plane, box, ball, capsule, straight cylinder or mesh")
         )
 
-    def joints(self) -> list[Joint]:
+    def joints(self) -> list[SimulatedJoint]:
         """Return the joints that hold; a free joint is none."""
         model, found = self.model, []
         if not model.joint_count:
@@ -202,11 +201,11 @@ class _Model:
             if int(children[j]) not in self.number or kinds[j] == FREE:
                 continue
             axes = driven[starts[j] : starts[j + 1]]
-            hold = Hold.HELD if kinds[j] < BALL or kinds[j] > FREE else Hold.LOOSE
-            hold = hold if axes.all() else Hold.LOOSE
-            hold = Hold.RIGID if not len(axes) else hold
+            hold = JointState.HELD if kinds[j] < BALL or kinds[j] > FREE else JointState.LOOSE
+            hold = hold if axes.all() else JointState.LOOSE
+            hold = JointState.RIGID if not len(axes) else hold
             ends = (self.number.get(int(parents[j])), self.number[int(children[j])])
-            found.append(Joint(model.joint_label[j], ends, hold))
+            found.append(SimulatedJoint(model.joint_label[j], ends, hold))
         return found
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:

@@ -19,13 +19,21 @@ from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, located, message, nearest_of
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Compound, Solid, as_shape
-from holdfast.scene.formats.simulators.hulls import hull, made
-from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of, plane, relative
+from holdfast.scene.compound import Compound, Inertial, Solid, as_shape
+from holdfast.scene.formats.links import BodyPiece
+from holdfast.scene.formats.simulators.simulated import (
+    JointState,
+    Link,
+    SimulatedJoint,
+    bodies_of,
+    hull,
+    made,
+    plane,
+    relative,
+)
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.round_shapes import Capsule
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Sphere
@@ -109,7 +117,7 @@ class _World:
         self.bullet = bullet
         self.surfaces = Surfaces("product")
         self.links: list[Link] = []
-        self.joints: list[Joint] = []
+        self.joints: list[SimulatedJoint] = []
         self.number: dict[tuple[int, int], int] = {}  # of a link, by the number of its body and its own there
         self.margins: list[float] = []
         self.shapeless: list[str] = []
@@ -141,7 +149,7 @@ class _World:
         found = [
             "friction: of two surfaces it is their product; PyBullet does not tell collision filters: all may touch"
         ]
-        if any(joint.hold is Hold.LOOSE for joint in self.joints):
+        if any(joint.hold is JointState.LOOSE for joint in self.joints):
             found.append("PyBullet does not tell whether a motor without a torque is on: such joints are rigid= alone")
         if self.margins:
             gap = f"{2.2 * max(self.margins):.2g}"
@@ -167,8 +175,8 @@ class _World:
             info = bullet.getJointInfo(uid, k)
             ends = (self.number[uid, info[16]], self.number[uid, k])
             carries = any(bullet.getJointStateMultiDof(uid, k)[3]) if info[2] != FIXED else False
-            hold = Hold.RIGID if info[2] == FIXED else Hold.HELD if carries else Hold.LOOSE
-            self.joints.append(Joint(info[1].decode(errors="replace"), ends, hold))
+            hold = JointState.RIGID if info[2] == FIXED else JointState.HELD if carries else JointState.LOOSE
+            self.joints.append(SimulatedJoint(info[1].decode(errors="replace"), ends, hold))
 
     def _link(self, uid: int, k: int, name: str, principal: Float) -> None:
         """Add a link, of which ``principal`` (4, 4) is the frame of its centre and axes of inertia in the world."""
@@ -184,14 +192,14 @@ class _World:
             self.number[uid, k] = len(self.links)
             self.links.append(Link(name, principal @ relative(np.eye(4), own), still, inertial))
 
-    def _colliders(self, uid: int, k: int, dynamics: Dynamics, given: Any) -> list[Collider]:  # noqa: ANN401
+    def _colliders(self, uid: int, k: int, dynamics: Dynamics, given: Any) -> list[BodyPiece]:  # noqa: ANN401
         material = self.surfaces.material(float(dynamics.friction))
         own = _pose(dynamics.com, dynamics.axes)
         if given is not None:
             shape = as_shape(given, "shapes")
             if isinstance(shape, Compound):
-                return [Collider(part.shape, part.pose, material) for part in shape.parts]
-            return [Collider(shape, np.eye(4), material)]
+                return [BodyPiece(part.shape, part.pose, material) for part in shape.parts]
+            return [BodyPiece(shape, np.eye(4), material)]
         with foreign("shape", "PyBullet does not tell it", "load it without useMaximalCoordinates, or give shapes="):
             told = self.bullet.getCollisionShapeData(uid, k)
         meshes = sum(each[2] == MESH for each in told)
@@ -205,7 +213,7 @@ class _World:
                 shape, pose = HalfSpace(), pose @ plane(np.array(sizes))
             else:
                 shape = _simple(kind, sizes)
-            found.append(Collider(shape, pose, material))
+            found.append(BodyPiece(shape, pose, material))
         return found
 
     def _mesh(self, uid: int, k: int, meshes: int) -> Solid:
@@ -220,7 +228,7 @@ class _World:
         """Add a constraint, which is rigid as long as nobody removes it."""
         first, link, second, other = self.bullet.getConstraintInfo(uid)[:4]
         ends = (self.number[first, link], self.number.get((second, other)))  # of another body, or of the world
-        self.joints.append(Joint(f"constraint {uid}", ends, Hold.LOOSE))
+        self.joints.append(SimulatedJoint(f"constraint {uid}", ends, JointState.LOOSE))
 
 
 def _simple(kind: int, sizes: Any) -> Solid:  # noqa: ANN401

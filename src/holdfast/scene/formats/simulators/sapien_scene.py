@@ -14,12 +14,11 @@ from holdfast.base.arrays import Bool, Float, checked_truth
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Solid
-from holdfast.scene.formats.simulators.hulls import hull, made, whole
-from holdfast.scene.formats.simulators.links import Collider, Hold, Joint, Link, bodies_of
+from holdfast.scene.compound import Inertial, Solid
+from holdfast.scene.formats.links import BodyPiece
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, bodies_of, hull, made, whole
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.round_shapes import Capsule
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Sphere
@@ -52,7 +51,7 @@ def from_sapien(
     if not hasattr(simulation, "entities") or not hasattr(simulation, "physx_system"):
         remedy = "needs a sapien.Scene; ManiSkill has them in env.unwrapped.scene.sub_scenes"
         raise SceneError(message("from_sapien", f"got a {type(simulation).__name__}", remedy))
-    read = _Entities(simulation)
+    read = _SapienEntities(simulation)
     bodies, apart, notes = bodies_of(
         read.links, read.joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching
     )
@@ -60,13 +59,13 @@ def from_sapien(
     return Scene(bodies, read.surfaces.table(), gravity, name, apart, [*read.notes(), *notes])
 
 
-class _Entities:
+class _SapienEntities:
     """The rigid bodies of a scene as links, and what joins them."""
 
     def __init__(self, scene: Any) -> None:  # noqa: ANN401
         self.surfaces = Surfaces("mean")
         self.links: list[Link] = []
-        self.joints: list[Joint] = []
+        self.joints: list[SimulatedJoint] = []
         self.groups: list[list[int]] = []  # collision groups of each collider, by its number
         self.number: dict[Any, int] = {}  # of the link of each component
         self.hulls = False
@@ -80,7 +79,11 @@ class _Entities:
             if component in self.number and hasattr(component, "joint"):
                 self._hang(component)
             elif hasattr(component, "pose_in_parent") and not hasattr(component, "collision_shapes"):
-                self._tie(component)
+                own = [self.number[each] for each in component.entity.components if each in self.number]
+                other = component.get_parent()
+                kind = type(component).__name__.removeprefix("Physx").removesuffix("Component").lower()
+                if own:
+                    self.joints.append(SimulatedJoint(kind, (self.number.get(other), own[0]), JointState.LOOSE))
 
     def _add(self, k: int, entity: Any, component: Any) -> None:  # noqa: ANN401
         """Add a rigid component as a link."""
@@ -98,11 +101,11 @@ class _Entities:
                 moments = np.diag(np.asarray(component.inertia, dtype=np.float64))
                 link.inertial = Inertial(float(component.mass), np.zeros(3), moments).seen(axes)
                 if any(getattr(component, "locked_motion_axes", ())):
-                    self.joints.append(Joint("locked axes", (None, self.number[component]), Hold.LOOSE))
+                    self.joints.append(SimulatedJoint("locked axes", (None, self.number[component]), JointState.LOOSE))
             self.links.append(link)
             link.colliders = [self._collider(shape, name) for shape in component.collision_shapes]
 
-    def _collider(self, shape: Any, name: str) -> Collider:  # noqa: ANN401
+    def _collider(self, shape: Any, name: str) -> BodyPiece:  # noqa: ANN401
         kind = type(shape).__name__.removeprefix("PhysxCollisionShape")
         pose = _pose(shape.local_pose)
         material = shape.physical_material
@@ -113,27 +116,19 @@ class _Entities:
         self.groups.append([int(group) for group in shape.collision_groups])
         solid = HalfSpace() if kind == "Plane" else _solid(kind, shape)
         label = self.surfaces.material(float(material.static_friction))
-        return Collider(solid, pose @ X_TO_Z if kind in UPRIGHT else pose, label, len(self.groups) - 1)
+        return BodyPiece(solid, pose @ X_TO_Z if kind in UPRIGHT else pose, label, len(self.groups) - 1)
 
     def _hang(self, link: Any) -> None:  # noqa: ANN401
         """Add the joint between a link of an articulation and its parent, or that of a root that is fixed."""
         joint = link.joint
         parent = None if link.is_root else self.number.get(link.parent)
         if joint.type == "fixed":
-            hold = Hold.RIGID
+            hold = JointState.RIGID
         elif link.is_root:
             return
         else:
-            hold = Hold.HELD if joint.stiffness > 0 else Hold.LOOSE
-        self.joints.append(Joint(joint.name or "joint", (parent, self.number[link]), hold))
-
-    def _tie(self, component: Any) -> None:  # noqa: ANN401
-        """Add a joint or a drive between two entities, or between one and the world."""
-        own = [self.number[each] for each in component.entity.components if each in self.number]
-        other = component.get_parent()
-        kind = type(component).__name__.removeprefix("Physx").removesuffix("Component").lower()
-        if own:
-            self.joints.append(Joint(kind, (self.number.get(other), own[0]), Hold.LOOSE))
+            hold = JointState.HELD if joint.stiffness > 0 else JointState.LOOSE
+        self.joints.append(SimulatedJoint(joint.name or "joint", (parent, self.number[link]), hold))
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which colliders may touch, by SAPIEN's four groups of each."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -14,17 +14,24 @@ from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import DENSITY
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
-from holdfast.scene.formats.floor import FLOOR, with_floor
-from holdfast.scene.formats.joint_holds import Motors, Torques
+from holdfast.scene.compound import together
+from holdfast.scene.formats.joints import Motors, Torques, joint_hold, never_touching
+from holdfast.scene.formats.links import FLOOR, Notes, copies_of, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import Notes, copies_of, rigid_body, scene_of
 from holdfast.scene.formats.source import Source
-from holdfast.scene.formats.urdf.motors import with_arms
-from holdfast.scene.formats.urdf.tree import Group, groups_of
-from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES, KNOWN, LinkReader
-from holdfast.scene.inertial import together
+from holdfast.scene.formats.urdf.urdf_links import (
+    ATTRIBUTES,
+    KNOWN,
+    SLIDING,
+    LinkGroup,
+    UrdfJoint,
+    UrdfLinks,
+    axis_of,
+    groups_of,
+)
+from holdfast.scene.hold import Range
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
 
@@ -75,7 +82,12 @@ def read(
     Raises SceneError or GeometryError if the file is malformed, or leaves out what is needed.
     """
     root = parsed(source.text, source.path)
-    _check_expanded(root)
+    pending = [root]
+    while pending:
+        element = pending.pop()
+        if element.tag.startswith("xacro:"):
+            element.fail("is a macro", "expand the file first: xacro robot.urdf.xacro > robot.urdf")
+        pending += element.children
     if density is not None:
         density = checked_number(density, "density", above=0, within=DENSITY)
     name = checked_name(root.attributes.get("name") or source.path.stem, f"{root.place}: name")
@@ -84,7 +96,7 @@ def read(
     notes.unread([root], KNOWN, ATTRIBUTES)
     references = References(source.path, package, models=model_folders(model_path, notes))
     meshes = MeshRules(up_axis, collision)
-    reader = LinkReader(root, references, simulator, friction, meshes, notes)
+    reader = UrdfLinks(root, references, simulator, friction, meshes, notes)
     links = _links(root)
     meshes.check_names(links)
     if not isinstance(fixed, bool):
@@ -130,16 +142,6 @@ def _held(placed: list[tuple[str, Body]], fixed: bool | Collection[str]) -> list
     return [replace(body, fixed=body.fixed or body.name in fixed or copy in fixed) for copy, body in placed]
 
 
-def _check_expanded(root: Element) -> None:
-    """Refuse xacro macros, which another program has to expand."""
-    pending = [root]
-    while pending:
-        element = pending.pop()
-        if element.tag.startswith("xacro:"):
-            element.fail("is a macro", "expand the file first: xacro robot.urdf.xacro > robot.urdf")
-        pending += element.children
-
-
 def _links(root: Element) -> dict[str, Element]:
     links: dict[str, Element] = {}
     for link in root.all("link"):
@@ -155,9 +157,9 @@ def _links(root: Element) -> dict[str, Element]:
 
 
 def _body(
-    group: Group,
+    group: LinkGroup,
     links: Mapping[str, Element],
-    reader: LinkReader,
+    reader: UrdfLinks,
     density: float | None,
     fixed: bool,
     motors: Motors,
@@ -197,3 +199,36 @@ def _placed(bodies: list[tuple[str, Body]], copy: str, at: Float) -> list[Body]:
 
 
 URDF = Format("URDF", (".urdf",), sniff, read, mark="<robot>")
+
+
+def with_arms(
+    scene: Scene, groups: Sequence[LinkGroup], tops: Sequence[str], copies: Iterable[tuple[str, Float]], motors: Motors
+) -> Scene:
+    """Return the scene with the holds of all joints, for each copy of the file at its pose (4, 4) in the world.
+
+    ``tops`` are the first links of the groups that are bodies; what holds on any other is fixed in the world.
+    """
+    fixed, holds, arms, balls = {body.name: body.fixed for body in scene.bodies}, [], [], []
+    for copy, place in copies:
+        names = {top: f"{copy}/{top}" if len(tops) > 1 else copy for top in tops}
+        arms.append([*names.values()])
+        balls += [names[top] for top in motors.balls]
+        for group in groups:
+            joint, body = group.joint, names.get(group.top)
+            if joint is None or body is None or fixed[body]:
+                continue
+            at, on = place @ group.pose, names.get(group.above)
+            axis, own = at[:3, :3] @ axis_of(joint.element), motors.of(joint.name, _effort(joint))
+            slides = joint.kind in SLIDING
+            holds.append(joint_hold(body, on, at[:3, 3], axis, own, slides=slides))
+    return replace(scene, holds=tuple(holds), excluded=never_touching(arms, balls, [*fixed]))
+
+
+def _effort(joint: UrdfJoint) -> Range | None:
+    """Return the range of a joint by its <limit>; None without one, for 0, and for a joint that another one drives.
+
+    Files write 0 for none.
+    """
+    limit = joint.element.child("limit")
+    effort = 0.0 if limit is None or joint.element.child("mimic") is not None else limit.number("effort", 0.0)
+    return (-effort, effort) if effort > 0 else None

@@ -15,22 +15,27 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.ranges import DENSITY, FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.floor import FLOOR, with_floor
+from holdfast.scene.compound import together
+from holdfast.scene.formats.links import FLOOR, BodyParts, checked_fixed, kept_apart, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.rigid_parts import checked_fixed, rigid_body, scene_of
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
-from holdfast.scene.formats.usd.masses import Collider, inertial_of
 from holdfast.scene.formats.usd.stage import Stage, opened
-from holdfast.scene.formats.usd.unread import unread
-from holdfast.scene.formats.usd.usd_bodies import Group, groups_of, has, touching
-from holdfast.scene.formats.usd.usd_colliders import along, fail, number_of, numbers_of, piece_of, value_of
+from holdfast.scene.formats.usd.usd_bodies import PrimGroup, groups_of, has, touching, unread
+from holdfast.scene.formats.usd.usd_colliders import (
+    Collider,
+    along,
+    fail,
+    inertial_of,
+    number_of,
+    numbers_of,
+    piece_of,
+    value_of,
+)
 from holdfast.scene.formats.usd.usd_writer import write
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import together
 from holdfast.scene.scene import Scene
 
 MAGIC = (b"#usda", b"PXR-USDC")
@@ -96,18 +101,29 @@ def _scene(
 ) -> Scene:
     """Return the scene of an open stage; the arguments are those of ``read``."""
     groups = groups_of(stage, rigid, notes)
-    names = _names(groups)
+    names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
+    count = Counter(names)
+    names = [
+        name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
+    ]
     held = checked_fixed(fixed, names)
     found = []
     for group, own in zip(groups, names, strict=True):
         body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
         if body is not None:
-            found.append((body, group))
+            found.append(BodyParts(body, group.colliders))
     if surfaces.own:
         notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
     notes += unread(stage)
-    excluded = _excluded(stage, found)
-    bodies = [body for body, _ in found]
+    touch = touching(stage)
+    excluded = (
+        []
+        if touch is None
+        else kept_apart(
+            combinations(found, 2), lambda of_a, of_b: np.array([[touch(x, y) for y in of_b] for x in of_a], dtype=bool)
+        )
+    )
+    bodies = [parts.body for parts in found]
     remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
     table = surfaces.table(FLOOR if floor else None)
     return scene_of(with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded)
@@ -129,18 +145,9 @@ def _gravity(stage: Stage, notes: list[str]) -> Float:
     return np.asarray(magnitude * direction)
 
 
-def _names(groups: list[Group]) -> list[str]:
-    """Return the names of the prims as they are displayed, with their paths if several have the same name."""
-    names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
-    count = Counter(names)
-    return [
-        name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
-    ]
-
-
 def _body(
     stage: Stage,
-    group: Group,
+    group: PrimGroup,
     name: str,
     surfaces: Surfaces,
     friction: float | None,
@@ -158,7 +165,11 @@ def _body(
     for (prim, colliders), (own, stretch) in zip(group.members, frames, strict=True):
         shapes = []
         for each in colliders:
-            material = _material(each)
+            from pxr import UsdShade
+
+            found = UsdShade.MaterialBindingAPI(each).ComputeBoundMaterial("physics")[0]
+            material = found.GetPrim() if found else None
+            material = material if material is not None and has(material, "PhysicsMaterialAPI") else None
             surface = surfaces.material(_mu(each, material, friction, notes), _mode(material))
             matrix = np.linalg.inv(own) @ stage.placed(each)
             if str(each.GetTypeName()) == "Plane":
@@ -173,20 +184,11 @@ def _body(
     return rigid_body(name, pieces, pose=pose, inertial=None if fixed else together(inertials), fixed=fixed)
 
 
-def _plane(prim: Any, group: Group, name: str, matrix: Float, surface: str, fixed: bool) -> Body:  # noqa: ANN401
+def _plane(prim: Any, group: PrimGroup, name: str, matrix: Float, surface: str, fixed: bool) -> Body:  # noqa: ANN401
     if not fixed or len(group.colliders) > 1:
         fail(prim, "is a plane in a body that moves or has other colliders", "needs a static plane of its own")
     pose, _ = split(matrix @ along(prim), str(prim.GetPath()))
     return Body(name, HalfSpace(), pose=pose, material=surface, fixed=True)
-
-
-def _material(prim: Any) -> Any:  # noqa: ANN401
-    """Return the physics material to which a prim or the nearest of its ancestors is bound, or None."""
-    from pxr import UsdShade
-
-    found = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")[0]
-    material = found.GetPrim() if found else None
-    return material if material is not None and has(material, "PhysicsMaterialAPI") else None
 
 
 def _mu(prim: Any, material: Any, friction: float | None, notes: list[str]) -> float:  # noqa: ANN401
@@ -205,20 +207,6 @@ def _mode(material: Any) -> str:  # noqa: ANN401
     if mode and mode not in MODES:
         fail(material, f"frictionCombineMode is {quoted(mode)}", f"needs one of {', '.join(MODES)}")
     return MODES.get(mode, "")
-
-
-def _excluded(stage: Stage, found: list[tuple[Body, Group]]) -> list[Excluded]:
-    """Return the excluded pairs of bodies, or of their colliders if others of the same bodies may touch."""
-    touch = touching(stage)
-    excluded: list[Excluded] = []
-    if touch is None:
-        return excluded
-    for (a, of_a), (b, of_b) in combinations(found, 2):
-        if not (a.fixed and b.fixed):
-            may = np.array([[touch(x, y) for y in of_b.colliders] for x in of_a.colliders], dtype=bool)
-            if not may.all():
-                excluded += excluded_by(a.name, b.name, may)
-    return excluded
 
 
 USD = Format("USD", (".usd", ".usda", ".usdc", ".usdz"), sniff, read, write, mark="UsdPhysics", extra="usd")

@@ -1,20 +1,22 @@
-"""The colliders of a USD stage as shapes."""
+"""The colliders of a USD stage as shapes, and masses, given or by density, with the priorities of UsdPhysics."""
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int, checked
-from holdfast.base.errors import GeometryError, SceneError, message
-from holdfast.base.ranges import SCALE, Range
+from holdfast.base.arrays import Float, Int, checked, checked_number
+from holdfast.base.errors import GeometryError, SceneError, located, message
+from holdfast.base.ranges import DENSITY, INERTIA, MASS, SCALE, Range
+from holdfast.base.rigid import pose_from
 from holdfast.base.text import quoted
-from holdfast.scene.compound import Solid
+from holdfast.scene.compound import Inertial, Solid, together
+from holdfast.scene.formats.links import BodyPiece
 from holdfast.scene.formats.made_meshes import cone
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.published import triangulated
-from holdfast.scene.formats.rigid_parts import Piece
+from holdfast.scene.formats.usd.stage import Stage
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
@@ -25,6 +27,7 @@ ALONG = {  # poses that rotate the z axis to the axis of a shape
     "Y": np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
     "Z": np.eye(4),
 }
+USUAL_DENSITY = 1000.0  # [kg/m³] default of UsdPhysics
 
 
 def fail(prim: Any, problem: str, remedy: str) -> NoReturn:  # noqa: ANN401 - of a type of usd-core
@@ -60,7 +63,7 @@ def along(prim: Any) -> Float:  # noqa: ANN401
     return ALONG[axis] if axis in ALONG else fail(prim, f"axis is {quoted(axis)}", "needs X, Y or Z")
 
 
-def piece_of(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  # noqa: ANN401
+def piece_of(prim: Any, matrix: Float, material: str, notes: list[str]) -> BodyPiece:  # noqa: ANN401
     """Return the shape of a collider; ``matrix`` (4, 4) maps its frame to the body frame [m]."""
     where, kind = str(prim.GetPath()), str(prim.GetTypeName())
     if kind == "Mesh":
@@ -71,7 +74,7 @@ def piece_of(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece
     if np.abs(stretch - np.diag(np.diag(stretch))).max() > ALIKE * factors.max():
         fail(prim, f"is a {kind} that is sheared", "needs scale along its own axes")
     x, y, z = factors.tolist()
-    return Piece(_solid(prim, kind, (x, y, z)), pose, material)
+    return BodyPiece(_solid(prim, kind, (x, y, z)), pose, material)
 
 
 def _solid(prim: Any, kind: str, scale: tuple[float, float, float]) -> Solid:  # noqa: ANN401
@@ -96,7 +99,7 @@ def _solid(prim: Any, kind: str, scale: tuple[float, float, float]) -> Solid:  #
     )
 
 
-def _mesh(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  # noqa: ANN401
+def _mesh(prim: Any, matrix: Float, material: str, notes: list[str]) -> BodyPiece:  # noqa: ANN401
     """Return a mesh, or the simple shape that replaces it (physics:approximation)."""
     where = str(prim.GetPath())
     pose, stretch = split(matrix, where)
@@ -109,22 +112,22 @@ def _mesh(prim: Any, matrix: Float, material: str, notes: list[str]) -> Piece:  
     middle = np.eye(4)
     middle[:3, 3] = (low + high) / 2
     if kind == "boundingCube":
-        return Piece(Box(high - low), pose @ middle, material)
+        return BodyPiece(Box(high - low), pose @ middle, material)
     if kind == "boundingSphere":
         radius = float(np.linalg.norm(points - middle[:3, 3], axis=1).max())
-        return Piece(Sphere(radius), pose @ middle, material)
+        return BodyPiece(Sphere(radius), pose @ middle, material)
     if kind == "convexHull":
         import trimesh
 
         hull = trimesh.convex.convex_hull(points)
-        return Piece(Mesh(np.array(hull.vertices), np.array(hull.faces), label=where), pose, material)
+        return BodyPiece(Mesh(np.array(hull.vertices), np.array(hull.faces), label=where), pose, material)
     if kind not in AS_THEY_ARE:
         fail(prim, f"has the approximation {quoted(kind)}", "reads those of UsdPhysics, such as none and convexHull")
     if kind != "none":
         notes.append(f"{where}: the mesh as it is, not its {kind}")
     faces = _triangles(prim, points, where)
     mirrored = (np.linalg.det(stretch) < 0) != (str(value_of(prim, "orientation", "rightHanded")) == "leftHanded")
-    return Piece(Mesh(points, faces[:, ::-1] if mirrored else faces, label=where), pose, material)
+    return BodyPiece(Mesh(points, faces[:, ::-1] if mirrored else faces, label=where), pose, material)
 
 
 def _triangles(prim: Any, points: Float, where: str) -> Int:  # noqa: ANN401
@@ -138,3 +141,81 @@ def _triangles(prim: Any, points: Float, where: str) -> Int:  # noqa: ANN401
     if (counts == 3).all():
         return corners.reshape(-1, 3)
     return np.vstack([triangulated(points, face) for face in np.split(corners, np.cumsum(counts)[:-1])])
+
+
+class Collider(NamedTuple):
+    """A collider: its prim, its shape in the body frame, and the physics material to which it is bound, or None."""
+
+    prim: Any
+    piece: BodyPiece
+    material: Any
+
+
+def inertial_of(
+    stage: Stage,
+    body: Any,  # noqa: ANN401 - of a type of usd-core
+    colliders: list[Collider],
+    stretch: Float,
+    density: float | None,
+    notes: list[str],
+) -> Inertial:
+    """Return the inertial of a body in its frame.
+
+    ``stretch`` (3, 3) maps the frame of its prim [stage units] to the body frame [m]. ``density`` [kg/m³] replaces the
+    default of UsdPhysics, 1,000, where none is given.
+    """
+    where = str(body.GetPath())
+    with located(where):
+        found = together([_weighed(stage, body, each, density, notes) for each in colliders])
+        mass = _positive(body, "physics:mass", MASS, stage.kilograms)
+        share = 1.0 if mass is None else mass / found.mass
+        whole = Inertial(share * found.mass, found.com, share * found.inertia)
+        centre = body.GetAttribute("physics:centerOfMass")
+        given = numbers_of(body, "physics:centerOfMass", (3,), SCALE) if centre and centre.HasAuthoredValue() else None
+        if given is not None:
+            centre_given = np.asarray(stretch @ given)
+            whole = Inertial(whole.mass, centre_given, whole.about(centre_given))
+        own = _inertia(stage, body)
+        return whole if own is None else whole._replace(inertia=own)
+
+
+def _inertia(stage: Stage, body: Any) -> Float | None:  # noqa: ANN401
+    """Return the given inertia (3, 3) [kg m²] of a body along its axes, or None."""
+    given = numbers_of(body, "physics:diagonalInertia", (3,), INERTIA)
+    if given is None or not given.any():
+        return None
+    diagonal = checked(given * stage.kilograms * stage.metres**2, (3,), "diagonalInertia", within=INERTIA)
+    axes = value_of(body, "physics:principalAxes")
+    turn = np.eye(3)
+    if hasattr(axes, "GetReal") and (axes.GetReal() or any(axes.GetImaginary())):
+        turn = pose_from(np.zeros(3), np.array([axes.GetReal(), *axes.GetImaginary()], dtype=np.float64))[:3, :3]
+    return np.asarray(turn @ np.diag(diagonal) @ turn.T)
+
+
+def _weighed(stage: Stage, body: Any, collider: Collider, density: float | None, notes: list[str]) -> Inertial:  # noqa: ANN401
+    own = collider.piece.shape.mass_properties
+    mass = _positive(collider.prim, "physics:mass", MASS, stage.kilograms) if collider.prim != body else None
+    per_unit = stage.kilograms / stage.metres**3
+    dense = next(
+        (
+            found
+            for prim in (collider.prim, body, collider.material)
+            if prim is not None and (found := _positive(prim, "physics:density", DENSITY, per_unit)) is not None
+        ),
+        None,
+    )
+    if mass is None and dense is None:
+        dense = USUAL_DENSITY if density is None else density
+        if _positive(body, "physics:mass", MASS, stage.kilograms) is None:
+            notes.append(f"{collider.prim.GetPath()}: density {dense:g} kg/m³, as nothing says it")
+    scale = dense if mass is None or own.volume == 0 else mass / own.volume
+    assert scale is not None
+    return Inertial(scale * own.volume, np.asarray(own.com), scale * np.asarray(own.inertia)).seen(collider.piece.pose)
+
+
+def _positive(prim: Any, name: str, within: Any, unit: float) -> float | None:  # noqa: ANN401
+    """Return an attribute in SI units, or None if it is 0, which in UsdPhysics means that it is not given."""
+    value = number_of(prim, name, 0.0)
+    if value == 0.0:
+        return None
+    return checked_number(value * unit, f"{prim.GetPath()}: {name}", above=0, within=within)

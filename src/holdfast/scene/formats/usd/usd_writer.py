@@ -18,8 +18,7 @@ from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Solid
 from holdfast.scene.excluded import End
-from holdfast.scene.formats.surfaces import PHYSX, RULES
-from holdfast.scene.formats.surfaces_written import table_of, units_of
+from holdfast.scene.formats.surfaces import PHYSX, RULES, table_of, units_of
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.scene import Scene
@@ -53,7 +52,9 @@ def write(scene: Scene, path: Path) -> bytes:
     materials = _materials(stage, scene)
     prims: dict[End, Any] = {}
     for number, body in enumerate(scene.bodies):
-        where = f"{ROOT}/{_word(body.name)}"
+        from pxr import Tf
+
+        where = f"{ROOT}/{Tf.MakeValidIdentifier(body.name)!s}"
         free = not stage.GetPrimAtPath(where)
         _write_body(stage, body, where if free else f"{where}_{number}", materials, prims)
     for a, b in scene.excluded:
@@ -65,13 +66,6 @@ def write(scene: Scene, path: Path) -> bytes:
         file = Path(folder) / f"stage{path.suffix.lower()}"
         layer.Export(str(file))
         return file.read_bytes()
-
-
-def _word(name: str) -> str:
-    """Return a name that USD accepts for a prim."""
-    from pxr import Tf
-
-    return str(Tf.MakeValidIdentifier(name))
 
 
 def _materials(stage: Any, scene: Scene) -> dict[tuple[str, int], Any]:  # noqa: ANN401 - types of usd-core
@@ -146,25 +140,21 @@ def _write_body(
     if body.fixed:
         rigid.CreateKinematicEnabledAttr(True)
     else:
-        _weigh(prim, body)
+        from pxr import Gf, UsdPhysics
+
+        moments, axes = np.linalg.eigh(body.inertia_com)
+        x, y, z, w = _quaternion(axes * [1.0, 1.0, float(np.linalg.det(axes))])
+        weight = UsdPhysics.MassAPI.Apply(prim)
+        weight.CreateMassAttr(float(body.mass or 0.0))
+        weight.CreateCenterOfMassAttr(Gf.Vec3f(*body.com_body.tolist()))
+        weight.CreateDiagonalInertiaAttr(Gf.Vec3f(*moments.tolist()))
+        weight.CreatePrincipalAxesAttr(Gf.Quatf(w, x, y, z))
     parts = [(p.shape, p.pose) for p in body.shape.parts] if isinstance(body.shape, Compound) else None
     whole = body.shape
     for k, (shape, pose) in enumerate(parts or ([] if isinstance(whole, Compound) else [(whole, np.eye(4))])):
         part = _solid(stage, f"{where}/collider_{k}", shape, pose)
         _collide(part, materials[body.name, k])
         prims[body.name, k] = part
-
-
-def _weigh(prim: Any, body: Body) -> None:  # noqa: ANN401
-    from pxr import Gf, UsdPhysics
-
-    moments, axes = np.linalg.eigh(body.inertia_com)
-    x, y, z, w = _quaternion(axes * [1.0, 1.0, float(np.linalg.det(axes))])
-    weight = UsdPhysics.MassAPI.Apply(prim)
-    weight.CreateMassAttr(float(body.mass or 0.0))
-    weight.CreateCenterOfMassAttr(Gf.Vec3f(*body.com_body.tolist()))
-    weight.CreateDiagonalInertiaAttr(Gf.Vec3f(*moments.tolist()))
-    weight.CreatePrincipalAxesAttr(Gf.Quatf(w, x, y, z))
 
 
 def _collide(prim: Any, material: Any) -> None:  # noqa: ANN401

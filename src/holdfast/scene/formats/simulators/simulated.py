@@ -1,4 +1,4 @@
-"""Scenes from links, joints and colliders: what every simulator has, whatever it calls them."""
+"""Scenes from links, joints and colliders: what every simulator has, whatever it calls them; shapes are cached."""
 
 from __future__ import annotations
 
@@ -6,40 +6,81 @@ import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import NamedTuple, TypeAlias
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
+import manifold3d
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.errors import SceneError, located, message
+from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Part, Shape, Solid
-from holdfast.scene.excluded import Excluded, excluded_by
-from holdfast.scene.formats.rigid_parts import SAME_FRAME, Welded, weld
-from holdfast.scene.formats.simulators.hulls import compound
+from holdfast.scene.compound import Compound, Inertial, Part, Shape, together
+from holdfast.scene.excluded import Excluded
+from holdfast.scene.formats.links import SAME_FRAME, BodyParts, BodyPiece, Welded, kept_apart, weld
 from holdfast.scene.halfspace import HalfSpace
-from holdfast.scene.inertial import Inertial, together
+from holdfast.scene.shapes import Mesh
 
-Touching: TypeAlias = Callable[[Sequence[int], Sequence[int]], Bool]  # which colliders may touch, as (len(a), len(b))
+S = TypeVar("S")
+MOST_CACHED = 4096  # number of shapes in each cache
+Touching: TypeAlias = Callable[[Sequence[int], Sequence[int]], Bool]  # which colliders may touch, by their marks
 
 
-class Hold(Enum):
+def hull(vertices: Float) -> Mesh:
+    """Return the convex hull of ``vertices`` (n, 3) [m], which simulators collide in place of a mesh.
+
+    Raises GeometryError if they span no volume.
+    """
+    return _hull(np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
+
+
+@lru_cache(MOST_CACHED)
+def _hull(vertices: bytes) -> Mesh:
+    points = np.frombuffer(vertices).reshape(-1, 3)
+    mesh = manifold3d.Manifold.hull_points(points).to_mesh64()
+    if not len(mesh.tri_verts):
+        raise GeometryError(message("mesh", "its convex hull is flat", "needs corners that are not in one plane"))
+    return Mesh(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64), label="mesh")
+
+
+def whole(vertices: Float, faces: ArrayLike) -> Mesh:
+    """Return the mesh with ``vertices`` (n, 3) [m] and ``faces`` (m, 3) as it is, for simulators that collide it so."""
+    corners, triangles = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int64)
+    return _whole(corners.tobytes(), triangles.tobytes())
+
+
+@lru_cache(MOST_CACHED)
+def _whole(vertices: bytes, faces: bytes) -> Mesh:
+    corners, triangles = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
+    return Mesh(corners, triangles, label="mesh")
+
+
+@lru_cache(MOST_CACHED)
+def compound(parts: tuple[Part, ...]) -> Compound:
+    """Return a compound; its union is computed once for all states of a simulation."""
+    return Compound(parts)
+
+
+def made(kind: Callable[..., S], *sizes: Any) -> S:  # noqa: ANN401 - what the class of shapes takes
+    """Return a shape of this ``kind``, the same one for the same sizes, so that its surface is computed once."""
+    shape: S = _made(kind, sizes)
+    return shape
+
+
+@lru_cache(MOST_CACHED)
+def _made(kind: Callable[..., Any], sizes: tuple[Any, ...]) -> Any:  # noqa: ANN401
+    return kind(*sizes)
+
+
+class JointState(Enum):
     """What a joint allows: no motion, none while its motor is on, or motion."""
 
     RIGID = "rigid"
     HELD = "held"
     LOOSE = "loose"
-
-
-class Collider(NamedTuple):
-    """A shape with its ``pose`` (4, 4) in the frame of its link, its material, and its number in the simulator."""
-
-    shape: Solid | HalfSpace
-    pose: Float
-    material: str
-    number: int = 0
 
 
 @dataclass(eq=False)
@@ -53,28 +94,28 @@ class Link:
     pose: Float
     fixed: bool
     inertial: Inertial | None = None
-    colliders: list[Collider] = field(default_factory=list)
+    colliders: list[BodyPiece] = field(default_factory=list)
 
 
-class Joint(NamedTuple):
+class SimulatedJoint(NamedTuple):
     """A joint between two links, by their numbers; None is the world."""
 
     name: str
     ends: tuple[int | None, int | None]
-    hold: Hold
+    hold: JointState
 
 
-class Group(NamedTuple):
+class LinkedBody(NamedTuple):
     """One body of the scene: its links, which move as one, and those of their colliders that are its own."""
 
     name: str
     fixed: bool
     links: Sequence[Link]
-    colliders: Sequence[Collider]
+    colliders: Sequence[BodyPiece]
 
 
 def bodies_of(
-    links: Sequence[Link], joints: Sequence[Joint], *, rigid: bool, touching: Touching | None = None
+    links: Sequence[Link], joints: Sequence[SimulatedJoint], *, rigid: bool, touching: Touching | None = None
 ) -> tuple[list[Body], list[Excluded], list[str]]:
     """Return the bodies of a scene, which of them may not touch, and notes.
 
@@ -83,14 +124,14 @@ def bodies_of(
     rigid, too. Without ``touching`` all colliders may touch.
     """
     welded, notes = _welded(links, joints, rigid=rigid)
-    found: list[Group] = []
+    found: list[LinkedBody] = []
     empty = []
     for whole in welded:
         members = [links[k] for k in whole.members]
         if whole.fixed:
             found += [group for link in members for group in _fixed_groups(link)]
         elif colliders := [each for link in members for each in _seen(link, members[0].pose)]:
-            found.append(Group(members[0].name, False, members, colliders))
+            found.append(LinkedBody(members[0].name, False, members, colliders))
         else:
             empty.append(members[0].name)
     if empty:
@@ -99,24 +140,26 @@ def bodies_of(
     bodies = [_body(group, name) for group, name in zip(found, names, strict=True)]
     if touching is None:
         return bodies, [], notes
-    numbers = [(name, g.fixed, [c.number for c in g.colliders]) for g, name in zip(found, names, strict=True)]
-    return bodies, kept_apart(numbers, touching), notes
+    parts = [BodyParts(body, [each.mark for each in g.colliders]) for g, body in zip(found, bodies, strict=True)]
+    return bodies, kept_apart(itertools.combinations(parts, 2), touching), notes
 
 
-def _welded(links: Sequence[Link], joints: Sequence[Joint], *, rigid: bool) -> tuple[list[Welded[int]], list[str]]:
+def _welded(
+    links: Sequence[Link], joints: Sequence[SimulatedJoint], *, rigid: bool
+) -> tuple[list[Welded[int]], list[str]]:
     """Return the links, by their numbers, that move as one, in the order of the simulator, and notes."""
     group = {k: Welded([k], link.fixed) for k, link in enumerate(links)}
 
-    def ends(joint: Joint) -> list[Welded[int] | None]:
+    def ends(joint: SimulatedJoint) -> list[Welded[int] | None]:
         return [None if end is None else group[end] for end in joint.ends]
 
-    def join(joint: Joint) -> None:
+    def join(joint: SimulatedJoint) -> None:
         weld(group, ends(joint), lambda k: k)
 
     for joint in joints:
-        if joint.hold is Hold.RIGID:
+        if joint.hold is JointState.RIGID:
             join(joint)
-    held = [joint for joint in joints if joint.hold is Hold.HELD]
+    held = [joint for joint in joints if joint.hold is JointState.HELD]
     hung: list[str] = []
     count = -1
     while len(hung) > count:  # a link that is held holds what hangs on it
@@ -128,7 +171,7 @@ def _welded(links: Sequence[Link], joints: Sequence[Joint], *, rigid: bool) -> t
                     if each is not None and not each.fixed:
                         each.fixed = True
                         hung += [links[k].name for k in each.members]
-    loose = [joint for joint in joints if joint.hold is not Hold.RIGID and _moves(ends(joint))]
+    loose = [joint for joint in joints if joint.hold is not JointState.RIGID and _moves(ends(joint))]
     faults = [
         f"{quoted(joint.name)} of {' and '.join(quoted(links[k].name) for k in joint.ends if k is not None)}"
         for joint in loose
@@ -150,21 +193,21 @@ def _moves(ends: Sequence[Welded[int] | None]) -> bool:
     return first is not second and any(each is not None and not each.fixed for each in ends)
 
 
-def _seen(link: Link, home: Float) -> list[Collider]:
+def _seen(link: Link, home: Float) -> list[BodyPiece]:
     """Return the colliders of a link in the frame ``home`` (4, 4)."""
     if link.pose is home:
         return link.colliders
     return [each._replace(pose=relative(link.pose @ each.pose, home)) for each in link.colliders]
 
 
-def _fixed_groups(link: Link) -> list[Group]:
+def _fixed_groups(link: Link) -> list[LinkedBody]:
     """Return a fixed link as bodies: one for each plane, which has no end, and one for all else."""
     planes = [each for each in link.colliders if isinstance(each.shape, HalfSpace)]
     others = [each for each in link.colliders if not isinstance(each.shape, HalfSpace)]
-    return [Group(link.name, True, [link], each) for each in (*([plane] for plane in planes), others) if each]
+    return [LinkedBody(link.name, True, [link], each) for each in (*([plane] for plane in planes), others) if each]
 
 
-def _body(group: Group, name: str) -> Body:
+def _body(group: LinkedBody, name: str) -> Body:
     with located(f"body {quoted(name)}"):
         if group.fixed:
             return body_of(name, group.links[0].pose, group.colliders)
@@ -179,7 +222,7 @@ def _body(group: Group, name: str) -> Body:
         return body_of(name, home, group.colliders, together(each))
 
 
-def body_of(name: str, pose: Float, colliders: Sequence[Collider], inertial: Inertial | None = None) -> Body:
+def body_of(name: str, pose: Float, colliders: Sequence[BodyPiece], inertial: Inertial | None = None) -> Body:
     """Return a body of one or more colliders at ``pose`` (4, 4), body frame to world; without inertia it is fixed.
 
     A plane must be the only collider, and its body has the frame of the plane.
@@ -198,20 +241,6 @@ def body_of(name: str, pose: Float, colliders: Sequence[Collider], inertial: Ine
         return Body(name, shape, pose=pose, material=usual, fixed=True)
     inertia = (inertial.inertia + inertial.inertia.T) / 2
     return Body(name, shape, inertial.mass, pose=pose, com=inertial.com, inertia=inertia, material=usual)
-
-
-def kept_apart(groups: Iterable[tuple[str, bool, Sequence[int]]], touching: Touching) -> list[Excluded]:
-    """Return the excluded pairs of bodies, or of their parts if other parts of the same bodies may touch.
-
-    ``groups`` are the bodies: the name, whether it is fixed, and the numbers of its colliders.
-    """
-    found: list[Excluded] = []
-    for (a, still, first), (b, fixed, second) in itertools.combinations(groups, 2):
-        if not (still and fixed):
-            may = touching(first, second)
-            if not may.all():
-                found += excluded_by(a, b, may)
-    return found
 
 
 def unique(wanted: Iterable[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Common parts of robot formats: rigid bodies assembled from shapes and masses with poses."""
+"""Common parts of robot formats: rigid bodies assembled from shapes and masses with poses, and the floor below them."""
 
 from __future__ import annotations
 
@@ -10,29 +10,49 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float, checked_items
+from holdfast.base.arrays import Bool, Float, checked_items, checked_truth
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import LENGTH
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Compound, Part, Shape, Solid
-from holdfast.scene.excluded import Excluded
+from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid, together
+from holdfast.scene.excluded import Excluded, excluded_by
 from holdfast.scene.friction import Friction
-from holdfast.scene.inertial import Inertial
-from holdfast.scene.scene import Scene
+from holdfast.scene.halfspace import HalfSpace
+from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shapes import Mesh, Sphere
 from holdfast.scene.xml import Element
 
 SAME_FRAME = 1e-12  # [m, 1] up to which a shape is in the frame of its body: rounding of poses there and back
+FLOOR = "floor"  # name of the body
+LEVEL = 0.999  # cosine of the slope up to which a half space is a floor, and no ramp or wall: 2.6 degrees
 
 
-class Piece(NamedTuple):
-    """A shape with its ``pose`` (4, 4) in the frame of the body, and the material of its surface."""
+class BodyPiece(NamedTuple):
+    """A shape with its ``pose`` (4, 4) in the frame of its link or body, and the material of its surface.
 
-    shape: Solid
+    ``mark`` is whatever tells a reader what the piece may touch.
+    """
+
+    shape: Solid | HalfSpace
     pose: Float
     material: str | None = None
+    mark: Any = None
+
+
+class LinkContent(NamedTuple):
+    """The pieces of a link in its frame, and its mass there; None if the link is fixed or its mass is not known."""
+
+    pieces: list[BodyPiece]
+    inertial: Inertial | None
+
+
+class BodyParts(NamedTuple):
+    """A body with the marks of the pieces that are its parts."""
+
+    body: Body
+    marks: Sequence[Any]
 
 
 class Notes(list[str]):
@@ -133,7 +153,7 @@ def weld(group: dict[K, G], ends: Sequence[G | None], key: Callable[[Any], K]) -
             group[key(member)] = first
 
 
-def filled(pieces: Sequence[Piece], density: float) -> Inertial:
+def filled(pieces: Sequence[BodyPiece], density: float) -> Inertial:
     """Return the inertial of pieces with the same ``density`` [kg/m³]; common volume counts once.
 
     Raises GeometryError if one of them encloses no volume.
@@ -145,7 +165,7 @@ def filled(pieces: Sequence[Piece], density: float) -> Inertial:
 
 
 def rigid_body(
-    name: str, pieces: Sequence[Piece], *, pose: Float, inertial: Inertial | None = None, fixed: bool = False
+    name: str, pieces: Sequence[BodyPiece], *, pose: Float, inertial: Inertial | None = None, fixed: bool = False
 ) -> Body:
     """Return a body of these pieces at ``pose`` (4, 4), body frame to world; a single mesh is moved in it."""
     materials = {piece.material for piece in pieces}
@@ -161,6 +181,45 @@ def rigid_body(
     )
 
 
+def bodies_of_links(
+    name: str, links: Sequence[tuple[Float, LinkContent]], *, pose: Float, fixed: bool
+) -> Iterator[BodyParts]:
+    """Yield the body of links that move as one, and before it a fixed one for each plane among their pieces.
+
+    ``links`` are the pose (4, 4) of each link in the body and what is in it, and ``pose`` (4, 4) is that of the body in
+    the world. Of a body that moves, the masses of its links are summed.
+    """
+    pieces = [piece._replace(pose=at @ piece.pose) for at, link in links for piece in link.pieces]
+    planes = [piece for piece in pieces if isinstance(piece.shape, HalfSpace)]
+    solids = [piece for piece in pieces if not isinstance(piece.shape, HalfSpace)]
+    for number, plane in enumerate(planes):
+        own = name if not solids and len(planes) == 1 else f"{name}::plane{number if number else ''}"
+        body = Body(own, HalfSpace(), pose=pose @ plane.pose, material=plane.material, fixed=True)
+        yield BodyParts(body, [plane.mark])
+    if solids:
+        each = [link.inertial.seen(at) for at, link in links if link.inertial is not None and link.inertial.mass]
+        whole = None if fixed else together(each)
+        yield BodyParts(
+            rigid_body(name, solids, pose=pose, inertial=whole, fixed=fixed), [piece.mark for piece in solids]
+        )
+
+
+def kept_apart(
+    pairs: Iterable[tuple[BodyParts, BodyParts]], touching: Callable[[Sequence[Any], Sequence[Any]], Bool]
+) -> list[Excluded]:
+    """Return the excluded pairs among these: of bodies, or of their parts if other parts of the same bodies may touch.
+
+    ``touching`` tells for the marks of two bodies which parts may touch, as (len(a), len(b)) or the same for all.
+    """
+    found: list[Excluded] = []
+    for (a, of_a), (b, of_b) in pairs:
+        if not (a.fixed and b.fixed):
+            may = touching(of_a, of_b)
+            if not may.all():
+                found += excluded_by(a.name, b.name, may)
+    return found
+
+
 def scene_of(
     bodies: Sequence[Body],
     friction: Friction | float,
@@ -173,7 +232,7 @@ def scene_of(
     return Scene(bodies, friction, gravity, name, excluded, dict.fromkeys(notes))
 
 
-def _shape(pieces: Sequence[Piece]) -> Shape:
+def _shape(pieces: Sequence[BodyPiece]) -> Shape:
     """Return the shape of a body, in the frame of the pieces."""
     first = pieces[0]
     if len(pieces) == 1:
@@ -221,3 +280,48 @@ def copies_of(name: str, pose: ArrayLike | None, poses: Mapping[str, ArrayLike] 
     if pose is not None or not hasattr(poses, "items") or not len(poses):
         raise SceneError(message("poses", f"is {quoted(poses)}", 'needs a dict such as {"left": T}, and no pose='))
     return [(copy, checked_pose(at, f"poses: {quoted(copy)}")) for copy, at in poses.items()]
+
+
+def with_floor(
+    bodies: Sequence[Body], floor: bool, where: str, remedy: str, *, problem: str = "nothing in it is fixed"
+) -> list[Body]:
+    """Return the bodies of a file and, if ``floor``, the half space below z = 0, which never moves.
+
+    Raises SceneError about ``where``, with the ``problem`` and its ``remedy``, if nothing is fixed, and if a body has
+    the name of the floor.
+    """
+    if checked_truth(floor, "floor") and any(body.name == FLOOR for body in bodies):
+        raise SceneError(message(FLOOR, "the file has a body of this name", "leave floor= out"))
+    found = [*bodies, Body(FLOOR, HalfSpace(), fixed=True)] if floor else list(bodies)
+    if not any(body.fixed for body in found):
+        raise SceneError(message(where, problem, remedy))
+    return found
+
+
+def on_the_floor(scene: Scene) -> Scene:
+    """Return the scene moved vertically, as one, so that its lowest point is on the floor; a note says how far.
+
+    The floor is the highest level half space, and all but half spaces are moved. Without one it is the top of the only
+    fixed body, and what can move is moved. Raises SceneError if there is neither.
+    """
+    planes = [body for body in scene.bodies if isinstance(body.shape, HalfSpace)]
+    tops = [float(body.pose[:3, 3] @ scene.up) for body in planes if body.pose[:3, 2] @ scene.up > LEVEL]
+    fixed = [body for body in scene.bodies if body.fixed and body not in planes]
+    if not tops and len(fixed) == 1:
+        tops, planes = [_heights(fixed[0], scene.up).max()], [*planes, *fixed]
+    if not tops:
+        problem = f"of {len(fixed)} fixed bodies none is a level half space"
+        raise SceneError(message("on_floor", problem, "give floor=True, or one fixed body that carries the others"))
+    moved = [body for body in scene.bodies if body not in planes]
+    lift = max(tops) - min((_heights(body, scene.up).min() for body in moved), default=max(tops))
+    step = np.eye(4)
+    step[:3, 3] = lift * scene.up
+    way = f"lowered by {-lift:.6g} m" if lift < 0 else f"raised by {lift:.6g} m"
+    return with_notes(
+        scene.moved({body.name: step @ body.pose for body in moved}),
+        [f"on_floor: {way}, so that the lowest point is on the floor"],
+    )
+
+
+def _heights(body: Body, up: Float) -> Float:
+    return np.asarray(body.surface_world.vertices @ up)

@@ -1,4 +1,7 @@
-"""Joints of robots as holds: their bearings bear whatever is needed, and along its axis a motor gives what it can."""
+"""Joints of robots as holds: their bearings bear whatever is needed, and along its axis a motor gives what it can.
+
+Given positions of joints are checked against the limits in the file.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,29 @@ from holdfast.base.ranges import FORCE, LENGTH
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
+from holdfast.scene.compound import Inertial
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.rigid_parts import Piece, rigid_body
+from holdfast.scene.formats.links import BodyPiece, rigid_body
 from holdfast.scene.hold import Hold, Range
-from holdfast.scene.inertial import Inertial
 from holdfast.scene.shapes import Sphere
 
+SLACK = 0.01  # share of the range, because files round limits (1.57 for a right angle) and simulators let joints yield
 Torques: TypeAlias = bool | Mapping[str, float]
+
+
+def check_within(where: str, position: float, low: float, high: float, *, turning: bool) -> None:
+    """Raise SceneError if the position [rad or m] of a joint lies outside ``low`` to ``high``, with both units named.
+
+    Such a position was probably meant in degrees or millimetres. Equal limits do not count: some files leave them out.
+    """
+    slack = SLACK * (high - low)
+    if not high > low or low - slack <= position <= high + slack:
+        return
+    if turning:
+        unit, remedy = "rad", f"positions are radians: {position:g} degrees are {np.radians(position):.4g} rad"
+    else:
+        unit, remedy = "m", f"positions are metres: {position:g} mm are {1e-3 * position:.4g} m"
+    raise SceneError(message(where, f"{position:g} {unit} is outside its limits {low:g} to {high:g} {unit}", remedy))
 
 
 class Motors:
@@ -60,7 +79,7 @@ class Motors:
         self.balls.append(name)
         radius, at = math.sqrt(2.5 * float(np.trace(own.inertia)) / 3 / own.mass), np.eye(4)
         at[:3, 3] = own.com
-        return rigid_body(name, [Piece(Sphere(max(radius, LENGTH.least)), at)], pose=pose, inertial=own)
+        return rigid_body(name, [BodyPiece(Sphere(max(radius, LENGTH.least)), at)], pose=pose, inertial=own)
 
 
 def joint_hold(body: str, on: str | None, point: Float, axis: Float, own: Range, *, slides: bool) -> Hold:

@@ -1,6 +1,7 @@
-"""Scenes from MoveIt's messages PlanningScene, PlanningSceneWorld and CollisionObject, without importing ROS.
+"""Scenes from MoveIt's messages PlanningScene, PlanningSceneWorld and CollisionObject, and from bags of ROS 1 and 2.
 
-A message is an object of any of ROS's client libraries, or a dictionary with the same fields.
+A message is an object of any of ROS's client libraries, or a dictionary with the same fields; ROS is not imported. Bags
+are read through rosbags.
 """
 
 from __future__ import annotations
@@ -12,14 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Float, checked, checked_name
+from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.ranges import PLACE
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Solid
+from holdfast.scene.formats.links import BodyPiece
 from holdfast.scene.formats.moveit import Planned, scene_of_objects
 from holdfast.scene.formats.named_meshes import Numbers
-from holdfast.scene.formats.rigid_parts import Piece
+from holdfast.scene.formats.registry import Format
+from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
@@ -28,6 +32,8 @@ BOX, SPHERE, CYLINDER = 1, 2, 3  # shape_msgs/SolidPrimitive
 KINDS = {4: "cone", 5: "prism"}
 ADD, REMOVE, APPEND, MOVE = range(4)  # moveit_msgs/CollisionObject
 WHERE = "planning scene"
+MARKS = {".bag": b"#ROSBAG V2", ".mcap": b"\x89MCAP0\r\n", ".db3": b"SQLite format 3\0"}
+MESSAGES = ("PlanningScene", "PlanningSceneWorld", "CollisionObject")
 
 
 def from_planning_scene(
@@ -61,7 +67,7 @@ class World:
     """The objects of planning scenes that are applied one after the other."""
 
     def __init__(self) -> None:
-        self.objects: dict[str, tuple[Float, list[Piece]]] = {}
+        self.objects: dict[str, tuple[Float, list[BodyPiece]]] = {}
         self.name = ""
         self.frames: dict[str, str] = {}  # of objects, by their names
         self.held: dict[str, None] = {}
@@ -154,7 +160,7 @@ def _pose(msg: Any) -> Float:  # noqa: ANN401
     return pose_from(place, turn if turn.any() else np.array([1.0, 0.0, 0.0, 0.0]))
 
 
-def _pieces(msg: Any) -> Iterator[Piece]:  # noqa: ANN401
+def _pieces(msg: Any) -> Iterator[BodyPiece]:  # noqa: ANN401
     """Yield the shapes of an object with their poses in its frame."""
     if len(_field(msg, "planes", [])):
         raise GeometryError(message("plane", "has no end", "leave it out, and say floor=True or add a body"))
@@ -165,7 +171,7 @@ def _pieces(msg: Any) -> Iterator[Piece]:  # noqa: ANN401
             problem = f"has {len(shapes)} {what} shapes and {len(poses)} poses"
             raise SceneError(message(f"{what}_poses", problem, "needs one for each"))
         for k, shape in enumerate(shapes):
-            yield Piece(make(shape), _pose(poses[k]) if len(poses) else np.eye(4))
+            yield BodyPiece(make(shape), _pose(poses[k]) if len(poses) else np.eye(4))
 
 
 def _primitive(msg: Any) -> Solid:  # noqa: ANN401
@@ -188,3 +194,50 @@ def _mesh(msg: Any) -> Solid:  # noqa: ANN401
     vertices = np.array([_numbers(corner, "xyz", "vertex") for corner in _field(msg, "vertices")]).reshape(-1, 3)
     faces = [[int(k) for k in _field(each, "vertex_indices")] for each in _field(msg, "triangles")]
     return Mesh(vertices, np.array(faces, dtype=np.int64).reshape(-1, 3))
+
+
+def sniff(source: Source) -> bool:
+    """Tell whether the file begins as a bag of its suffix does."""
+    return source.suffix in MARKS and source.head.startswith(MARKS[source.suffix])
+
+
+def read(
+    source: Source,
+    *,
+    friction: Friction | float | None = None,
+    density: Numbers | None = None,
+    mass: Numbers | None = None,
+    fixed: Collection[str] = (),
+    floor: bool = False,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+) -> Scene:
+    """Return the planning scene at the end of a bag.
+
+    All messages of moveit_msgs/PlanningScene, PlanningSceneWorld and CollisionObject are applied in their order. The
+    other options are those of ``from_planning_scene``. Raises SceneError if there is no such message, or if the bag
+    lacks the definitions of messages.
+    """
+    from rosbags.highlevel import AnyReader
+
+    where = str(source.path)
+    world, topics, others, count = World(), dict[str, None](), dict[str, None](), 0
+    folder = source.suffix != ".bag" and (source.path.parent / "metadata.yaml").is_file()
+    bag = AnyReader([source.path.parent if folder else source.path])
+    with foreign(where, remedy="needs a complete bag with its definitions"), bag as reader:
+        wanted = [each for each in reader.connections if each.msgtype.rpartition("/")[2] in MESSAGES]
+        others.update(dict.fromkeys(each.topic for each in reader.connections if each not in wanted))
+        for connection, _, raw in reader.messages(connections=wanted) if wanted else ():
+            world.apply(reader.deserialize(raw, connection.msgtype))
+            topics[connection.topic] = None
+            count += 1
+    if not count:
+        problem = (
+            f"holds no message of {listed(MESSAGES)}, but {listed(list(others))}" if others else "holds no message"
+        )
+        raise SceneError(message(where, problem, "record /planning_scene or /monitored_planning_scene"))
+    notes = [f"{count} messages of {listed([quoted(topic) for topic in topics])}", *world.notes()]
+    options = Planned(friction, density, mass, fixed, floor, gravity)
+    return scene_of_objects(where, world.objects, options, world.name or source.path.stem, notes)
+
+
+BAG = Format("ROS bag", tuple(MARKS), sniff, read, extra="ros")

@@ -1,4 +1,4 @@
-"""Run a batch on other machines by Dask: each task uses a worker process there and returns rows."""
+"""Answer jobs by worker processes: several on this machine, or one for each task of a Dask scheduler's workers."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from itertools import islice
+from multiprocessing.connection import wait
 from typing import TYPE_CHECKING
 
 from holdfast import __version__
@@ -14,12 +15,13 @@ from holdfast.base.borders.supervisor import Limits, Reply, Supervisor
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import quoted
-from holdfast.batches.job import Job, Question
-from holdfast.batches.local_workers import supervisor_for
+from holdfast.batches.job import BatchQuestion, Job
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
+
+ANSWERED_BY = "holdfast.batches.rows:answered"
 AHEAD = 2  # number of submitted tasks per thread of the cluster, which bounds the memory of replies
 SECONDS = 30  # [s] timeout of the connection to the scheduler
 
@@ -28,8 +30,50 @@ _lock = threading.Lock()
 _supervisors: list[Supervisor] = []
 
 
+def supervisor_for(question: BatchQuestion, limits: Limits) -> Supervisor:
+    """Return the supervisor of a worker that answers this question."""
+    setup = Job(0, "", BatchQuestion(question.verbs, question.options))
+    return Supervisor(ANSWERED_BY, setup, limits)
+
+
+def answered_here(
+    jobs: Iterator[Job], question: BatchQuestion, limits: Limits, workers: int
+) -> Iterator[tuple[Job, Reply]]:
+    """Yield every job with its reply.
+
+    One job more than there are workers is drawn in advance. It is given to the first idle worker before that worker's
+    reply is yielded, so that no worker waits for jobs or for the consumer of replies.
+    """
+    with ExitStack() as stack:
+        idle = [stack.enter_context(supervisor_for(question, limits)) for _ in range(workers)]
+        busy: list[Supervisor] = []
+        waiting: Job | None = None
+
+        def give() -> None:
+            nonlocal waiting
+            if idle and waiting is not None:
+                idle[-1].give(waiting)
+                busy.append(idle.pop())
+                waiting = None
+
+        while True:
+            while waiting is None and (waiting := next(jobs, None)) is not None:
+                give()
+            if not busy:
+                return
+            wait([supervisor.answers for supervisor in busy], min(supervisor.left for supervisor in busy))
+            for supervisor in list(busy):
+                reply = supervisor.take()
+                if reply is not None:
+                    job = supervisor.item
+                    busy.remove(supervisor)
+                    idle.append(supervisor)
+                    give()
+                    yield job, reply
+
+
 def answered_there(
-    jobs: Iterator[Job], question: Question, limits: Limits, scheduler: str | Client
+    jobs: Iterator[Job], question: BatchQuestion, limits: Limits, scheduler: str | Client
 ) -> Iterator[tuple[Job, Reply]]:
     """Yield every job with its reply from the workers of a Dask scheduler.
 
@@ -64,7 +108,7 @@ def answered_there(
                 done.add(future)
 
 
-def asked(job: Job, question: Question, limits: Limits) -> tuple[str, Reply]:
+def asked(job: Job, question: BatchQuestion, limits: Limits) -> tuple[str, Reply]:
     """Answer a job in this thread's own worker process; return the version of holdfast there, and the reply."""
     own = getattr(_own, "supervisor", None)
     if own is None or own not in _supervisors or _own.about != (question.text, limits):
@@ -110,8 +154,8 @@ def _room(client: Client) -> int:
     return max(AHEAD * threads, 1)
 
 
-def _submitted(client: Client, job: Job, question: Question, limits: Limits) -> Future:
-    bare = Question(question.verbs, question.options)
+def _submitted(client: Client, job: Job, question: BatchQuestion, limits: Limits) -> Future:
+    bare = BatchQuestion(question.verbs, question.options)
     return client.submit(asked, job, bare, limits, pure=False, key=f"holdfast-{job.number}-{id(job)}")
 
 

@@ -1,1 +1,0 @@
-"""Planning scenes of MoveIt in messages of ROS: as objects or dictionaries, and in bags."""
