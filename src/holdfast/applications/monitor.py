@@ -97,7 +97,7 @@ class Monitored(PublicValue):
         return Summary(f"{self.status}: {text}{first}", [("why", self.reason)] if self.reason else ())
 
 
-class _Along(NamedTuple):
+class _Direction(NamedTuple):
     """What an engine says of one direction: bounds of the largest factor, and what moves first."""
 
     lower: float
@@ -106,7 +106,7 @@ class _Along(NamedTuple):
 
 
 @dataclass(eq=False)
-class _Asked:
+class _GroupAnswers:
     """The answers of one prepared engine about one group, along directions x (12,), and what they take.
 
     ``columns`` (6J, 12) are the loads of the group alone. ``times`` [s] are those of the last questions.
@@ -115,18 +115,18 @@ class _Asked:
     groups: Groups
     columns: Float
     times: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
-    known: OrderedDict[bytes, _Along] = field(default_factory=OrderedDict)
+    known: OrderedDict[bytes, _Direction] = field(default_factory=OrderedDict)
 
     @property
     def cost(self) -> float:
         """The time [s] that the next question is expected to take; 0 if none was asked."""
         return float(np.median(self.times)) if self.times else 0.0
 
-    def ask(self, way: Float) -> _Along:
+    def ask(self, way: Float) -> _Direction:
         """Return the answer along ``way`` (12,), and remember it."""
         start = time.perf_counter()
         found = self.groups.load_factor((self.columns @ way)[:, None])
-        along = _Along(float(found.lower[0]), float(found.upper[0]), found.moving[0])
+        along = _Direction(float(found.lower[0]), float(found.upper[0]), found.moving[0])
         self.times.append(time.perf_counter() - start)
         self.known[_key(way)] = along
         while len(self.known) > REMEMBERED:
@@ -135,7 +135,7 @@ class _Asked:
 
 
 @dataclass(eq=False)
-class _Watched:
+class _WatchedGroup:
     """A group that stands, with the ``names`` of its bodies, of which some may be only ``balanced``.
 
     ``holds`` asks the default engine, and ``moves`` the one that proves motions. ``last`` is the share that a unit of
@@ -144,8 +144,8 @@ class _Watched:
 
     names: tuple[str, ...]
     balanced: tuple[str, ...]
-    holds: _Asked
-    moves: _Asked
+    holds: _GroupAnswers
+    moves: _GroupAnswers
     last: float = np.inf
 
 
@@ -192,7 +192,7 @@ class Monitor:
         if not self._names:
             raise SceneError(message("monitor", "nothing that it watches can move", "needs movable bodies"))
         self._assembly = given
-        self._watched: dict[tuple[Same, bytes], _Watched] = {}
+        self._watched: dict[tuple[Same, bytes], _WatchedGroup] = {}
         self._tried = -np.inf  # when a question was last asked
         self._prepare(self._solves)
 
@@ -278,7 +278,7 @@ class Monitor:
         least = max(_share(size, one.upper) for one in (known, proof) if one is not None)
         return _answer(used, least, known.moving or (() if proof is None else proof.moving), "")
 
-    def _used(self, way: Float, size: float, until: float) -> tuple[float, _Watched | None, list[_Watched]]:
+    def _used(self, way: Float, size: float, until: float) -> tuple[float, _WatchedGroup | None, list[_WatchedGroup]]:
         """Return the largest share that a group uses of what it withstands at ``size`` times the direction ``way``.
 
         Also returns that group, and those that are left as the time is over. Those that used most the last time are
@@ -323,7 +323,7 @@ class Monitor:
         columns, times = motion_columns(assembly, self._pivot), {w.names: w.holds.times for w in self._watched.values()}
         holding, moving = (prepared(engine_of(name), assembly, standing) for name in (DEFAULT_ENGINE, CERTAIN_ENGINE))
         numbers = [k for k, names in enumerate(assembly.groups) if not self._names.isdisjoint(names)]
-        watched: dict[tuple[Same, bytes], _Watched] = {}
+        watched: dict[tuple[Same, bytes], _WatchedGroup] = {}
         self._unsure: list[Group] = []
         for k in reported("monitor", numbers):
             group = holding.group(k)
@@ -336,8 +336,11 @@ class Monitor:
             if known is None:
                 own = np.zeros_like(columns)
                 own[rows] = columns[rows]
-                holds, moves = _Asked(holding, own, times.get(group.names, deque(maxlen=RECENT))), _Asked(moving, own)
-                known = _Watched(group.names, group.verdict.balanced, holds, moves)
+                holds, moves = (
+                    _GroupAnswers(holding, own, times.get(group.names, deque(maxlen=RECENT))),
+                    _GroupAnswers(moving, own),
+                )
+                known = _WatchedGroup(group.names, group.verdict.balanced, holds, moves)
                 for way in _likely(solves):
                     holds.ask(way)
                     moves.ask(way)

@@ -22,10 +22,9 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.imperfect_bounds import Covering, covering
-from holdfast.queries.intervals import Pair, friction_intervals, mass_intervals, width_notes
 from holdfast.queries.request import Load, total_wrench
 from holdfast.queries.result import Columns
-from holdfast.queries.uncertain import Uncertain
+from holdfast.queries.uncertain import Pair, Uncertain, friction_intervals, mass_intervals, width_notes
 
 EVEN = 0.5  # probability that an uncertain contact is absent from a sample, if poses are not sampled
 

@@ -29,16 +29,6 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.limit.box_corners import change_at, corners_of, least_of
 from holdfast.engines.verdict import Status
-from holdfast.queries.intervals import (
-    ComRange,
-    MassRange,
-    MuRange,
-    Pair,
-    com_boxes,
-    friction_intervals,
-    mass_intervals,
-    width_notes,
-)
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
     Load,
@@ -50,6 +40,16 @@ from holdfast.queries.request import (
     total_wrench,
 )
 from holdfast.queries.result import Forces, amount, least
+from holdfast.queries.uncertain import (
+    ComRange,
+    MassRange,
+    MuRange,
+    Pair,
+    com_boxes,
+    friction_intervals,
+    mass_intervals,
+    width_notes,
+)
 from holdfast.scene.scene import Scene
 
 GUARANTEE = (

@@ -31,7 +31,6 @@ from holdfast.base.text import listed, quoted
 from holdfast.base.values import Table
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.queries.intervals import Pair
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -42,6 +41,7 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
+from holdfast.queries.uncertain import Pair
 from holdfast.scene.scene import Scene
 
 BEGIN = 0.3  # coefficient where scans begin, whatever the file says: they reach from 0.06 to 1.5, all dry materials

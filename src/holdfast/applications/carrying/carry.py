@@ -11,9 +11,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.carrying.profile import Profile
+from holdfast.applications.carrying.profile import STANDARDS, Profile
 from holdfast.applications.carrying.result import Carried, moved
-from holdfast.applications.carrying.standards import STANDARDS
 from holdfast.applications.inertia import inertial_wrenches
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Int, Objects

@@ -1,4 +1,4 @@
-"""Decide whether one body may be taken out now, while the other bodies stand and do not move.
+"""Decide for a body in any state of an assembly whether it may be taken out while the others stand and do not move.
 
 The gripper holds the body at its centre of mass. Its force rises from 0 to the body's weight, against gravity, and then
 pulls along the lift direction. Let the contact forces f balance the assembly, and let f' balance the rest without the
@@ -19,7 +19,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from holdfast.applications.disassembly.exits import Exits
 from holdfast.applications.disassembly.least_hold import HandHold
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.connected import components
@@ -36,6 +35,7 @@ from holdfast.engines.capabilities import RELEASES
 from holdfast.engines.contract import FORCES_ONLY, Engine
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import ContactForces, Status, Verdict
+from holdfast.geometry.sweep import Swept, hit_distance
 from holdfast.queries.crushing import verdict_on_bearing
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 from holdfast.queries.result import vector_text
@@ -50,6 +50,59 @@ TAKEN = 0.9
 SHARES = (0.3, 0.6, 0.9)  # shares of the weight at which stability is checked along the way
 SAFE = "the rest stands without it and while its weight is taken"  # the reason of a SAFE answer
 CACHED = 8  # largest number of prepared states in memory
+
+
+class Exits:
+    """The obstacles on each body's straight way out along the unit vector ``direction`` (3,), with their distances [m].
+
+    Bodies stay in place until they are taken out, so each pair is checked only once. Two surfaces may overlap by the
+    contact tolerance of their pair, so a wall along which a body slides is not an obstacle.
+    """
+
+    def __init__(self, assembly: Assembly, direction: Float) -> None:
+        self.assembly, self.direction = assembly, direction
+        self._found: dict[str, tuple[tuple[str, float], ...]] = {}
+
+    @cached_property
+    def _swept(self) -> dict[str, Swept]:
+        return {body.name: Swept(body.reduced_world, self.direction) for body in self.assembly.bodies}
+
+    @cached_property
+    def _boxes(self) -> tuple[Float, Float]:
+        """The lowest and highest coordinates (n, 3) [m] of all bodies, across and along the direction."""
+        swept = self._swept.values()
+        return np.array([s.low for s in swept]), np.array([s.high for s in swept])
+
+    def in_the_way(self, name: str) -> tuple[tuple[str, float], ...]:
+        """Return all bodies that ``name`` would hit on its way out, each with its distance [m], the nearest first."""
+        if name not in self._found:
+            self._found[name] = self._search(name)
+        return self._found[name]
+
+    def blockers(self, name: str, remaining: Collection[str]) -> tuple[tuple[str, float], ...]:
+        """Return those of the bodies ``in_the_way`` that are fixed or among ``remaining``."""
+        fixed = self._fixed
+        return tuple(hit for hit in self.in_the_way(name) if hit[0] in remaining or hit[0] in fixed)
+
+    @cached_property
+    def _fixed(self) -> set[str]:
+        return {body.name for body in self.assembly.bodies if body.fixed}
+
+    def _search(self, name: str) -> tuple[tuple[str, float], ...]:
+        bodies, index = self.assembly.bodies, list(self._swept).index(name)
+        low, high = self._boxes
+        beside = ((low[:, :2] < high[index, :2]) & (low[index, :2] < high[:, :2])).all(1)
+        slack = self.assembly.tolerances.widest(self.assembly.scene)
+        ahead = high[:, 2] >= low[index, 2] - slack
+        found = []
+        for k in np.flatnonzero(beside & ahead).tolist():
+            if k == index:
+                continue
+            tolerance = self.assembly.tolerances.between(bodies[index], bodies[k]).depth
+            distance = hit_distance(self._swept[name], self._swept[bodies[k].name], tolerance)
+            if np.isfinite(distance):
+                found.append((bodies[k].name, distance))
+        return tuple(sorted(found, key=lambda hit: hit[1]))
 
 
 @archived

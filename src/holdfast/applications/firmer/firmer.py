@@ -9,9 +9,9 @@ import numpy as np
 
 from holdfast.applications.carrying.carry import ProfileChoice, checked_profile
 from holdfast.applications.firmer.freedom import WAYS, Freedom, Moves
-from holdfast.applications.firmer.measure import Firmness, Motion, Pushes
+from holdfast.applications.firmer.measure import CarrierMotion, Firmness, Pushes
 from holdfast.applications.firmer.result import Firmer, FirmerStep
-from holdfast.applications.pattern_search import pattern_search
+from holdfast.applications.placement.comparing import pattern_search
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import checked_number
 from holdfast.base.errors import HoldfastError, SceneError, message
@@ -70,9 +70,9 @@ def firmer(
     limit = np.inf if seconds is None else checked_number(seconds, "firmer: seconds", above=0)
     method = engine_of(engine)
     free = Freedom(assembly, names, Moves() if moves is None else moves)
-    measure: Pushes | Motion
+    measure: Pushes | CarrierMotion
     if motion is not None:
-        measure = Motion(method, checked_profile(motion, assembly))
+        measure = CarrierMotion(method, checked_profile(motion, assembly))
     elif pushes is not None:
         measure = Pushes.given(assembly, pushes, method)
     else:
@@ -98,7 +98,7 @@ def firmer(
 class Climb:
     """A search from one firm state to the next: the ``path`` of states so far, and how many were ``tried``."""
 
-    def __init__(self, free: Freedom, measure: Pushes | Motion) -> None:
+    def __init__(self, free: Freedom, measure: Pushes | CarrierMotion) -> None:
         self.free, self.measure, self.tried = free, measure, 0
         self.path: list[State] = [(free.assembly, measure.firmness(free.assembly))]
 

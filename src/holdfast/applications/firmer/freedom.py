@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from holdfast.applications.pattern_search import AROUND, around
+from holdfast.applications.placement.comparing import AROUND, around
 from holdfast.applications.placement.margins import (
     clearance,
     contacts_of,
@@ -58,7 +58,7 @@ class Moves(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class Surroundings:
     """How one body stands: on which ``carriers``, what it has ``touched``, and its distances [m]."""
 
     carriers: frozenset[str]
@@ -106,7 +106,7 @@ class Freedom:
         return found
 
     @cached_property
-    def at_first(self) -> Mapping[str, Standing]:
+    def at_first(self) -> Mapping[str, Surroundings]:
         """How each body, and what it carries, stands before it is moved."""
         return {name: self._standing(self.assembly, name) for load in self.loads.values() for name in load}
 
@@ -170,13 +170,13 @@ class Freedom:
                 found[name] = [body.name for body in self.assembly.bodies if body.name not in {*near, *load}]
         return found
 
-    def _standing(self, assembly: Assembly, name: str) -> Standing:
+    def _standing(self, assembly: Assembly, name: str) -> Surroundings:
         scene = assembly.scene
         placed, own = scene.body(name), contacts_of(name, assembly.interfaces)
         carriers = supporting_bodies(name, own, scene.up)
         beneath = [scene.body(other) for other in carriers]
         bounded = not any(isinstance(body.shape, HalfSpace) for body in beneath)
-        return Standing(
+        return Surroundings(
             carriers=frozenset(carriers),
             touched=frozenset(other for interface in own for other in interface.bodies if other != name),
             edge=edge_margin(placed, beneath, own, scene.up) if bounded else np.inf,

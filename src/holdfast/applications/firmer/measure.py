@@ -17,7 +17,7 @@ from holdfast.base.text import quoted
 from holdfast.base.values import Table
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
-from holdfast.queries.exposed import exposed_cells
+from holdfast.queries.map import exposed_cells
 from holdfast.queries.push import asked
 from holdfast.queries.request import Load, checked_loads, pressed_by_pushes, push_columns
 
@@ -140,7 +140,7 @@ class Pushes:
 
 
 @dataclass(eq=False)
-class Motion:
+class CarrierMotion:
     """A motion of the carrier: how many times faster its accelerations may be."""
 
     engine: Engine

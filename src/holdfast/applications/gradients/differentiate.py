@@ -73,7 +73,7 @@ def gradients(
         [body.name for body in assembly.bodies] if bodies is None else list(body_numbers(assembly, list(bodies), WHERE))
     )
     parameters = Parameters(answer, question, loads, frozenset(names))
-    return _Rows(parameters, engine_of(answer.engine)).all()
+    return _DerivedRows(parameters, engine_of(answer.engine)).all()
 
 
 def _question(answer: Derived) -> tuple[Question, Float]:
@@ -88,7 +88,7 @@ def _question(answer: Derived) -> tuple[Question, Float]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class _DerivedRows:
     """All rows of an answer, whose engine is ``method``."""
 
     parameters: Parameters

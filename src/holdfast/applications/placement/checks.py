@@ -1,4 +1,7 @@
-"""Decide whether an object may be placed in a pose: first by geometry, then by whether everything stands."""
+"""Decide whether an object may be placed in a pose: first by geometry, then by whether everything stands.
+
+Geometry includes a straight way in for the object and its gripper, and the way back for the gripper.
+"""
 
 from __future__ import annotations
 
@@ -9,44 +12,122 @@ from functools import cached_property
 import manifold3d
 import numpy as np
 
+from holdfast.applications.placement.conditions import Options
 from holdfast.applications.placement.margins import clearance, edge_margin, supporting_bodies, way_back
-from holdfast.applications.placement.options import Options
-from holdfast.applications.placement.refusals import (
-    AWAY,
-    BALANCED,
-    CRUSHED,
-    FALLEN,
-    FORBIDDEN,
-    GRIPPED,
-    HANGS,
-    KEPT_OUT,
-    MARGINAL,
-    OUTSIDE,
-    OVERLAPS,
-    REFUSED,
-    SHUT_IN,
-    TURNED,
-    UNSUPPORTED,
-    UNSURE,
-)
-from holdfast.applications.placement.way_in import WayIn
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, unit
 from holdfast.base.progress import keep_to_time
-from holdfast.base.rigid import transform
+from holdfast.base.rigid import tangents, transform
 from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.detect import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.engines.bearing import bearings
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.solid import hull_solid
+from holdfast.geometry.surface import Surface
+from holdfast.geometry.sweep import Swept, first_hit, hit_distance
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Box
 
+ON_RING = 8  # number of directions on each of two rings of the approach cone, besides its axis
+TURNS = 4  # number of headings of a gripper that are tried, a quarter turn apart
+OVERLAPS, FALLS, OUTSIDE = "overlaps the scene", "slides or falls off", "outside the region"
+TURNED, UNSUPPORTED, SHUT_IN = "not in an allowed orientation", "not on enough of the supports", "no way in"
+FORBIDDEN, KEPT_OUT = "touches what it must not", "reaches into a region to keep out of"
+HANGS, BALANCED = "juts out over an edge", "is only balanced"
+AWAY, GRIPPED = "not next to what it should be next to", "no room for the gripper"
+CRUSHED = "crushes a body"
+FALLEN, UNSURE, REFUSED = "does not stand with it", "undecided with it", "refused by the second engine"
+MARGINAL = "would not stand if it were heavier by the margin"
+STAGES = (
+    *(FALLS, OVERLAPS, OUTSIDE, TURNED, KEPT_OUT, AWAY, UNSUPPORTED, HANGS, FORBIDDEN, SHUT_IN, GRIPPED),
+    *(UNSURE, FALLEN, BALANCED, CRUSHED, REFUSED, MARGINAL),
+)  # in the order of the checks: an attempt with a later fault passed more of them
 BESIDE = 0.5  # largest distance between bodies next to each other, as a share of the object's size
+
+
+@dataclass(frozen=True, eq=False)
+class WayIn:
+    """The way in of an object among ``bodies``.
+
+    ``approach`` (3,) is the direction of motion, or None if the way in is not checked; directions within ``cone`` [rad]
+    of it are also allowed. ``gripper`` (2, 3) [m] holds the low and the high corner of the gripper's box, relative to
+    the middle of the object's top: the third coordinate is along ``up`` (3,), and the first along the first of the
+    object's axes that is roughly level.
+    """
+
+    bodies: tuple[Body, ...]
+    tolerances: Tolerances
+    up: Float
+    approach: Float | None
+    cone: float
+    gripper: Float | None
+
+    @cached_property
+    def ways(self) -> tuple[Float, ...]:
+        """The unit directions (3,) that are tried, the axis of the cone first."""
+        axis = -self.up if self.approach is None else self.approach
+        if self.cone == 0:
+            return (axis,)
+        across = np.array(tangents(axis))
+        angles = 2 * np.pi * np.arange(ON_RING) / ON_RING
+        around = np.column_stack([np.cos(angles), np.sin(angles)]) @ across
+        rings = [np.cos(lean) * axis + np.sin(lean) * around for lean in (self.cone / 2, self.cone)]
+        return (axis, *unit(np.vstack(rings)))
+
+    def object_fits(self, placed: Body) -> bool:
+        """Return whether there is a free straight way in for the object."""
+        return self.approach is None or any(self._open(placed, way) for way in self.ways)
+
+    def gripper_fits(self, placed: Body) -> bool:
+        """Return whether there is a straight way in that is free for both the object and the gripper's box."""
+        if self.gripper is None:
+            return True
+        ways = [way for way in self.ways if self.approach is None or self._open(placed, way)]
+        return any(self._room(box, way) for way in ways for box in self._held(placed))
+
+    def _open(self, placed: Body, way: Float) -> bool:
+        """Return whether the object hits nothing on its straight way out, the reverse of the way in."""
+        going = Swept(placed.reduced_world, -way)
+        return not any(
+            np.isfinite(
+                hit_distance(going, Swept(body.reduced_world, -way), self.tolerances.between(body, placed).depth)
+            )
+            for body in self.bodies
+        )
+
+    def _held(self, placed: Body) -> list[Surface]:
+        """Return the gripper's box at the end of the way in, once for each heading."""
+        assert self.gripper is not None
+        vertices = placed.surface_world.vertices
+        level = placed.pose[:3, :3].T - np.outer(placed.pose[:3, :3].T @ self.up, self.up)
+        first = unit(level[int(np.argmax(np.linalg.norm(level, axis=1) > 0.5))])
+        axes = np.array([first, np.cross(self.up, first), self.up])
+        seen = vertices @ axes.T
+        middle = np.array([*(seen.min(0) + seen.max(0))[:2] / 2, seen[:, 2].max()]) @ axes
+        low, high = self.gripper
+        box = Box(high - low).surface
+        local = box.vertices + (low + high) / 2
+        angles = 2 * np.pi * np.arange(TURNS) / TURNS
+        turns = [np.array([[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0], [0, 0, 1]]) for a in angles]
+        return [Surface(middle + local @ turn @ axes, box.faces) for turn in turns]
+
+    def _room(self, box: Surface, way: Float) -> bool:
+        """Return whether a box that moves along ``way`` (3,) from outside the scene hits no body on the way."""
+        ahead = box.vertices @ way
+        for body in self.bodies:
+            theirs = body.reduced_world.vertices @ way
+            back = max(float(ahead.max() - theirs.min()), 0.0) + float(np.ptp(ahead))
+            start = Surface(box.vertices - back * way, box.faces)
+            tolerance = self.tolerances.of(body)
+            if first_hit(start, body.reduced_world, way, tolerance) < back - tolerance:
+                return False
+        return True
 
 
 @dataclass(frozen=True, eq=False)

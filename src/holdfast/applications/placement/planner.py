@@ -19,18 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.comparing import Compared, compared
-from holdfast.applications.placement.conditions import ATTEMPTS, CANDIDATES
+from holdfast.applications.placement.checks import FALLS, OVERLAPS, Checks
+from holdfast.applications.placement.comparing import Clock, Compared, Trials, compared
+from holdfast.applications.placement.conditions import ATTEMPTS, CANDIDATES, Options
 from holdfast.applications.placement.margins import normals_into
-from holdfast.applications.placement.options import Options
-from holdfast.applications.placement.place_search import Clock, Trials
-from holdfast.applications.placement.proposals import Proposals
 from holdfast.applications.placement.rating import UNASKED, least_push, unasked_map
-from holdfast.applications.placement.refusals import FALLS, OVERLAPS
 from holdfast.applications.placement.result import Candidate, Placement
-from holdfast.applications.placement.support import SupportPoints, scene_map, support_points, unmapped_points
-from holdfast.applications.standing_faces import Face, Standing, rolls_on
+from holdfast.applications.placement.support import Proposals, SupportPoints, scene_map, support_points, unmapped_points
+from holdfast.applications.resting_poses import Face, StandingFaces, rolls_on
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.caution import doubts
 from holdfast.base.progress import OutOfTimeError, report, until
@@ -139,7 +135,7 @@ class Planner:
     @cached_property
     def faces(self) -> tuple[Face, ...]:
         """The faces of the object's convex hull."""
-        return Standing(self.body).faces()
+        return StandingFaces(self.body).faces()
 
     @cached_property
     def checks(self) -> Checks:

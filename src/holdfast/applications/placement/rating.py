@@ -18,8 +18,7 @@ from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
-from holdfast.queries.exposed import exposed_cells
-from holdfast.queries.map import RobustnessMap, robustness_map
+from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map
 
 ROUGHLY = 3  # spacing of the coarse maps by which poses are compared, as a multiple of the spacing of the full map
 MOST_RATED = 150  # approximate largest number of points of such a map

@@ -16,7 +16,7 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.joint_verdict import joint
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import GroupVerdict, Status, Verdict
-from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece
+from holdfast.queries.poses.neighbourhoods import Neighbourhood, Neighbourhoods
 
 STAGE = "poses"
 
@@ -49,19 +49,19 @@ class Locals:
 
     around: Neighbourhoods
     engine: Engine
-    _made: dict[Piece, Assembly] = field(default_factory=dict, init=False, repr=False)
+    _made: dict[Neighbourhood, Assembly] = field(default_factory=dict, init=False, repr=False)
 
-    def of(self, piece: Piece) -> Assembly:
+    def of(self, piece: Neighbourhood) -> Assembly:
         """Return the assembly of a piece, with its moved bodies where they were."""
         if piece not in self._made:
             self._made[piece] = self.around.local(piece)
         return self._made[piece]
 
-    def at(self, piece: Piece, poses: Mapping[str, Float]) -> Assembly:
+    def at(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Assembly:
         """Return the assembly of a piece with its moved bodies at ``poses`` (4, 4)."""
         return self.of(piece).moved({name: poses[name] for name in piece.moved})
 
-    def decided(self, piece: Piece, poses: Mapping[str, Float]) -> Groups:
+    def decided(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Groups:
         """Return the verdicts on the groups of a piece at ``poses`` (4, 4)."""
         return tuple(Decided.of(group) for group in prepared(self.engine, self.at(piece, poses)).verdicts)
 
@@ -71,7 +71,7 @@ class Locals:
         rest = self.around.rest
         return () if rest is None else tuple(Decided.of(group) for group in prepared(self.engine, rest).verdicts)
 
-    def decided_all(self, asked: Sequence[tuple[int, Piece]], count: int) -> list[Groups]:
+    def decided_all(self, asked: Sequence[tuple[int, Neighbourhood]], count: int) -> list[Groups]:
         """Decide pieces at the poses of some rows, ``asked`` as (row, piece), in threads.
 
         Progress is reported in shares of ``count``.

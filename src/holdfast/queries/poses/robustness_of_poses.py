@@ -22,8 +22,7 @@ from holdfast.engines.bearing import limited
 from holdfast.engines.verdict import Status
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.queries.poses.decisions import STAGE, Locals, quiet
-from holdfast.queries.poses.given_poses import GivenPoses, given_poses
-from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece
+from holdfast.queries.poses.neighbourhoods import GivenPoses, Neighbourhood, Neighbourhoods, given_poses
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.push import asked, robustness
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
@@ -239,7 +238,7 @@ class _Pushed:
         around = self.local.around
         count, plain = len(around.given), PlainCases(self.local)
         found: dict[int, Row] = {}
-        left: list[tuple[int, Piece]] = []
+        left: list[tuple[int, Neighbourhood]] = []
         untouched: list[int] = []
         for number_, pieces in enumerate(around.pieces):
             rows = np.flatnonzero(around.pattern == number_)

@@ -21,8 +21,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import limited
 from holdfast.engines.verdict import Status
 from holdfast.queries.poses.decisions import Decided, Groups, Locals, Whole, quiet
-from holdfast.queries.poses.given_poses import given_poses
-from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece
+from holdfast.queries.poses.neighbourhoods import Neighbourhood, Neighbourhoods, given_poses
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.queries.stability import Stability, stability
@@ -172,8 +171,8 @@ def decided(local: Locals) -> list[Decided]:
     """Return the verdict on the whole scene at each pose: plain cases at once, all others one by one."""
     around = local.around
     plain = PlainCases(local)
-    known: list[dict[Piece, Groups]] = [{} for _ in range(len(around.given))]
-    asked: list[tuple[int, Piece]] = []
+    known: list[dict[Neighbourhood, Groups]] = [{} for _ in range(len(around.given))]
+    asked: list[tuple[int, Neighbourhood]] = []
     for number_, pieces in enumerate(around.pieces):
         rows = np.flatnonzero(around.pattern == number_)
         for piece in pieces:
