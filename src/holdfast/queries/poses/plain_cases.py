@@ -17,9 +17,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents, transform
-from holdfast.contacts.detect import Near, shared_length
 from holdfast.contacts.flags import SHAKY
-from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import doubtful_gap
 from holdfast.engines.answers import ONLY_BALANCED
 from holdfast.engines.compliant.engine import Compliant
@@ -36,10 +34,8 @@ FRICTION = 0.25  # share of the friction that leaning may use
 SURELY = 0.9  # share of a tolerance within which nothing else about it matters
 LEVEL = 1e-3  # sine of the angle up to which a body stands level enough to carry another one
 SAME = 1e-9  # [rad, and of the body's size] difference of two poses that is rounding
-STEEP = 2.0 ** np.arange(-3, 8)  # slopes λ that are tried
 UPRIGHT = 0.9  # least cosine of the angle between a face and the horizontal
 FALLS = "no contact forces balance every body: the centre of mass of {} is beyond the edge of {}"
-TIPS = "no contact forces balance every body: nothing of {} that {} could hold is below its centre of mass"
 ANYWHERE = "no contact forces balance every body: {} falls anywhere on {} at this height and lean"
 HOVERS = "no contact within tolerance holds {}, but {} is within reach below and it would rest there: settle"
 SURE = 2.0  # [gaps] radius of a ball that two bodies share, which proves an overlap of 4/3 gaps between convex bodies
@@ -131,10 +127,7 @@ class OnFaces:
         for number, (its, _) in enumerate(around.parts):
             below = self._below(number) if its in piece.beside and len(rows) else None
             if below is not None:
-                alone = ~np.delete(meets, number, axis=1).any(1)
-                yield from self._over(piece, rows[alone], rest, below)
-                if around.assembly.scene.body(its).fixed:
-                    yield from self._into_others(piece, rows[~alone], meets[~alone], rest, below)
+                yield from self._over(piece, rows[~np.delete(meets, number, axis=1).any(1)], rest, below)
 
     @cached_property
     def _feet(self) -> list[FlatFace]:
@@ -175,37 +168,7 @@ class OnFaces:
                 left &= ~falls
                 yield rows[falls], (self._said(Status.UNSTABLE, FALLS, its), *rest)
         if alone:
-            rows, placed = rows[left], placed[left]
-            tips = self._tips(placed, below)
-            yield rows[tips], (self._said(Status.UNSTABLE, TIPS, its), *rest)
-            yield from self._alike(piece, below, rows[~tips], placed[~tips])
-
-    def _into_others(
-        self, piece: Neighbourhood, rows: Int, meets: Bool, rest: Groups, below: Below
-    ) -> Iterator[tuple[Int, Groups]]:
-        """Yield rows at which the body stands on a fixed face and overlaps other bodies, that it ``meets`` (n, P).
-
-        All of these stand without each other, so that nothing falls but for what they do where they overlap.
-        """
-        around = self.local.around
-        scene, tolerances = around.assembly.scene, around.assembly.tolerances
-        placed = self._placed(rows, below)
-        for number in range(len(self._feet)):
-            flush = self._flush(placed, below, number)
-            for k in np.flatnonzero(flush.touches & flush.over).tolist():
-                met = dict.fromkeys(around.parts[part][0] for part in np.flatnonzero(meets[k]))
-                there = scene.body(self.name).moved(around.given.of(self.name)[rows[k]])
-                pairs = [
-                    pair
-                    for name in met
-                    if name != below.name
-                    for pair in scene.touching(*sorted((there, scene.body(name)), key=lambda b: around.order(b.name)))
-                ]
-                limits = tolerances.of_pairs((scene.body(a.name), scene.body(b.name)) for a, b in pairs)
-                near = [Near(a, b, shared_length(a, b), own) for (a, b), own in zip(pairs, limits, strict=True)]
-                deep = find_overlaps(scene, tolerances, near=near)
-                if deep:
-                    yield rows[k : k + 1], overlapping(self.name, {o.bodies: o.text for o in deep}, rest)
+            yield from self._alike(piece, below, rows[left], placed[left])
 
     def _placed(self, rows: Int, below: Below) -> Float:
         """Return the poses (n, 4, 4) of the body in the frame of the one below."""
@@ -259,33 +222,6 @@ class OnFaces:
             if own.status is Status.UNSTABLE:
                 own = replace(own, reason=ANYWHERE.format(self.name, below.name))
             yield rows[at[which.ravel() == number]], (own,)
-
-    def _tips(self, placed: Float, below: Below) -> Bool:
-        """Tell at which poses ``placed`` (n, 4, 4) over a fixed face nothing of the body is below its centre of mass.
-
-        Only points of the body within reach of the plane, at heights h <= reach, can ever be held by it; the farthest
-        of them along any direction d is at most max(d · x - λ (h - reach)) over the corners, for any λ >= 0. Friction
-        moves the line of their forces by no more than μ times the reach, and so do faces that lean a little.
-        """
-        around, face = self.local.around, below.face
-        body, other = (around.assembly.scene.body(name) for name in (self.name, below.name))
-        own, base = around.assembly.tolerances.between(body, other), around.assembly.tolerances.base(body, other)
-        reach = max(doubtful_gap(body, other), own.gap) / SURELY
-        corners = np.vstack([part.corners for part in around.outlines[self.name]])
-        radius = max(part.radius for part in around.outlines[self.name])
-        points = corners @ np.swapaxes(placed[:, :3, :3], 1, 2) + placed[:, None, :3, 3]
-        heights = (points - face.middle) @ face.normal - radius
-        over, _ = self._along_gravity(placed, below)
-        above = heights.min(1) >= -SURELY * SHAKY * base
-        above &= (points @ face.edges.T + face.offsets).min((1, 2), initial=np.inf) >= reach + radius
-        lowest = np.take_along_axis(points, heights.argmin(1)[:, None, None], axis=1)[:, 0]
-        towards = over - lowest
-        towards -= np.outer(towards @ face.normal, face.normal)
-        towards /= np.maximum(np.linalg.norm(towards, axis=1), 1e-300)[:, None]
-        onward = ((points - over[:, None]) @ towards[:, :, None])[..., 0] + radius
-        least = -(onward[..., None] - (heights - reach)[..., None] * STEEP).max(1).min(1)
-        leaning = self._friction(below.name) + np.sin(np.radians(own.angle))
-        return np.asarray(above & (least > leaning * reach + 2 * own.gap))
 
     def _said(self, status: Status, words: str, its: str) -> Decided:
         moving = (self.name,) if status is Status.UNSTABLE else ()
