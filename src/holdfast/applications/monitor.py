@@ -1,7 +1,7 @@
 """Watch a carrier that moves: each moment uses a share of what its load withstands.
 
 The fixed bodies are the carrier. A motion, with gravity as it is now, differs from rest under the gravity of the scene
-by loads d on the bodies (``inertia.py``): the inertial ones, and those of the change of gravity. They are linear in
+by loads d on the bodies (``transport.py``): the inertial ones, and those of the change of gravity. They are linear in
 twelve numbers, of which six are products of angular velocities. For each group of bodies that touch each other the
 default engine says up to which s everything stays at rest under s d, its ``lower``; 1/s is the share that is used. What
 elastic contacts withstand is no convex set, so nothing is inferred from other directions: each is asked, once.
@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.inertia import motion_columns, motion_coordinates
-from holdfast.applications.transport import counted_bodies
+from holdfast.applications.transport import counted_bodies, motion_columns, motion_coordinates
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_number, checked_whole
@@ -306,12 +305,13 @@ class Monitor:
     def _follow(self, poses: Mapping[str, ArrayLike]) -> None:
         """Prepare anew the groups of bodies that are displaced."""
         scene, tolerances = self._assembly.scene, self._assembly.tolerances
-        after = scene.moved(poses)
-        moved = [
-            body.name
-            for body, before in ((after.body(name), scene.body(name)) for name in poses)
-            if _displaced(before.pose, body.pose, body.size) > STILL * tolerances.base(body, body)
-        ]
+        after, moved = scene.moved(poses), []
+        for name in poses:  # how far points of a body are displaced that are no farther from its origin than its size
+            now, before = after.body(name), scene.body(name)
+            turned = np.linalg.norm(now.pose[:3, :3] - before.pose[:3, :3])
+            displaced = np.linalg.norm(now.pose[:3, 3] - before.pose[:3, 3]) + now.size * turned
+            if displaced > STILL * tolerances.base(now, now):
+                moved.append(name)
         if moved:
             self._assembly = self._assembly.moved({name: poses[name] for name in moved})
             self._prepare(0)
@@ -323,6 +323,9 @@ class Monitor:
         columns, times = motion_columns(assembly, self._pivot), {w.names: w.holds.times for w in self._watched.values()}
         holding, moving = (prepared(engine_of(name), assembly, standing) for name in (DEFAULT_ENGINE, CERTAIN_ENGINE))
         numbers = [k for k, names in enumerate(assembly.groups) if not self._names.isdisjoint(names)]
+        rng = np.random.default_rng(0)
+        x = motion_coordinates(*(deviation * rng.normal(size=(solves, 3)) for deviation in LIKELY))
+        likely = x / np.linalg.norm(x, axis=1, keepdims=True)
         watched: dict[tuple[Same, bytes], _WatchedGroup] = {}
         self._unsure: list[Group] = []
         for k in reported("monitor", numbers):
@@ -341,7 +344,7 @@ class Monitor:
                     _GroupAnswers(moving, own),
                 )
                 known = _WatchedGroup(group.names, group.verdict.balanced, holds, moves)
-                for way in _likely(solves):
+                for way in likely:
                     holds.ask(way)
                     moves.ask(way)
             watched[key] = known
@@ -358,21 +361,6 @@ def _key(way: Float) -> bytes:
 def _share(size: float, factor: float) -> float:
     """Return which share of a ``factor`` this ``size`` is: of 0 it is more than all."""
     return size / factor if factor > 0 else np.inf
-
-
-def _likely(count: int) -> Float:
-    """Return the directions (count, 12) of likely motions, the same each time."""
-    rng = np.random.default_rng(0)
-    x = motion_coordinates(*(deviation * rng.normal(size=(count, 3)) for deviation in LIKELY))
-    return np.asarray(x / np.linalg.norm(x, axis=1, keepdims=True))
-
-
-def _displaced(before: Float, after: Float, size: float) -> float:
-    """Return a bound of how far [m] the points of a body of this ``size`` [m] are displaced from one pose to another.
-
-    It holds for points no farther from the origin of the body than its size.
-    """
-    return float(np.linalg.norm(after[:3, 3] - before[:3, 3]) + size * np.linalg.norm(after[:3, :3] - before[:3, :3]))
 
 
 def _answer(most: float, least: float, moving: tuple[str, ...], reason: str, *, late: bool = False) -> Monitored:

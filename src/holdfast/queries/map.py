@@ -36,7 +36,7 @@ from holdfast.engines.verdict import Status, Verdict
 from holdfast.geometry.cells import Cells, blocked, surface_cells
 from holdfast.geometry.polygon import inside, shapely_polygon
 from holdfast.geometry.spatial import search_tree
-from holdfast.queries.imperfect_bounds import covering
+from holdfast.queries.lower_bounds import covering
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,

@@ -23,8 +23,7 @@ from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
-from holdfast.queries.crushing import Pressed, unless_crushed
-from holdfast.queries.imperfect_bounds import covering
+from holdfast.queries.lower_bounds import Pressed, covering, unless_crushed
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     DEFAULT_ENGINE,
@@ -196,7 +195,7 @@ def asked(
     ``standing`` (6J,) is the wrench of the standing loads. With ``bounds``, the upper bounds come from limit analysis
     with forces at the corners of the patches; these can replace the forces at any nodes inside the patches.
     ``imperfect`` is as in ``robustness``. With ``pressed``, no answer goes beyond where a body is crushed (see
-    crushing.py). Raises HoldfastError for ``bounds`` with an engine that only estimates.
+    lower_bounds.py). Raises HoldfastError for ``bounds`` with an engine that only estimates.
     """
     bounded = checked_truth(bounds, "bounds")
     covers = covering(imperfect, method, assembly, standing, acceleration)

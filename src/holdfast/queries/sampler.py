@@ -21,7 +21,7 @@ from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.imperfect_bounds import Covering, covering
+from holdfast.queries.lower_bounds import Covering, covering
 from holdfast.queries.request import Load, total_wrench
 from holdfast.queries.result import Columns
 from holdfast.queries.uncertain import Pair, Uncertain, friction_intervals, mass_intervals, width_notes
@@ -168,10 +168,18 @@ class Sampler:
             *self.notes,
             *unchecked_limits(self.assembly.bodies),
         )  # samples do not ask who is crushed
-        notes = (*known, *_sample_notes(found, 0 if self.deviation is None else overlapping))
+        notes = [*known]
+        if overlapping and self.deviation is not None:
+            share = f"{overlapping} of {len(found)} samples have bodies that overlap by more than the tolerance"
+            notes.append(f"{share}: contacts there may be missing, which lowers their answers")
+        unknown = [answers.undecided.reasons[0] for answers in found if answers.undecided.count]
+        if unknown:
+            notes.append(f"{len(unknown)} of {len(found)} samples have undecided answers; the first: {unknown[0]}")
         table = joined([nominal.answers.rows(slice(0)), *found])
         return {
-            "answers": replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),
+            "answers": replace(
+                table, notes=tuple(notes), lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound
+            ),
             "nominal": nominal.answers.force,
             "nominal_status": nominal.status,
             "stands": verdicts.count(Status.STABLE) / self.samples,
@@ -202,16 +210,6 @@ def sampler(assembly: Assembly, uncertain: object, engine: Engine, standing: Seq
         asked.seed,
         width_notes(assembly, asked.mu_range),
     )
-
-
-def _sample_notes(answers: Sequence[Answers], overlapping: int) -> Iterator[str]:
-    """Yield notes on the answers of all samples; ``overlapping`` counts the samples with overlapping bodies."""
-    if overlapping:
-        share = f"{overlapping} of {len(answers)} samples have bodies that overlap by more than the tolerance"
-        yield f"{share}: contacts there may be missing, which lowers their answers"
-    unknown = [answer.undecided.reasons[0] for answer in answers if answer.undecided.count]
-    if unknown:
-        yield f"{len(unknown)} of {len(answers)} samples have undecided answers; the first: {unknown[0]}"
 
 
 def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], where: str) -> tuple[float, float]:

@@ -25,7 +25,7 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
-from holdfast.queries.crushing import unless_crushed, verdict_on_bearing
+from holdfast.queries.lower_bounds import unless_crushed, verdict_on_bearing
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,

@@ -53,7 +53,12 @@ def friction_intervals(assembly: Assembly, mu: MuRange | None, where: str) -> di
         if unknown:
             problem = f"no contact between {quoted(unknown[0])}"
             raise SceneError(message(f"{where}: mu_range", problem, "name touching bodies, or their materials"))
-        return {p: _widest([given[key] for key in _named_first(ways[p], given)] or [(m, m)]) for p, m in pairs.items()}
+        found = {}
+        for pair, m in pairs.items():  # each of its ways to be named names the same bodies: the first that is given
+            first = next((keys for way in ways[pair] if (keys := [key for key in way if key in given])), [])
+            ends = [given[key] for key in first] or [(m, m)]
+            found[pair] = min(low for low, _ in ends), max(high for _, high in ends)
+        return found
     if isinstance(mu, tuple | list):
         return dict.fromkeys(pairs, _interval(mu, f"{where}: mu_range"))
     width = _width(mu, f"{where}: mu_range")
@@ -66,16 +71,6 @@ def width_notes(assembly: Assembly, mu: MuRange | None) -> tuple[str, ...]:
         return ()
     each = [f"{m * (1 - mu):.4g} to {m * (1 + mu):.4g} of {m:.4g}" for m in sorted(set(assembly.mu))]
     return (f"mu_range {mu:g} is relative: friction {listed(each, NAMED)}",)
-
-
-def _named_first(ways: list[list[Pair]], given: Mapping[Pair, tuple[float, float]]) -> list[Pair]:
-    """Return the names that ``given`` holds in the first of ``ways`` that has any; each way names the same bodies."""
-    return next((found for way in ways if (found := [key for key in way if key in given])), [])
-
-
-def _widest(intervals: list[tuple[float, float]]) -> tuple[float, float]:
-    """Return the smallest interval that contains all ``intervals``."""
-    return min(low for low, _ in intervals), max(high for _, high in intervals)
 
 
 def mass_intervals(assembly: Assembly, mass: MassRange | None, where: str) -> dict[str, tuple[float, float]]:

@@ -232,14 +232,7 @@ class _Region:
         answers, worst = least_of(chain(tables, (nominal,)), "lower")
         given = {pair: mu for pair, (mu, _) in friction_intervals(self.assembly, None, self.where).items()}
         cases: list[Case] = [(mu, corner) for mu, _, corner in asked]
-        cases.append((given, _as_given(self.assembly, self.masses, self.coms)))
+        masses = {name: float(self.assembly.mass[self.assembly.index[name]]) for name in self.masses}
+        centres = {name: self.assembly.com[self.assembly.index[name]].tolist() for name in self.coms}
+        cases.append((given, Corner(masses, {name: (x, y, z) for name, (x, y, z) in centres.items()})))
         return _Worst(answers, worst, cases, GUARANTEE.format(engine=engine.name, count=len(cases)))
-
-
-def _as_given(assembly: Assembly, masses: Iterable[str], coms: Iterable[str]) -> Corner:
-    """Return the known masses and centres of mass of these bodies."""
-    centres = {name: assembly.com[assembly.index[name]].tolist() for name in coms}
-    return Corner(
-        {name: float(assembly.mass[assembly.index[name]]) for name in masses},
-        {name: (x, y, z) for name, (x, y, z) in centres.items()},
-    )

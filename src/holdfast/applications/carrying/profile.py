@@ -54,10 +54,22 @@ def table_of(content: bytes) -> Float:
     if not numbered:
         raise HoldfastError(message("profile", "has no rows", f"needs rows of {', '.join(COLUMNS[:NEEDED])}"))
     first = _cells(numbered[0][1])
-    names = None if _is_number(first[0]) else _names(first)
+    try:
+        float(first[0])
+        names = None
+    except ValueError:
+        names = _names(first)
     body = numbered if names is None else numbered[1:]
-    rows = [_numbers(number, line, len(first)) for number, line in body]
-    table = np.array(rows).reshape(-1, len(first))
+    table = np.zeros((len(body), len(first)))
+    for row, (number, line) in enumerate(body):
+        cells = _cells(line)
+        if len(cells) != len(first):
+            raise HoldfastError(message("profile", f"row {number} has {len(cells)} cells", f"needs {len(first)}"))
+        try:
+            table[row] = [float(cell) for cell in cells]
+        except ValueError:
+            problem = f"row {number} is {quoted(line, 60)}"
+            raise HoldfastError(message("profile", problem, "needs numbers")) from None
     if names is None:
         return table
     ordered = np.zeros((len(table), len(COLUMNS)))
@@ -88,24 +100,6 @@ def _names(cells: list[str]) -> list[str]:
         problem = f"has no column {missing[0]}" if missing else "names a column twice"
         raise HoldfastError(message("profile", problem, f"needs {', '.join(COLUMNS[:NEEDED])}, each once"))
     return names
-
-
-def _numbers(number: int, line: str, count: int) -> list[float]:
-    cells = _cells(line)
-    if len(cells) != count:
-        raise HoldfastError(message("profile", f"row {number} has {len(cells)} cells", f"needs {count}"))
-    try:
-        return [float(cell) for cell in cells]
-    except ValueError:
-        raise HoldfastError(message("profile", f"row {number} is {quoted(line, 60)}", "needs numbers")) from None
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 @dataclass(frozen=True)

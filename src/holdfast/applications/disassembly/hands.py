@@ -14,12 +14,11 @@ from holdfast.applications.disassembly.least_hold import HandHold, least_holds
 from holdfast.applications.disassembly.order_search import Plan, from_the_top
 from holdfast.applications.disassembly.removal import SHARES, Answer, Removal, Removals, pressing_on
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
 from holdfast.base.progress import report
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.crushing import verdict_on_bearing
+from holdfast.queries.lower_bounds import verdict_on_bearing
 from holdfast.scene.hold import holds_among
 
 MOST_TRIED = 8  # bodies that hands are tried at in one step: those held already, the neighbours, those that would move
@@ -118,12 +117,10 @@ class Hands:
                 return False
             rest = removals.reduced(part)
             load = pressing_on(rest, name, whole, forces)
-            if not all(self._rests(rest, (1 - share) * load) for share in SHARES):
+            states = (prepared(self.plain.engine, rest, (1 - share) * load) for share in SHARES)
+            if any(verdict_on_bearing(state).status is not Status.STABLE for state in states):
                 return False
         return True
-
-    def _rests(self, rest: Assembly, load: Float) -> bool:
-        return verdict_on_bearing(prepared(self.plain.engine, rest, load)).status is Status.STABLE
 
     def least(self, present: State, held: State) -> tuple[HandHold, ...]:
         """Return the least holds of the bodies that are held, in a state that stands with them."""
@@ -211,20 +208,12 @@ def propped(plain: Removals, hands: int, goals: State, budget: int) -> tuple[Pla
     for more in range(1, PROPS + 1):
         plan = with_hands(plain, hands + more, goals, budget)[0]
         if plan.reached:
-            props = _props([{hold.body for hold in step.holds} for step in plan.steps], hands)
-            steps = tuple(replace(step, holds=_marked(step.holds, props)) for step in plan.steps)
+            held = [{hold.body for hold in step.holds} for step in plan.steps]
+            props = set[str]()  # at most ``hands`` others are held at any time; those that are held longest come first
+            while short := [names - props for names in held if len(names - props) > hands]:
+                each = sorted(set().union(*short))
+                props.add(max(each, key=lambda name: sum(name in names for names in short)))
+            marked = (tuple(replace(hold, prop=hold.body in props) for hold in step.holds) for step in plan.steps)
+            steps = tuple(replace(step, holds=holds) for step, holds in zip(plan.steps, marked, strict=True))
             return replace(plan, steps=steps, proven=False), tuple(sorted(props))
     return first, ()
-
-
-def _marked(holds: tuple[HandHold, ...], props: set[str]) -> tuple[HandHold, ...]:
-    return tuple(replace(hold, prop=hold.body in props) for hold in holds)
-
-
-def _props(held: list[set[str]], hands: int) -> set[str]:
-    """Return bodies such that at most ``hands`` others are held at any time, beginning with those held longest."""
-    props: set[str] = set()
-    while short := [names - props for names in held if len(names - props) > hands]:
-        each = sorted(set().union(*short))
-        props.add(max(each, key=lambda name: sum(name in names for names in short)))
-    return props

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
@@ -229,7 +229,9 @@ class _Best:
     def _grow(self, remaining: frozenset[str], needed: frozenset[str], steps: tuple[Removal, ...]) -> None:
         """Add every body that could be next to the queue; a body in ``needed`` does not increase the count."""
         for name in (n for n in self.removals.names if n in remaining):
-            if any(blocker in remaining or blocker not in self.whole for blocker, _ in self._ahead(name)):
+            if any(
+                blocker in remaining or blocker not in self.whole for blocker, _ in self.removals.exits.in_the_way(name)
+            ):
                 continue
             count = len(steps) + 1 + len(needed - {name})
             entry = (
@@ -242,9 +244,6 @@ class _Best:
                 steps,
             )
             heapq.heappush(self.heap, entry)
-
-    def _ahead(self, name: str) -> Iterable[tuple[str, float]]:
-        return self.removals.exits.in_the_way(name)
 
     def _given_up(self, bound: float) -> Plan:
         """Return the order of the greedy search, as the best-first search found no better one."""

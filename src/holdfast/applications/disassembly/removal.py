@@ -36,7 +36,7 @@ from holdfast.engines.contract import FORCES_ONLY, Engine
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import ContactForces, Status, Verdict
 from holdfast.geometry.sweep import Swept, hit_distance
-from holdfast.queries.crushing import verdict_on_bearing
+from holdfast.queries.lower_bounds import verdict_on_bearing
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 from holdfast.queries.result import vector_text
 from holdfast.scene.hold import hold_ends
@@ -67,42 +67,28 @@ class Exits:
     def _swept(self) -> dict[str, Swept]:
         return {body.name: Swept(body.reduced_world, self.direction) for body in self.assembly.bodies}
 
-    @cached_property
-    def _boxes(self) -> tuple[Float, Float]:
-        """The lowest and highest coordinates (n, 3) [m] of all bodies, across and along the direction."""
-        swept = self._swept.values()
-        return np.array([s.low for s in swept]), np.array([s.high for s in swept])
-
     def in_the_way(self, name: str) -> tuple[tuple[str, float], ...]:
         """Return all bodies that ``name`` would hit on its way out, each with its distance [m], the nearest first."""
         if name not in self._found:
-            self._found[name] = self._search(name)
+            bodies, index = self.assembly.bodies, list(self._swept).index(name)
+            swept = self._swept.values()
+            low, high = np.array([s.low for s in swept]), np.array([s.high for s in swept])  # across and along the way
+            beside = ((low[:, :2] < high[index, :2]) & (low[index, :2] < high[:, :2])).all(1)
+            ahead = high[:, 2] >= low[index, 2] - self.assembly.tolerances.widest(self.assembly.scene)
+            found = []
+            for k in np.flatnonzero(beside & ahead).tolist():
+                if k != index:
+                    tolerance = self.assembly.tolerances.between(bodies[index], bodies[k]).depth
+                    distance = hit_distance(self._swept[name], self._swept[bodies[k].name], tolerance)
+                    if np.isfinite(distance):
+                        found.append((bodies[k].name, distance))
+            self._found[name] = tuple(sorted(found, key=lambda hit: hit[1]))
         return self._found[name]
 
     def blockers(self, name: str, remaining: Collection[str]) -> tuple[tuple[str, float], ...]:
         """Return those of the bodies ``in_the_way`` that are fixed or among ``remaining``."""
-        fixed = self._fixed
-        return tuple(hit for hit in self.in_the_way(name) if hit[0] in remaining or hit[0] in fixed)
-
-    @cached_property
-    def _fixed(self) -> set[str]:
-        return {body.name for body in self.assembly.bodies if body.fixed}
-
-    def _search(self, name: str) -> tuple[tuple[str, float], ...]:
-        bodies, index = self.assembly.bodies, list(self._swept).index(name)
-        low, high = self._boxes
-        beside = ((low[:, :2] < high[index, :2]) & (low[index, :2] < high[:, :2])).all(1)
-        slack = self.assembly.tolerances.widest(self.assembly.scene)
-        ahead = high[:, 2] >= low[index, 2] - slack
-        found = []
-        for k in np.flatnonzero(beside & ahead).tolist():
-            if k == index:
-                continue
-            tolerance = self.assembly.tolerances.between(bodies[index], bodies[k]).depth
-            distance = hit_distance(self._swept[name], self._swept[bodies[k].name], tolerance)
-            if np.isfinite(distance):
-                found.append((bodies[k].name, distance))
-        return tuple(sorted(found, key=lambda hit: hit[1]))
+        index = self.assembly.index
+        return tuple(hit for hit in self.in_the_way(name) if hit[0] in remaining or index[hit[0]] == FIXED)
 
 
 @archived
@@ -268,12 +254,8 @@ class Removals:
         for verdict in verdicts:
             if verdict.status is Status.UNDECIDED:
                 return Removal(name, Answer.UNDECIDED, f"whether the rest stands without it: {verdict.reason}")
-        return self._taken(name, part)
-
-    def _taken(self, name: str, part: frozenset[str]) -> Removal:
-        """Decide whether anything moves while the body's weight is taken upwards and when the body comes off."""
-        assembly, weight = self.reduced(part), self.force(name, part, self.up)
-        if self.engine.claim is Claim.HOLDS:
+        if self.engine.claim is Claim.HOLDS:  # may something move while its weight is taken upwards?
+            assembly, weight = self.reduced(part), self.force(name, part, self.up)
             loads = ((f"with {share:.0%} of its weight taken", share * weight) for share in SHARES)
             found = self._under(name, assembly, loads)
             if found is not None:

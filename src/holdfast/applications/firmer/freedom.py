@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from holdfast.applications.placement.comparing import AROUND, around
 from holdfast.applications.placement.margins import (
+    AROUND,
+    around,
     clearance,
     contacts_of,
     edge_margin,
@@ -25,7 +26,7 @@ from holdfast.base.ranges import BETWEEN, LENGTH
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
-from holdfast.queries.poses.decisions import quiet
+from holdfast.queries.poses.neighbourhoods import quiet
 from holdfast.scene.halfspace import HalfSpace
 
 WAYS = AROUND + 2  # of one body: slides, and turns both ways

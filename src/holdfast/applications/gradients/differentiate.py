@@ -26,7 +26,7 @@ from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.limit_state import factors_on
 from holdfast.engines.verdict import Status
-from holdfast.queries.poses.decisions import quiet
+from holdfast.queries.poses.neighbourhoods import quiet
 from holdfast.queries.push import asked
 from holdfast.queries.request import CERTAIN_ENGINE, body_numbers, checked_assembly, engine_of
 from holdfast.scene.hold import refuse_holds

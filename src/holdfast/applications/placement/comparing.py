@@ -15,7 +15,14 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from holdfast.applications.placement.checks import STAGES, Checks
-from holdfast.applications.placement.margins import contacts_of, normals_into, rests_on, supporting_bodies
+from holdfast.applications.placement.margins import (
+    AROUND,
+    around,
+    contacts_of,
+    normals_into,
+    rests_on,
+    supporting_bodies,
+)
 from holdfast.applications.placement.rating import MOST_RATED, Rating, least_push, weakest_of
 from holdfast.applications.placement.result import Candidate
 from holdfast.applications.resting_poses import UPRIGHT, Face, rolls_on
@@ -38,7 +45,6 @@ GAIN = 0.1  # smallest gain of room for which a step is made, as a share of the 
 Place = tuple[Float, Assembly, float]  # a pose (4, 4), the assembly with the object there, the room around it
 T = TypeVar("T")
 
-AROUND = 8  # number of directions of a step
 REFINED = 3  # number of the best poses that are refined
 
 
@@ -122,12 +128,6 @@ def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ..
 
     start = pose, after, room(pose)[0]
     return pattern_search(start, better, AROUND, first=FIRST_STEP * size, last=LAST_STEP * size)[:2]
-
-
-def around(axes: Float) -> Float:
-    """Return the unit directions (AROUND, 3) of steps in the plane of two ``axes`` (2, 3)."""
-    angles = 2 * np.pi * np.arange(AROUND) / AROUND
-    return np.column_stack([np.cos(angles), np.sin(angles)]) @ axes
 
 
 def pattern_search(start: T, better: Callable[[T, int, float], T | None], ways: int, *, first: float, last: float) -> T:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -36,7 +35,7 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Status
-from holdfast.queries.imperfect_bounds import covering
+from holdfast.queries.lower_bounds import covering
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.friction import Friction
@@ -109,7 +108,13 @@ def planner(
     place = checked_value(where, Where, f"{NAME}: where")
     way = checked_value(approach, Approach, f"{NAME}: approach")
     how = checked_value(search, Search, f"{NAME}: search")
-    _check_object(assembly, obj)
+    if not isinstance(obj, Body):
+        raise SceneError(message(NAME, f"obj is a {type(obj).__name__}", "needs a holdfast.Body with a mass"))
+    if obj.fixed:
+        raise SceneError(message(NAME, f"body {quoted(obj.name)} is fixed", "needs one that can be moved"))
+    if any(other.name == obj.name for other in assembly.bodies):
+        problem = f"the scene has a body named {quoted(obj.name)}"
+        raise SceneError(message(NAME, problem, "give the object another name"))
     method = engine_of(engine)
     second = None if how.confirm is None else engine_of(how.confirm)
     up = assembly.scene.up
@@ -144,19 +149,6 @@ def planner(
         assembly, absent=tuple(sorted({*assembly.absent, *names}))
     )  # an engine may have options that name the new body
     return Planner(assembly, obj, method, None if second == method else second, options)
-
-
-def _check_object(assembly: Assembly, obj: Any) -> None:  # noqa: ANN401 - any argument of a caller
-    """Raise SceneError unless ``obj`` can be placed in the scene."""
-    where = NAME
-    if not isinstance(obj, Body):
-        raise SceneError(message(where, f"obj is a {type(obj).__name__}", "needs a holdfast.Body with a mass"))
-    if obj.fixed:
-        raise SceneError(message(where, f"body {quoted(obj.name)} is fixed", "needs one that can be moved"))
-    if any(other.name == obj.name for other in assembly.bodies):
-        raise SceneError(
-            message(where, f"the scene has a body named {quoted(obj.name)}", "give the object another name")
-        )
 
 
 @hinting(where=Where, approach=Approach, search=Search)
@@ -194,7 +186,11 @@ def place_all(
     place = checked_value(where, Where, f"{SEVERAL}: where")
     way = checked_value(approach, Approach, f"{SEVERAL}: approach")
     how = checked_value(search, Search, f"{SEVERAL}: search")
-    _check_search(how)
+    usual = Search()
+    of_one = [name for name in ("candidates", "weights") if getattr(how, name) != getattr(usual, name)]
+    if of_one:
+        problem = f"has {' and '.join(of_one)}, which are for one object"
+        raise SceneError(message(f"{SEVERAL}: search", problem, "leave them out, or ask plan_placement"))
     every = tuple(b.name for b in assembly.bodies)
     grounds = every if place.supports is None else names_of(assembly, place.supports, "supports")
     clock = Clock.started(how.limit)
@@ -212,15 +208,6 @@ def place_all(
     apart = APART if place.apart is None else place.apart
     placing = Placing(planner_of, grounds, place.stack, apart, how.seed, solves)
     return _answered(assembly, bodies, placing, engine, clock)
-
-
-def _check_search(search: Search) -> None:
-    """Raise SceneError for options that only ``plan_placement`` takes."""
-    usual = Search()
-    given = [name for name in ("candidates", "weights") if getattr(search, name) != getattr(usual, name)]
-    if given:
-        problem = f"has {' and '.join(given)}, which are for one object"
-        raise SceneError(message(f"{SEVERAL}: search", problem, "leave them out, or ask plan_placement"))
 
 
 def _answered(

@@ -74,8 +74,12 @@ class Planner:
         clock = Clock.started(seconds)
         try:
             with until(clock.by("search")):
-                if self.verdict.status is not Status.STABLE:
-                    return self._refused(clock)
+                verdict = self.verdict
+                if verdict.status is not Status.STABLE:
+                    moving = "" if verdict.mechanism is None else f": {verdict.mechanism.text}"
+                    words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
+                    reason = f"the scene {words} before anything is put down: {verdict.reason}{moving}"
+                    return self._without(verdict.status, reason, Trials(), clock, verdict)
                 support = self._support_in(clock)
         except OutOfTimeError:
             verdict = undecided(f"{SPENT} before it was known whether the scene stands")
@@ -86,7 +90,9 @@ class Planner:
                 Trials(), f"no exposed point of {listed(self.options.supports)} faces up{region}", clock
             )
         if not support.chance.any():
-            return self._nothing(Trials(), f"no support point certainly withstands a push{self._unknown()}", clock)
+            undecided_in = [found for found in vars(self).get("maps", []) if found.undecided.count]
+            unknown = "".join(f"; {found.undecided.text}" for found in undecided_in)
+            return self._nothing(Trials(), f"no support point certainly withstands a push{unknown}", clock)
         search = self._searched(
             self._proposals(support), [clock.by("search"), clock.by("end")], seed, candidates, attempts
         )
@@ -161,8 +167,7 @@ class Planner:
         return self._attempted(self.proposals, rng, points)
 
     def _proposals(self, support: SupportPoints) -> Proposals:
-        checks = self.checks
-        return Proposals(self.assembly, self.body, self.options, support, self.faces, checks.frozen, checks.free)
+        return Proposals(self.checks, support, self.faces)
 
     def _support_of(self, maps: list[RobustnessMap]) -> SupportPoints:
         options = self.options
@@ -269,17 +274,6 @@ class Planner:
             if chosen.own is not None:
                 return chosen.own, f"; {SPENT}: the map covers {self.body.name} only, at few points"
             return unasked_map(chosen.after, self.body.name, options.spacing, self.engine), f"; {UNASKED}"
-
-    def _unknown(self) -> str:
-        """Say how many answers of the scene's maps are undecided; "" if none is."""
-        return "".join(f"; {found.undecided.text}" for found in vars(self).get("maps", []) if found.undecided.count)
-
-    def _refused(self, clock: Clock) -> Placement:
-        verdict = self.verdict
-        moving = "" if verdict.mechanism is None else f": {verdict.mechanism.text}"
-        words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
-        reason = f"the scene {words} before anything is put down: {verdict.reason}{moving}"
-        return self._without(verdict.status, reason, Trials(), clock, verdict)
 
     def _nothing(self, search: Trials, why: str, clock: Clock) -> Placement:
         counts = ", ".join(f"{count} x {fault}" for fault, count in search.faults.most_common())

@@ -35,7 +35,6 @@ from holdfast.applications.placement.result import Candidate
 from holdfast.applications.placement.several_result import PlacedObject
 from holdfast.applications.resting_poses import Face
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
 from holdfast.base.progress import OutOfTimeError, report, until
 from holdfast.scene.body import Body
 
@@ -284,12 +283,10 @@ class Placing:
         axes = frame_of(first, up)
         placed = [b for b in assembly.bodies if b.name not in before.index and not b.fixed]
         levels = levels_of(first + (placed if self.stack else []), up, axes)
-        outlines = [self._outline(b, up, axes) for b in asked.checks.frozen]
+        for b in asked.checks.frozen:
+            known = self._outlines.get(b.name)
+            if known is None or (known.body.pose != b.pose).any():
+                self._outlines[b.name] = SeenFromAbove(b, up, axes)
+        outlines = [self._outlines[b.name] for b in asked.checks.frozen]
         inset = 0.0 if self.stack else apart
         return level_places_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
-
-    def _outline(self, body: Body, up: Float, axes: Float) -> SeenFromAbove:
-        known = self._outlines.get(body.name)
-        if known is None or (known.body.pose != body.pose).any():
-            known = self._outlines[body.name] = SeenFromAbove(body, up, axes)
-        return known

@@ -5,14 +5,16 @@ Support points can carry an object. A pose lays one of its faces on one to three
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.conditions import Options, Weights
 from holdfast.applications.placement.lowering import Moved, Still, lowered
+from holdfast.applications.placement.margins import STEEPEST
 from holdfast.applications.resting_poses import Face
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
@@ -23,10 +25,8 @@ from holdfast.base.rigid import tangents
 from holdfast.base.values import Value, seal
 from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map
 from holdfast.queries.request import EngineChoice
-from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
-STEEPEST = 0.2  # cosine of the largest angle between up and the normal of a surface that can carry weight
 MOST_FIXED = 3000  # largest number of points on fixed bodies, where no push needs an answer
 STEEPEST_LINE = 0.8  # sine of the largest slope of the line between two points that are used together
 STEEPEST_PLANE = 0.4  # cosine of the largest tilt of the plane of three points
@@ -83,17 +83,16 @@ def support_points(
 
     ``weight`` [N] is the weight of the object, and ``up`` (3,) the unit vector opposite to gravity.
     """
-    return _chosen(
-        np.vstack([m.points for m in maps]),
-        np.vstack([m.normals for m in maps]),
-        np.concatenate([m.body for m in maps]),
-        np.concatenate([m.force for m in maps]),
-        np.concatenate([cells.areas for m in maps for cells in m.cells.values()]),
-        weight,
-        up,
-        weights,
-        region,
+    areas = np.concatenate([cells.areas for m in maps for cells in m.cells.values()])
+    every = SupportPoints(
+        points=np.vstack([m.points for m in maps]),
+        normals=np.vstack([m.normals for m in maps]),
+        body=np.concatenate([m.body for m in maps]),
+        force=np.concatenate([m.force for m in maps]),
+        area=areas,
+        chance=areas,
     )
+    return _chosen(every, weight, up, weights, region)
 
 
 def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
@@ -105,42 +104,28 @@ def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
     area = sum(assembly.scene.body(name).surface_world.area for name in names)
     step = max(options.spacing, float(np.sqrt(area / MOST_FIXED)))
     cells = {name: exposed_cells(assembly, name, step)[0] for name in names}
-    points = np.vstack([seen.points for seen in cells.values()])
-    return _chosen(
-        points,
-        np.vstack([seen.normals for seen in cells.values()]),
-        objects([name for name, seen in cells.items() for _ in seen.points]),
-        np.full(len(points), np.nan),
-        np.concatenate([seen.areas for seen in cells.values()]),
-        0.0,
-        assembly.scene.up,
-        options.weights,
-        options.box,
+    areas = np.concatenate([seen.areas for seen in cells.values()])
+    every = SupportPoints(
+        points=np.vstack([seen.points for seen in cells.values()]),
+        normals=np.vstack([seen.normals for seen in cells.values()]),
+        body=objects([name for name, seen in cells.items() for _ in seen.points]),
+        force=np.full(len(areas), np.nan),
+        area=areas,
+        chance=areas,
     )
+    return _chosen(every, 0.0, assembly.scene.up, options.weights, options.box)
 
 
-def _chosen(
-    points: Float,
-    normals: Float,
-    body: Objects,
-    force: Float,
-    area: Float,
-    weight: float,
-    up: Float,
-    weights: Weights,
-    region: Float,
-) -> SupportPoints:
-    level = normals @ up
-    kept = (level > STEEPEST) & ((points >= region[0]) & (points <= region[1])).all(1)
-    sure = ~np.isfinite(force)
-    share = np.where(sure, 1.0, force / (np.where(sure, 1.0, force) + weight))
-    chance = np.where(kept, area * share**weights.robustness * np.maximum(level, 0.0) ** weights.level, 0.0)[kept]
+def _chosen(every: SupportPoints, weight: float, up: Float, weights: Weights, region: Float) -> SupportPoints:
+    """Return those of the points that can carry weight and lie in the region, with their probabilities."""
+    level = every.normals @ up
+    kept = (level > STEEPEST) & ((every.points >= region[0]) & (every.points <= region[1])).all(1)
+    sure = ~np.isfinite(every.force)
+    share = np.where(sure, 1.0, every.force / (np.where(sure, 1.0, every.force) + weight))
+    chance = np.where(kept, every.area * share**weights.robustness * np.maximum(level, 0.0) ** weights.level, 0.0)[kept]
     total = chance.sum()
-    if total > 0:
-        chance = chance / total
-    return SupportPoints(
-        points=points[kept], normals=normals[kept], body=body[kept], force=force[kept], area=area[kept], chance=chance
-    )
+    columns = {name: getattr(every, name)[kept] for name in ("points", "normals", "body", "force", "area")}
+    return SupportPoints(**columns, chance=chance / total if total > 0 else chance)
 
 
 def choose_points(
@@ -184,7 +169,9 @@ def pose_on(points: Float, normal: Float, face: Face, along: Float, rng: np.rand
         on_scene = points[0]
     else:
         on_face, on_scene = face.foot, rng.dirichlet(np.full(len(points), 3.0)) @ points
-    turn = _turned(face, normal, along)
+    body = np.column_stack([face.normal, face.along, np.cross(face.normal, face.along)])
+    world = np.column_stack([-normal, along, np.cross(-normal, along)])
+    turn = world @ body.T  # the face's normal to minus ``normal``, its longer side to ``along``
     pose = np.eye(4)
     pose[:3, :3] = turn
     pose[:3, 3] = on_scene - turn @ on_face
@@ -224,38 +211,21 @@ def direction_in(points: Float, normal: Float, edges: Float, rng: np.random.Gene
     return np.asarray((way, across, -way, -across)[quarter])
 
 
-def _turned(face: Face, normal: Float, along: Float) -> Float:
-    """Return the rotation (3, 3) that maps the face's normal to minus ``normal`` and its longer side to ``along``."""
-    body = np.column_stack([face.normal, face.along, np.cross(face.normal, face.along)])
-    world = np.column_stack([-normal, along, np.cross(-normal, along)])
-    return np.asarray(world @ body.T)
-
-
 @dataclass(frozen=True, eq=False)
 class Proposals:
     """A generator of random poses of one object in one scene.
 
-    ``support`` holds the support points, ``faces`` the faces of the object, and ``still`` the bodies of the scene, all
-    fixed. ``free`` returns whether the object overlaps no closed body of the scene in a pose (4, 4).
+    ``checks`` are those of its poses; ``support`` holds the support points, and ``faces`` the faces of the object.
     """
 
-    assembly: Assembly
-    body: Body
-    options: Options
+    checks: Checks
     support: SupportPoints
     faces: tuple[Face, ...]
-    still: tuple[Body, ...]
-    free: Callable[[Float], bool]
-
-    @property
-    def up(self) -> Float:
-        """The unit vector (3,) opposite to gravity, world frame."""
-        return self.assembly.scene.up
 
     @cached_property
     def moved(self) -> Moved:
         """The object, prepared for the contact search in any pose."""
-        return Moved(self.body)
+        return Moved(self.checks.body)
 
     @cached_property
     def chances(self) -> Float:
@@ -266,13 +236,13 @@ class Proposals:
         UPRIGHT_SHARE.
         """
         tilt = np.array([face.tilt for face in self.faces])
-        chance = np.where(tilt > 0, np.maximum(tilt, 0.0) ** self.options.weights.steadiness, 0.0)
+        chance = np.where(tilt > 0, np.maximum(tilt, 0.0) ** self.checks.options.weights.steadiness, 0.0)
         if not chance.sum() > 0:
             return np.full(len(tilt), 1 / len(tilt))
         rolls = np.array([face.rolls for face in self.faces])
         if chance[~rolls].sum() > 0:
             chance = _at_most(chance, rolls, ROUND_SHARE)
-        if self.options.prefer_upright:
+        if self.checks.options.prefer_upright:
             upright = np.array([face.upright for face in self.faces])
             if (chance[upright] > 0).any():
                 chance = _at_most(chance, ~upright, 1 - UPRIGHT_SHARE)
@@ -280,38 +250,35 @@ class Proposals:
 
     @cached_property
     def _stills(self) -> tuple[Still, ...]:
-        with_object = Scene([*self.assembly.bodies, self.body], self.options.friction)
+        with_object = Scene([*self.checks.assembly.bodies, self.checks.body], self.checks.options.friction)
 
         def mu(name: str) -> float | None:
             try:
-                return with_object.mu(name, self.body.name)
+                return with_object.mu(name, self.checks.body.name)
             except SceneError:
                 return None
 
-        return tuple(Still(body, mu(body.name), self.up) for body in self.still)
+        return tuple(Still(body, mu(body.name), self.checks.up) for body in self.checks.frozen)
 
     @cached_property
     def _edges(self) -> Float:
         """The directions (n, 3) of the axes of all bodies of the scene."""
-        axes = [body.pose[:3, :3].T for body in self.assembly.bodies]
+        axes = [body.pose[:3, :3].T for body in self.checks.assembly.bodies]
         return np.unique(np.round(np.vstack(axes), 6), axis=0)
-
-    @cached_property
-    def _top(self) -> float:
-        """The highest coordinate of the whole scene along ``up`` [m]."""
-        return max(float((body.surface_world.vertices @ self.up).max()) for body in self.assembly.bodies)
 
     def points(self, rng: np.random.Generator) -> Int:
         """Choose the support points of a pose, and return their numbers."""
-        least = min(self.options.least_supports, 3)
+        least = min(self.checks.options.least_supports, 3)
         chance = np.array(SEVERAL[least - 1 :])
         count = least + int(rng.choice(len(chance), p=chance / chance.sum()))
-        return choose_points(self.support, count, self.moved.size, self.up, self.options.least_supports > 1, rng)
+        return choose_points(
+            self.support, count, self.moved.size, self.checks.up, self.checks.options.least_supports > 1, rng
+        )
 
     def pose(self, places: Float, normals: Float, rng: np.random.Generator) -> Float:
         """Return a pose (4, 4) in which a face of the object lies on points (k, 3) [m] with ``normals`` (k, 3)."""
-        normal = plane_of(places, normals, self.up)
-        allowed = self.options.orientations
+        normal = plane_of(places, normals, self.checks.up)
+        allowed = self.checks.options.orientations
         if allowed is None:
             face = self.faces[int(rng.choice(len(self.faces), p=self.chances))]
             along = direction_in(places, normal, self._edges, rng)
@@ -319,7 +286,7 @@ class Proposals:
             turn = allowed[rng.integers(len(allowed))]
             face = min(self.faces, key=lambda f: float((turn @ f.normal) @ normal))
             along = direction_in(places, normal, self._edges, rng)
-            if not self.options.free_yaw:
+            if not self.checks.options.free_yaw:
                 level = turn @ face.along
                 along = unit(level - (level @ normal) * normal)
         return pose_on(places, normal, face, along, rng)
@@ -330,11 +297,14 @@ class Proposals:
         Returns the pose (4, 4) at rest, or None.
         """
         lifted = pose.copy()
-        lifted[:3, 3] += CLEARANCE * self.moved.size * self.up
-        if self.options.from_afar or not self.free(lifted):
-            lowest = float((self.moved.surface(lifted).vertices @ self.up).min())
-            lifted[:3, 3] += max(self._top - lowest, 0.0) * self.up
-        return lowered(self.moved, lifted, self._stills, self.up)
+        lifted[:3, 3] += CLEARANCE * self.moved.size * self.checks.up
+        if self.checks.options.from_afar or not self.checks.free(lifted):
+            lowest = float((self.moved.surface(lifted).vertices @ self.checks.up).min())
+            top = max(
+                float((body.surface_world.vertices @ self.checks.up).max()) for body in self.checks.assembly.bodies
+            )
+            lifted[:3, 3] += max(top - lowest, 0.0) * self.checks.up
+        return lowered(self.moved, lifted, self._stills, self.checks.up)
 
 
 def _at_most(chance: Float, which: Bool, share: float) -> Float:

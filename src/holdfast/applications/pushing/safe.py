@@ -178,7 +178,11 @@ class _Trials:
     def judged(self, points: Float, along: Float) -> tuple[list[Effect], list[str], Float, Float, tuple[str, ...]]:
         """Return effects and reasons, the least lower and the largest upper bounds (n,), and the notes."""
         columns = push_columns(self.assembly, self.assembly.index[self.body], points, along)
-        frictions = self._frictions()
+        mine = np.array([self.body in interface.bodies for interface in self.assembly.interfaces], dtype=bool)
+        cases = [(1.0, 1.0), (1 + self.doubt, 1 - self.doubt), (1 - self.doubt, 1 - self.doubt)]
+        mu = np.array(self.assembly.mu)
+        kinds = [self.assembly.with_mu((mu * np.where(mine, own, others)).tolist()) for own, others in cases]
+        frictions = kinds if self.doubt > 0 else kinds[:1]
         still = self._still(frictions, columns)
         rest = np.flatnonzero(~still)
         found = [
@@ -214,14 +218,6 @@ class _Trials:
             if len(rows):
                 still[rows] = prepared(self.engine, each).held(self.force * columns[:, rows])
         return still
-
-    def _frictions(self) -> list[Assembly]:
-        """Return the assembly with the given friction, and with friction that differs by ``doubt``."""
-        mine = np.array([self.body in interface.bodies for interface in self.assembly.interfaces], dtype=bool)
-        mu = np.array(self.assembly.mu)
-        cases = [(1.0, 1.0), (1 + self.doubt, 1 - self.doubt), (1 - self.doubt, 1 - self.doubt)]
-        kinds = [self.assembly.with_mu((mu * np.where(mine, own, others)).tolist()) for own, others in cases]
-        return kinds if self.doubt > 0 else kinds[:1]
 
     def _effect(self, found: list[Answers], k: int, lower: float, upper: float) -> tuple[Effect, str]:
         """Judge one push by its bounds and by what gives way first, over all cases of friction."""

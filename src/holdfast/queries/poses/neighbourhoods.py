@@ -6,10 +6,11 @@ at each pose only the moved bodies and what they may touch have to be looked at;
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,16 +18,69 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.connected import components
 from holdfast.base.arrays import Bool, Float, Int, checked, checked_items, frozen
-from holdfast.base.errors import GeometryError, HoldfastError, SceneError, message
+from holdfast.base.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.base.parallel import answers_in_parallel, free_threads
 from holdfast.base.ranges import PLACE
 from holdfast.base.rigid import RIGID_TOLERANCE, checked_pose
 from holdfast.base.text import quoted
 from holdfast.contacts.detect import box_distance, neighbours
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, doubtful_gap
+from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
+from holdfast.engines.joint_verdict import joint
+from holdfast.engines.rest import undecided
+from holdfast.engines.verdict import GroupVerdict, Status, Verdict
 from holdfast.queries.poses.outlines import PartHull, outlines_of, separation
 from holdfast.scene.body import Body
 
+STAGE = "poses"
+T = TypeVar("T")
+
 SLACK = 1.001  # factor on a reach, so that no rounding takes a body for out of reach
+
+
+@dataclass(frozen=True)
+class Decided:
+    """The verdict on a group in short; ``moving`` are those that move if it is UNSTABLE, ``balanced`` are as there."""
+
+    names: tuple[str, ...]
+    status: Status
+    reason: str
+    moving: tuple[str, ...] = ()
+    balanced: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, group: GroupVerdict) -> Decided:
+        """Return a verdict in short."""
+        verdict, mechanism = group.verdict, group.verdict.mechanism
+        falls = verdict.status is Status.UNSTABLE and mechanism is not None
+        moving = mechanism.moving if falls and mechanism else ()
+        return cls(group.bodies, verdict.status, verdict.reason, moving, verdict.balanced)
+
+
+Groups = tuple[Decided, ...]
+
+
+def quiet() -> warnings.catch_warnings[None]:
+    """Return a context in which overlaps are not warned of: the answers name them."""
+    return warnings.catch_warnings(action="ignore", category=HoldfastWarning)
+
+
+def joined(groups: Groups) -> Decided:
+    """Return one verdict for all groups: the worst, with the reasons and the moving bodies of those that have it."""
+    if groups:
+        short = [
+            GroupVerdict(
+                bodies=group.names, verdict=Verdict(status=group.status, reason=group.reason, balanced=group.balanced)
+            )
+            for group in groups
+        ]
+        verdict = joint(short)
+    else:
+        verdict = undecided("nothing here can move: every body is fixed")
+    names = tuple(name for group in groups for name in group.names)
+    moving = tuple(name for group in groups if group.status is verdict.status for name in group.moving)
+    return Decided(names, verdict.status, verdict.reason, moving)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +184,8 @@ class Neighbourhoods:
 
     assembly: Assembly
     given: GivenPoses
+    engine: Engine
+    _made: dict[Neighbourhood, Assembly] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def rest(self) -> Assembly | None:
@@ -137,6 +193,11 @@ class Neighbourhoods:
         if any(self.assembly.scene.body(name).fixed for name in self.given.names):
             return None
         return self.assembly.without(*self.given.names)
+
+    @cached_property
+    def rest_groups(self) -> Groups:
+        """The verdicts on the groups of ``rest``."""
+        return () if self.rest is None else tuple(map(Decided.of, prepared(self.engine, self.rest).verdicts))
 
     @cached_property
     def outlines(self) -> dict[str, tuple[PartHull, ...]]:
@@ -199,7 +260,7 @@ class Neighbourhoods:
         body = self.assembly.scene.body
         within = self.apart <= self._of_pairs(lambda one, two: self.reach(body(one), body(two)))
         for number, (its, _) in enumerate(self.parts):
-            near[:, :, self.order(its)] |= within[:, :, number]
+            near[:, :, self.order[its]] |= within[:, :, number]
         return near
 
     def _of_pairs(self, value: Callable[[str, str], float]) -> Float:
@@ -238,12 +299,9 @@ class Neighbourhoods:
             pieces.append(Neighbourhood(moved, frozenset(together - set(moved)), frozenset(others)))
         return tuple(pieces)
 
-    def order(self, name: str) -> int:
-        """Return the place of a body in the scene."""
-        return self._order[name]
-
     @cached_property
-    def _order(self) -> dict[str, int]:
+    def order(self) -> dict[str, int]:
+        """The place of each body in the scene."""
         return {body.name: number for number, body in enumerate(self.assembly.bodies)}
 
     def _is_fixed(self, name: str) -> bool:
@@ -274,9 +332,31 @@ class Neighbourhoods:
         return Neighbourhood((name,), frozenset({its}), frozenset(self._with_all_near({its})))
 
     def local(self, piece: Neighbourhood) -> Assembly:
-        """Return the assembly in which a piece is decided, with its moved bodies where they were."""
-        kept = {*piece.moved, *piece.others}
-        if not any(self._is_fixed(name) for name in kept):
-            kept |= {body.name for body in self.assembly.fixed}
-        gone = [body.name for body in self.assembly.bodies if body.name not in kept]
-        return self.assembly.without(gone) if gone else self.assembly
+        """Return the assembly in which a piece is decided, made once, with its moved bodies where they were."""
+        if piece not in self._made:
+            kept = {*piece.moved, *piece.others}
+            if not any(self._is_fixed(name) for name in kept):
+                kept |= {body.name for body in self.assembly.fixed}
+            gone = [body.name for body in self.assembly.bodies if body.name not in kept]
+            self._made[piece] = self.assembly.without(gone) if gone else self.assembly
+        return self._made[piece]
+
+    def at(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Assembly:
+        """Return the assembly of a piece with its moved bodies at ``poses`` (4, 4)."""
+        return self.local(piece).moved({name: poses[name] for name in piece.moved})
+
+    def decided(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Groups:
+        """Return the verdicts on the groups of a piece at ``poses`` (4, 4)."""
+        return tuple(map(Decided.of, prepared(self.engine, self.at(piece, poses)).verdicts))
+
+    def in_threads(self, asked: Sequence[tuple[int, Neighbourhood]], answer: Callable[[Assembly, int], T]) -> list[T]:
+        """Return an ``answer(assembly, row)`` for each (row, piece) that is ``asked``, computed in threads."""
+        for piece in dict.fromkeys(piece for _, piece in asked):
+            self.local(piece)
+
+        def ask(number: int) -> T:
+            row, piece = asked[number]
+            return answer(self.at(piece, self.given.row(row)), row)
+
+        with quiet():
+            return answers_in_parallel(STAGE, ask, min(free_threads(), max(len(asked), 1)), len(asked), len(self.given))

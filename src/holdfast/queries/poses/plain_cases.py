@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +26,7 @@ from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
-from holdfast.queries.poses.decisions import Decided, Groups, Locals, overlapping, quiet
-from holdfast.queries.poses.neighbourhoods import Neighbourhood
+from holdfast.queries.poses.neighbourhoods import Decided, Groups, Neighbourhood, Neighbourhoods, quiet
 from holdfast.queries.poses.outlines import PartHull, shared_ball
 from holdfast.scene.body import Body
 
@@ -35,6 +35,11 @@ SURELY = 0.9  # share of a tolerance within which nothing else about it matters
 LEVEL = 1e-3  # sine of the angle up to which a body stands level enough to carry another one
 SAME = 1e-9  # [rad, and of the body's size] difference of two poses that is rounding
 UPRIGHT = 0.9  # least cosine of the angle between a face and the horizontal
+IN_THE_AIR = "unsupported: {}: no chain of contacts leads to a fixed body; nothing is within reach of it"
+OVERLAP = (
+    "{} and {} overlap by more than their tolerance of {}, so what they carry there is "
+    "not known: settle, or correct the poses"
+)
 FALLS = "no contact forces balance every body: the centre of mass of {} is beyond the edge of {}"
 ANYWHERE = "no contact forces balance every body: {} falls anywhere on {} at this height and lean"
 HOVERS = "no contact within tolerance holds {}, but {} is within reach below and it would rest there: settle"
@@ -110,7 +115,7 @@ class Flush(NamedTuple):
 class OnFaces:
     """The moved body ``name`` on flat faces of others."""
 
-    local: Locals
+    around: Neighbourhoods
     name: str
     _faces: dict[int, Below | None] = field(default_factory=dict, init=False, repr=False)
     _stood: dict[tuple[str, int, int], Decided | None] = field(default_factory=dict, init=False, repr=False)
@@ -120,9 +125,9 @@ class OnFaces:
 
         ``rest`` are the groups beside it, all of which stand.
         """
-        if not isinstance(self.local.engine, Compliant | Limit | Graph):
+        if not isinstance(self.around.engine, Compliant | Limit | Graph):
             return
-        around = self.local.around
+        around = self.around
         meets = around.meets[rows, around.given.names.index(self.name)]
         for number, (its, _) in enumerate(around.parts):
             below = self._below(number) if its in piece.beside and len(rows) else None
@@ -132,7 +137,7 @@ class OnFaces:
     @cached_property
     def _feet(self) -> list[FlatFace]:
         """The faces of the body on which it can stand."""
-        around = self.local.around
+        around = self.around
         body, (outline, *more) = around.assembly.scene.body(self.name), around.outlines[self.name]
         feet = [FlatFace.of(*facet) for facet in ([] if more or not outline.solid else outline.flat_facets)]
         return [foot for foot in feet if foot.room(body.com_body[None])[0] > 0]
@@ -140,7 +145,7 @@ class OnFaces:
     def _below(self, number: int) -> Below | None:
         """Return the face of the part with this number on which the body may stand, or None."""
         if number not in self._faces:
-            around = self.local.around
+            around = self.around
             scene, (its, part) = around.assembly.scene, around.parts[number]
             body, other = scene.body(self.name), scene.body(its)
             apart = its in around.given.names or scene.touching(body, other) != [(body, other)]
@@ -151,7 +156,7 @@ class OnFaces:
     def _over(self, piece: Neighbourhood, rows: Int, rest: Groups, below: Below) -> Iterator[tuple[Int, Groups]]:
         """Yield rows at which the body is flush with one face and touches nothing else."""
         its, placed = below.name, self._placed(rows, below)
-        alone = self.local.around.assembly.scene.body(its).fixed and below.only_part and piece.beside == {its}
+        alone = self.around.assembly.scene.body(its).fixed and below.only_part and piece.beside == {its}
         left = np.ones(len(rows), dtype=bool)
         for number in range(len(self._feet)):
             flush = self._flush(placed, below, number)
@@ -172,19 +177,19 @@ class OnFaces:
 
     def _placed(self, rows: Int, below: Below) -> Float:
         """Return the poses (n, 4, 4) of the body in the frame of the one below."""
-        around = self.local.around
+        around = self.around
         return np.asarray(np.linalg.inv(around.assembly.scene.body(below.name).pose) @ around.given.of(self.name)[rows])
 
     def _along_gravity(self, placed: Float, below: Below) -> tuple[Float, Float]:
         """Return where the weight acts on the plane of a face (n, 3), and along which direction (3,), in its frame."""
-        scene, face = self.local.around.assembly.scene, below.face
+        scene, face = self.around.assembly.scene, below.face
         down = -scene.up @ scene.body(below.name).pose[:3, :3]
         com = placed[:, :3, :3] @ scene.body(self.name).com_body + placed[:, :3, 3]
         return com - down * ((com - face.middle) @ face.normal / (down @ face.normal))[:, None], down
 
     def _flush(self, placed: Float, below: Below, number: int) -> Flush:
         """Tell at which poses ``placed`` (n, 4, 4) a foot is flush with a face."""
-        around, face, foot = self.local.around, below.face, self._feet[number]
+        around, face, foot = self.around, below.face, self._feet[number]
         body, other = (around.assembly.scene.body(name) for name in (self.name, below.name))
         own, base = around.assembly.tolerances.between(body, other), around.assembly.tolerances.base(body, other)
         turned, moved = placed[:, :3, :3], placed[:, :3, 3]
@@ -206,7 +211,7 @@ class OnFaces:
 
         ``placed`` (n, 4, 4) are the poses in the frame of the face's body. All of the body has to be over the face.
         """
-        around, face = self.local.around, below.face
+        around, face = self.around, below.face
         body, other = (around.assembly.scene.body(name) for name in (self.name, below.name))
         if np.linalg.norm(np.cross(around.assembly.scene.up @ other.pose[:3, :3], face.normal)) > SAME:
             return
@@ -218,7 +223,7 @@ class OnFaces:
         _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         for number in np.flatnonzero(np.bincount(which.ravel()) > 1):
             with quiet():
-                (own,) = self.local.decided(piece, around.given.row(int(rows[at[first[number]]])))
+                (own,) = self.around.decided(piece, around.given.row(int(rows[at[first[number]]])))
             if own.status is Status.UNSTABLE:
                 own = replace(own, reason=ANYWHERE.format(self.name, below.name))
             yield rows[at[which.ravel() == number]], (own,)
@@ -229,7 +234,7 @@ class OnFaces:
 
     def _friction(self, its: str) -> float:
         """Return the least coefficient of friction of any of the materials of the body and another one."""
-        scene = self.local.around.assembly.scene
+        scene = self.around.assembly.scene
         one, two = scene.body(self.name), scene.body(its)
         return min(
             scene.friction.between(self.name, its, {self.name: a, its: b}) for a in one.materials for b in two.materials
@@ -240,7 +245,7 @@ class OnFaces:
 
         A fixed one does. A movable one has to stand alone and level on fixed ones, with the weight well over its base.
         """
-        around, its = self.local.around, below.name
+        around, its = self.around, below.name
         scene = around.assembly.scene
         if scene.body(its).fixed:
             return np.ones(len(placed), dtype=bool)
@@ -257,7 +262,7 @@ class OnFaces:
         """Return what the engine says of a foot in the middle of a face; None if not that the body stands."""
         key = (below.name, below.part, number)
         if key not in self._stood:
-            scene, foot, face = self.local.around.assembly.scene, self._feet[number], below.face
+            scene, foot, face = self.around.assembly.scene, self._feet[number], below.face
             body, other = scene.body(self.name), scene.body(below.name)
             turn = _frame(face.normal) @ _frame(-foot.normal).T
             down = -scene.up @ other.pose[:3, :3]
@@ -265,9 +270,9 @@ class OnFaces:
             height = (com - turn @ foot.middle) @ face.normal
             pose = np.eye(4)
             pose[:3, :3], pose[:3, 3] = turn, face.middle + down * height / (down @ face.normal) - com
-            piece = self.local.around.piece_on(self.name, below.name)
+            piece = self.around.piece_on(self.name, below.name)
             with quiet():
-                groups = self.local.decided(piece, {self.name: other.pose @ pose})
+                groups = self.around.decided(piece, {self.name: other.pose @ pose})
             (stood,) = (group for group in groups if self.name in group.names)
             known = stood.status is Status.STABLE and ONLY_BALANCED not in stood.reason
             self._stood[key] = stood if known else None
@@ -283,44 +288,52 @@ def _frame(normal: Float) -> Float:
 class PlainCases:
     """The verdicts that follow from where the bodies are, without a search for contacts."""
 
-    local: Locals
+    around: Neighbourhoods
     _on_faces: dict[str, OnFaces] = field(default_factory=dict, init=False, repr=False)
 
     def at_once(self, piece: Neighbourhood, rows: Int) -> Iterator[tuple[Int, Groups]]:
         """Yield rows at which a piece has the same verdicts; all other ``rows`` have to be decided one by one."""
-        joins = self.local.around.assembly.scene.friction.joins  # faces may hold what hangs
-        if len(piece.moved) > 1 or self.local.around.rest is None or joins:
+        joins = self.around.assembly.scene.friction.joins  # faces may hold what hangs
+        if len(piece.moved) > 1 or self.around.rest is None or joins:
             return
         (name,) = piece.moved
         if not piece.beside:
-            yield rows, (Decided((name,), Status.UNSTABLE, _in_the_air(name), (name,)),)
-        rest = tuple(group for group in self.local.rest if not piece.others.isdisjoint(group.names))
+            yield rows, (Decided((name,), Status.UNSTABLE, IN_THE_AIR.format(name), (name,)),)
+        rest = tuple(group for group in self.around.rest_groups if not piece.others.isdisjoint(group.names))
         if not piece.beside or any(group.status is not Status.STABLE for group in rest):
             return
-        deep, meets = self._deep(piece, rows), self._meets(piece, rows)
+        parts = [[other == beside for other, _ in self.around.parts] for beside in sorted(piece.beside)]
+        meets = self.around.meets[rows, self.around.given.names.index(name)]
+        deep, meets = self._deep(piece, rows), (meets[:, None] & np.array(parts)).any(2)  # both in alphabetical order
         left = np.ones(len(rows), dtype=bool)
         for pattern in np.unique(np.hstack([deep, meets]), axis=0):
-            into, touched = (_named(piece, part) for part in np.split(pattern, 2))
-            movable = {other for other in touched if not self.local.around.assembly.scene.body(other).fixed}
+            into, touched = (set(compress(sorted(piece.beside), part)) for part in np.split(pattern, 2))
+            movable = {other for other in touched if not self.around.assembly.scene.body(other).fixed}
             # whatever falls would move the overlapping bodies against each other, which nobody knows to happen
             if into and movable <= into:
                 at = (deep == pattern[: deep.shape[1]]).all(1) & (meets == pattern[deep.shape[1] :]).all(1)
                 left &= ~at
-                yield rows[at], overlapping(name, self._texts(name, into), rest)
+                yield rows[at], self._overlapping(name, into, rest)
         if name not in self._on_faces:
-            self._on_faces[name] = OnFaces(self.local, name)
+            self._on_faces[name] = OnFaces(self.around, name)
         yield from self._on_faces[name].at_once(piece, rows[left], rest)
 
-    def _meets(self, piece: Neighbourhood, rows: Int) -> Bool:
-        """Tell which of the bodies beside a piece, in alphabetical order, may touch its body (n, m)."""
-        around, (name,) = self.local.around, piece.moved
-        meets = around.meets[rows, around.given.names.index(name)]
-        its = np.array([[other == beside for other, _ in around.parts] for beside in sorted(piece.beside)])
-        return np.asarray((meets[:, None] & its).any(2))
+    def _overlapping(self, name: str, into: set[str], rest: Groups) -> Groups:
+        """Return the verdicts where a body overlaps those of ``into``; ``rest`` are the groups beside it."""
+        around, texts = self.around, {}
+        for other in sorted(into, key=around.order.__getitem__):
+            pair = tuple(sorted((name, other), key=around.order.__getitem__))
+            allowed = f"{1e3 * around.gap(name, other):.2g} mm"
+            texts[pair] = OVERLAP.format(*pair, allowed)
+        found = [Decided((name,), Status.UNDECIDED, "; ".join(texts.values()))]
+        for group in rest:
+            said = [text for pair, text in texts.items() if not set(pair).isdisjoint(group.names)]
+            found.append(Decided(group.names, Status.UNDECIDED, "; ".join(said)) if said else group)
+        return tuple(found)
 
     def _deep(self, piece: Neighbourhood, rows: Int) -> Bool:
         """Tell which of the bodies beside a piece, in alphabetical order, surely overlap its body (n, m)."""
-        around, (name,) = self.local.around, piece.moved
+        around, (name,) = self.around, piece.moved
         scene = around.assembly.scene
         body, own = scene.body(name), around.outlines[name]
         apart = around.apart[rows, around.given.names.index(name)]
@@ -343,28 +356,7 @@ class PlainCases:
         2 V / A deep at least. If the two touched within their gap somewhere, a plane there would have both on different
         sides, but for the gap and the angle that is allowed between their faces.
         """
-        own = self.local.around.assembly.tolerances.between(a, b)
+        own = self.around.assembly.tolerances.between(a, b)
         if a.fixed or b.fixed:  # where else they touch makes no difference
             return SURE * own.gap
         return SURE * own.gap + float(np.sin(np.radians(own.angle))) * min(o.shape.surface.diagonal for o in (a, b))
-
-    def _texts(self, name: str, into: frozenset[str]) -> dict[tuple[str, str], str]:
-        """Say of each pair of a body and one of the bodies ``into`` that they overlap."""
-        around, found = self.local.around, {}
-        for other in sorted(into, key=around.order):
-            first, second = sorted((name, other), key=around.order)
-            allowed = f"{1e3 * around.gap(name, other):.2g} mm"
-            found[first, second] = (
-                f"{first} and {second} overlap by more than their tolerance of {allowed}, so what they carry there is "
-                "not known: settle, or correct the poses"
-            )
-        return found
-
-
-def _named(piece: Neighbourhood, which: Bool) -> frozenset[str]:
-    """Return the bodies beside a piece that ``which`` (m,) tells, in alphabetical order."""
-    return frozenset(name for name, one in zip(sorted(piece.beside), which, strict=True) if one)
-
-
-def _in_the_air(name: str) -> str:
-    return f"unsupported: {name}: no chain of contacts leads to a fixed body; nothing is within reach of it"

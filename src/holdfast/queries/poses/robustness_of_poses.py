@@ -21,8 +21,7 @@ from holdfast.engines.answers import Answers, Bound, Claim, joined_notes, weakes
 from holdfast.engines.bearing import limited
 from holdfast.engines.verdict import Status
 from holdfast.geometry.distance import distance_to_surface
-from holdfast.queries.poses.decisions import STAGE, Locals, quiet
-from holdfast.queries.poses.neighbourhoods import GivenPoses, Neighbourhood, Neighbourhoods, given_poses
+from holdfast.queries.poses.neighbourhoods import STAGE, GivenPoses, Neighbourhood, Neighbourhoods, given_poses, quiet
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.push import asked, robustness
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
@@ -175,7 +174,7 @@ def robustness_of_poses(
         with quiet():
             found = answers_in_parallel(STAGE, asked_alone, min(free_threads(), len(given)), len(given), len(given))
     else:
-        found = _Pushed(Locals(Neighbourhoods(assembly, given), method), name, p, e, bounds).rows()
+        found = _Pushed(Neighbourhoods(assembly, given, method), name, p, e, bounds).rows()
     return RobustnessOfPoses(
         engine=method.name,
         claim=method.claim,
@@ -227,7 +226,7 @@ def _pushes(
 class _Pushed:
     """Pushes on one body at all poses: ``points`` and ``directions`` (n, 3), world frame."""
 
-    local: Locals
+    around: Neighbourhoods
     name: str
     points: Float
     directions: Float
@@ -235,8 +234,7 @@ class _Pushed:
 
     def rows(self) -> list[Row]:
         """Return the answers for all poses, in threads; for a body that no pose concerns, all at once."""
-        around = self.local.around
-        count, plain = len(around.given), PlainCases(self.local)
+        around, plain = self.around, PlainCases(self.around)
         found: dict[int, Row] = {}
         left: list[tuple[int, Neighbourhood]] = []
         untouched: list[int] = []
@@ -252,23 +250,16 @@ class _Pushed:
                     found |= dict.fromkeys(at.tolist(), Row.not_standing(group.status, group.moving))
             left += [(row, own[0]) for row in rows.tolist() if row not in found]
         left.sort(key=lambda entry: entry[0])
-        for piece in dict.fromkeys(piece for _, piece in left):
-            self.local.of(piece)
-
-        def ask(number: int) -> Row:
-            row, piece = left[number]
-            return Row.of(self._asked(self.local.at(piece, around.given.row(row)), [row]))
-
-        with quiet():
-            each = answers_in_parallel(STAGE, ask, min(free_threads(), max(len(left), 1)), len(left), max(count, 1))
-            found |= {row: answer for (row, _), answer in zip(left, each, strict=True)}
-            if untouched:
+        each = around.in_threads(left, lambda there, row: Row.of(self._asked(there, [row])))
+        found |= {row: answer for (row, _), answer in zip(left, each, strict=True)}
+        if untouched:
+            with quiet():
                 table = self._asked(around.rest or around.assembly, untouched)
-                found |= {row: Row.of(table, k) for k, row in enumerate(untouched)}
-        return [found[row] for row in range(count)]
+            found |= {row: Row.of(table, k) for k, row in enumerate(untouched)}
+        return [found[row] for row in range(len(around.given))]
 
     def _asked(self, assembly: Assembly, rows: list[int]) -> Answers:
         """Return the answers for the pushes of some rows on the body in an assembly."""
         W = push_columns(assembly, assembly.index[self.name], self.points[rows], self.directions[rows])
         standing = np.zeros(6 * len(assembly.movable))
-        return asked(self.local.engine, assembly, W, standing, bounds=self.bounds)
+        return asked(self.around.engine, assembly, W, standing, bounds=self.bounds)
