@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,6 +33,7 @@ DEFAULT_ENGINE = "compliant"  # the engine of every query that does not name ano
 CERTAIN_ENGINE = "limit"  # the engine that proves above which load no equilibrium exists
 
 EngineChoice: TypeAlias = str | Engine
+T = TypeVar("T")
 
 
 @archived
@@ -78,6 +79,15 @@ def checked_assembly(value: object) -> Assembly:
         raise HoldfastError(message("assembly", f"got a {type(found).__name__}", remedy))
     check_strengths(found)
     return found
+
+
+def checked_options(value: T | None, kind: type[T], where: str, home: str = "holdfast.sets") -> T:
+    """Return ``value``, or ``kind()`` if it is None; raise SceneError if it is not a ``kind``, which is in ``home``."""
+    if value is None:
+        return kind()
+    if not isinstance(value, kind):
+        raise SceneError(message(where, f"is {quoted(value)}", f"needs {home}.{kind.__name__}(...)"))
+    return value
 
 
 def register_engine(name: str, make: Callable[[], Engine]) -> Callable[[], None]:

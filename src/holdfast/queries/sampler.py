@@ -13,7 +13,6 @@ from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.arrays import Float, objects
 from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
-from holdfast.base.text import quoted
 from holdfast.contacts.tolerances import plain_gap
 from holdfast.engines.amendments.absent_contacts import Absences
 from holdfast.engines.answers import Answers, joined
@@ -22,7 +21,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.lower_bounds import Covering, covering
-from holdfast.queries.request import Load, total_wrench
+from holdfast.queries.request import Load, checked_options, total_wrench
 from holdfast.queries.result import Columns
 from holdfast.queries.uncertain import Pair, Uncertain, friction_intervals, mass_intervals, width_notes
 
@@ -189,14 +188,14 @@ class Sampler:
         }
 
 
-def sampler(assembly: Assembly, uncertain: object, engine: Engine, standing: Sequence[Load], where: str) -> Sampler:
+def sampler(
+    assembly: Assembly, uncertain: Uncertain | None, engine: Engine, standing: Sequence[Load], where: str
+) -> Sampler:
     """Return the sampler of what is ``uncertain``: an Uncertain, or None for the existence of contacts alone.
 
     Raises HoldfastError, with ``where`` in its message, for what this assembly does not allow.
     """
-    asked = Uncertain() if uncertain is None else uncertain
-    if not isinstance(asked, Uncertain):
-        raise HoldfastError(message(f"{where}: uncertain", f"is {quoted(asked)}", "needs holdfast.sets.Uncertain(...)"))
+    asked = checked_options(uncertain, Uncertain, f"{where}: uncertain")
     return Sampler(
         assembly,
         engine,

@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.disassembly.hands import held_still, propped
+from holdfast.applications.disassembly.hands import held_still
 from holdfast.applications.disassembly.least_hold import HandHold, handled, hands_column
-from holdfast.applications.disassembly.order import SHOWN, SOLVES, check_stands
-from holdfast.applications.disassembly.order_search import everything
+from holdfast.applications.disassembly.order import SHOWN, SOLVES, planned
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
@@ -207,22 +206,14 @@ def build_order(
     undecided.
     """
     assembly = checked_assembly(assembly)
-    method = engine_of(engine)
-    checked_whole(solves, "build_order: solves", 0, MANY)
     checked_whole(pushes, "build_order: pushes", 0, MANY)
-    checked_whole(hands, "build_order: hands", 0, len(assembly.movable))
-    direction = checked_direction(lift, "build_order: lift")
-    placings = Placings(assembly, method, direction)
-    check_stands(placings)
-    props: tuple[str, ...] = ()
-    plan = everything(placings, solves)
-    if hands and not plan.reached:
-        plan, props = propped(placings, hands, frozenset(), solves)
-        pushes = 0
+    placings = Placings(assembly, engine_of(engine), checked_direction(lift, "build_order: lift"))
+    plan, props = planned(placings, frozenset(), solves, hands, "build_order")
+    pushes = pushes if props is None else 0
     steps = plan.steps[::-1]
     there = frozenset(placings.names) - {step.body for step in steps}
     stuck = tuple(placings.answer(name, there, exit_first=False) for name in placings.names if name in there)
-    weakest = WeakestPoints(method, pushes)
+    weakest = WeakestPoints(placings.engine, pushes)
     made = []
     for step in reported("states of the building", steps):
         there |= {step.body}
@@ -230,14 +221,14 @@ def build_order(
         made.append(BuildStep(step.body, step.reason, step.hold, point, step.holds))
     return BuildOrder(
         assembly=assembly,
-        method=method,
-        lift=direction,
+        method=placings.engine,
+        lift=placings.lift,
         steps=tuple(made),
         reached=plan.reached and not props,
         proven=plan.proven,
         stuck=stuck,
         hands=hands,
-        falsework=props,
+        falsework=props or (),
     )
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.applications.disassembly.hands import Hands, held_still, propped
 from holdfast.applications.disassembly.least_hold import handled, hands_column
-from holdfast.applications.disassembly.order_search import everything, fewest
+from holdfast.applications.disassembly.order_search import Plan, everything, fewest
 from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals, gives_way_in
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
@@ -232,28 +232,20 @@ def disassembly_order(
     undecided. Raises SceneError if the goal is empty, unknown or fixed.
     """
     assembly = checked_assembly(assembly)
-    method = engine_of(engine)
-    checked_whole(solves, "disassembly_order: solves", 0, MANY)
-    checked_whole(hands, "disassembly_order: hands", 0, len(assembly.movable))
-    direction = checked_direction(lift, "disassembly_order: lift")
     goals = _goals(assembly, goal)
-    removals = Removals(assembly, method, direction)
-    check_stands(removals)
-    props: tuple[str, ...] = ()
-    plan = fewest(removals, frozenset(goals), solves) if goals else everything(removals, solves)
-    if hands and not plan.reached:
-        plan, props = propped(removals, hands, frozenset(goals), solves)
+    removals = Removals(assembly, engine_of(engine), checked_direction(lift, "disassembly_order: lift"))
+    plan, props = planned(removals, frozenset(goals), solves, hands, "disassembly_order")
     found = Disassembly(
         assembly=assembly,
-        method=method,
-        lift=direction,
+        method=removals.engine,
+        lift=removals.lift,
         goal=goals,
         steps=plan.steps,
         reached=plan.reached and not props,
         proven=plan.proven,
         fewest=plan.bound,
         hands=hands,
-        falsework=props,
+        falsework=props or (),
     )
     vars(found)["removals"] = removals  # fills the cached property, so that nothing is computed twice
     return found
@@ -275,17 +267,27 @@ def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, .
     return tuple(dict.fromkeys(names))
 
 
-def check_stands(removals: Removals) -> None:
-    """Raise UnstableError if the whole assembly does not stand, and SolverError if that is undecided."""
+def planned(
+    removals: Removals, goals: frozenset[str], solves: int, hands: int, where: str
+) -> tuple[Plan, tuple[str, ...] | None]:
+    """Return an order in which the ``goals``, or all, come out, and the bodies to prop; None if it needs no hands.
+
+    Raises UnstableError if the whole assembly does not stand, SolverError if that is undecided, and HoldfastError, with
+    ``where`` in its message, for limits out of range.
+    """
+    checked_whole(solves, f"{where}: solves", 0, MANY)
+    checked_whole(hands, f"{where}: hands", 0, len(removals.names))
     for part in [*removals.parts(removals.names), frozenset(removals.names)]:  # several may lie on one fixed body
         verdict = removals.verdict(part)
-        where = f"scene {removals.assembly.scene.name!r}"
+        scene = f"scene {removals.assembly.scene.name!r}"
         if verdict.status is Status.UNSTABLE:
             problem = f"does not stand ({verdict.reason})"
-            raise UnstableError(message(where, problem, "only what stands can be taken apart"))
+            raise UnstableError(message(scene, problem, "only what stands can be taken apart"))
         if verdict.status is Status.UNDECIDED:
             problem = f"is undecided ({verdict.reason})"
-            raise SolverError(message(where, problem, "only what stands for certain can be taken apart"))
+            raise SolverError(message(scene, problem, "only what stands for certain can be taken apart"))
+    plan = fewest(removals, goals, solves) if goals else everything(removals, solves)
+    return propped(removals, hands, goals, solves) if hands and not plan.reached else (plan, None)
 
 
 def can_remove(

@@ -31,6 +31,7 @@ from holdfast.queries.request import (
     body_numbers,
     checked_assembly,
     checked_loads,
+    checked_options,
     engine_of,
     pressed_by_pushes,
     push_columns,
@@ -211,13 +212,12 @@ def firmer(
     for name, number in body_numbers(assembly, names, "firmer").items():
         if number == FIXED:
             raise SceneError(message(f"firmer: {quoted(name)}", "is fixed", "needs bodies that can be moved"))
-    if moves is not None and not isinstance(moves, Moves):
-        raise SceneError(message("firmer: moves", f"is {quoted(moves)}", "needs holdfast.sets.Moves(...)"))
+    free_moves = checked_options(moves, Moves, "firmer: moves")
     if pushes is not None and motion is not None:
         raise HoldfastError(message("firmer", "got pushes and a motion", "ask one after the other"))
     limit = np.inf if seconds is None else checked_number(seconds, "firmer: seconds", above=0)
     method = engine_of(engine)
-    free = Freedom(assembly, names, Moves() if moves is None else moves)
+    free = Freedom(assembly, names, free_moves)
     measure: Pushes | CarrierMotion
     if motion is not None:
         measure = CarrierMotion(method, checked_profile(motion, assembly))

@@ -79,13 +79,9 @@ class Parameters:
     def _first(self) -> dict[tuple[Kind, frozenset[str]], int]:
         return {(one.kind, one.of): place for place, one in reversed(list(enumerate(self.every)))}
 
-    def place(self, kind: Kind, names: Iterable[str]) -> int | None:
-        """The place of the first parameter of a kind of some bodies, if they are derived by."""
-        return self._first.get((kind, frozenset(names)))
-
     def add(self, total: Float, kind: Kind, names: Iterable[str], slope: Float | float) -> None:
         """Add the derivatives by all parameters of a kind of some bodies to ``total`` (P,), if they are derived by."""
-        first = self.place(kind, names)
+        first = self._first.get((kind, frozenset(names)))
         if first is not None:
             total[first : first + np.size(slope)] += slope
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,7 +34,6 @@ from holdfast.scene.friction import Friction, refuse_strengths
 from holdfast.scene.pairs import number_between
 
 UPRIGHT, ANY = "upright", "any"  # words for orientations
-T = TypeVar("T")
 
 SECONDS = 60.0  # [s] default time limit of a search
 ATTEMPTS = 400  # default limit on the number of attempts of a search
@@ -337,13 +336,3 @@ class Search(Value):
     def limit(self) -> float | None:
         """The time limit [s], or None if there is none."""
         return SECONDS if self.seconds is None and self.solves is None else self.seconds
-
-
-def checked_value(value: T | None, kind: type[T], where: str) -> T:
-    """Return ``value``, or ``kind()`` if it is None; raise SceneError if it is not a ``kind``."""
-    if value is None:
-        return kind()
-    if not isinstance(value, kind):
-        name = kind.__name__
-        raise SceneError(message(where, f"is {quoted(value)}", f"needs holdfast.{name}(...)"))
-    return value

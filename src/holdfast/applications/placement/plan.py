@@ -17,7 +17,6 @@ from holdfast.applications.placement.conditions import (
     checked_keep_out,
     checked_orientations,
     checked_region,
-    checked_value,
     friction_with,
     names_of,
 )
@@ -36,7 +35,7 @@ from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import Status
 from holdfast.queries.lower_bounds import covering
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, checked_options, engine_of
 from holdfast.scene.body import Body, materials_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.hold import refuse_holds
@@ -78,7 +77,10 @@ def plan_placement(
     another body, and HoldfastError if an option is invalid or ``imperfect`` is given for an engine other than
     ``compliant``.
     """
-    place, how = checked_value(where, Where, f"{NAME}: where"), checked_value(search, Search, f"{NAME}: search")
+    place, how = (
+        checked_options(where, Where, f"{NAME}: where", "holdfast"),
+        checked_options(search, Search, f"{NAME}: search", "holdfast"),
+    )
     if place.apart is not None:
         raise SceneError(message(f"{NAME}: where", "has apart", "it is the distance between several: ask place_all"))
     return planner(
@@ -105,9 +107,9 @@ def planner(
     """Return a planner that can be used with many seeds; the arguments are those of ``plan_placement``."""
     assembly = checked_assembly(assembly)
     refuse_holds(assembly.scene.holds, "plan_placement", "place into the scene without them")
-    place = checked_value(where, Where, f"{NAME}: where")
-    way = checked_value(approach, Approach, f"{NAME}: approach")
-    how = checked_value(search, Search, f"{NAME}: search")
+    place = checked_options(where, Where, f"{NAME}: where", "holdfast")
+    way = checked_options(approach, Approach, f"{NAME}: approach", "holdfast")
+    how = checked_options(search, Search, f"{NAME}: search", "holdfast")
     if not isinstance(obj, Body):
         raise SceneError(message(NAME, f"obj is a {type(obj).__name__}", "needs a holdfast.Body with a mass"))
     if obj.fixed:
@@ -183,9 +185,9 @@ def place_all(
     refuse_holds(assembly.scene.holds, "place_all", "place into the scene without them")
     bodies = checked_items(objects, f"{SEVERAL}: objects", "bodies")
     _check_several(assembly, bodies)
-    place = checked_value(where, Where, f"{SEVERAL}: where")
-    way = checked_value(approach, Approach, f"{SEVERAL}: approach")
-    how = checked_value(search, Search, f"{SEVERAL}: search")
+    place = checked_options(where, Where, f"{SEVERAL}: where", "holdfast")
+    way = checked_options(approach, Approach, f"{SEVERAL}: approach", "holdfast")
+    how = checked_options(search, Search, f"{SEVERAL}: search", "holdfast")
     usual = Search()
     of_one = [name for name in ("candidates", "weights") if getattr(how, name) != getattr(usual, name)]
     if of_one:

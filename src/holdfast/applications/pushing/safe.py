@@ -37,6 +37,7 @@ from holdfast.queries.request import (
     EngineChoice,
     body_number,
     checked_assembly,
+    checked_options,
     engine_of,
     push_columns,
 )
@@ -113,9 +114,7 @@ def safe_pushes(
     assembly = checked_assembly(assembly)
     where = f"safe pushes on {quoted(body)}"
     most = checked_number(force, f"{where}: force", above=0, within=FORCE)
-    rod = Tool() if tool is None else tool
-    if not isinstance(rod, Tool):
-        raise SceneError(message(f"{where}: tool", f"is {quoted(tool)}", "needs holdfast.sets.Tool(...)"))
+    rod = checked_options(tool, Tool, f"{where}: tool")
     share = checked_number(doubt, f"{where}: doubt", minimum=0, below=1)
     method = engine_of(engine)
     if method.claim is not Claim.HOLDS:

@@ -174,7 +174,7 @@ def robustness_of_poses(
         with quiet():
             found = answers_in_parallel(STAGE, asked_alone, min(free_threads(), len(given)), len(given), len(given))
     else:
-        found = _Pushed(Neighbourhoods(assembly, given, method), name, p, e, bounds).rows()
+        found = _rows(Neighbourhoods(assembly, given, method), name, p, e, bounds)
     return RobustnessOfPoses(
         engine=method.name,
         claim=method.claim,
@@ -222,44 +222,33 @@ def _pushes(
     return p, e
 
 
-@dataclass(frozen=True, eq=False)
-class _Pushed:
-    """Pushes on one body at all poses: ``points`` and ``directions`` (n, 3), world frame."""
+def _rows(around: Neighbourhoods, name: str, points: Float, directions: Float, bounds: bool) -> list[Row]:
+    """Return the answers for one push on a body at each pose, in threads; all at once where no pose concerns it."""
 
-    around: Neighbourhoods
-    name: str
-    points: Float
-    directions: Float
-    bounds: bool
+    def pushed(there: Assembly, rows: list[int]) -> Answers:
+        W = push_columns(there, there.index[name], points[rows], directions[rows])
+        return asked(around.engine, there, W, np.zeros(6 * len(there.movable)), bounds=bounds)
 
-    def rows(self) -> list[Row]:
-        """Return the answers for all poses, in threads; for a body that no pose concerns, all at once."""
-        around, plain = self.around, PlainCases(self.around)
-        found: dict[int, Row] = {}
-        left: list[tuple[int, Neighbourhood]] = []
-        untouched: list[int] = []
-        for number_, pieces in enumerate(around.pieces):
-            rows = np.flatnonzero(around.pattern == number_)
-            own = [piece for piece in pieces if self.name in (*piece.moved, *piece.others)]
-            if not own or around.assembly.index[self.name] == FIXED:
-                untouched += rows.tolist()
-                continue
-            for at, groups in plain.at_once(own[0], rows):
-                (group,) = (each for each in groups if self.name in each.names)
-                if group.status is not Status.STABLE:
-                    found |= dict.fromkeys(at.tolist(), Row.not_standing(group.status, group.moving))
-            left += [(row, own[0]) for row in rows.tolist() if row not in found]
-        left.sort(key=lambda entry: entry[0])
-        each = around.in_threads(left, lambda there, row: Row.of(self._asked(there, [row])))
-        found |= {row: answer for (row, _), answer in zip(left, each, strict=True)}
-        if untouched:
-            with quiet():
-                table = self._asked(around.rest or around.assembly, untouched)
-            found |= {row: Row.of(table, k) for k, row in enumerate(untouched)}
-        return [found[row] for row in range(len(around.given))]
-
-    def _asked(self, assembly: Assembly, rows: list[int]) -> Answers:
-        """Return the answers for the pushes of some rows on the body in an assembly."""
-        W = push_columns(assembly, assembly.index[self.name], self.points[rows], self.directions[rows])
-        standing = np.zeros(6 * len(assembly.movable))
-        return asked(self.around.engine, assembly, W, standing, bounds=self.bounds)
+    plain = PlainCases(around)
+    found: dict[int, Row] = {}
+    left: list[tuple[int, Neighbourhood]] = []
+    untouched: list[int] = []
+    for number_, pieces in enumerate(around.pieces):
+        rows = np.flatnonzero(around.pattern == number_)
+        own = [piece for piece in pieces if name in (*piece.moved, *piece.others)]
+        if not own or around.assembly.index[name] == FIXED:
+            untouched += rows.tolist()
+            continue
+        for at, groups in plain.at_once(own[0], rows):
+            (group,) = (each for each in groups if name in each.names)
+            if group.status is not Status.STABLE:
+                found |= dict.fromkeys(at.tolist(), Row.not_standing(group.status, group.moving))
+        left += [(row, own[0]) for row in rows.tolist() if row not in found]
+    left.sort(key=lambda entry: entry[0])
+    each = around.in_threads(left, lambda there, row: Row.of(pushed(there, [row])))
+    found |= {row: answer for (row, _), answer in zip(left, each, strict=True)}
+    if untouched:
+        with quiet():
+            table = pushed(around.rest or around.assembly, untouched)
+        found |= {row: Row.of(table, k) for k, row in enumerate(untouched)}
+    return [found[row] for row in range(len(around.given))]
