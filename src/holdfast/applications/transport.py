@@ -23,14 +23,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import (
-    Bool,
-    Float,
-    checked,
-    checked_directions,
-    checked_number,
-    objects,
-)
+from holdfast.base.arrays import Bool, Float, checked, checked_directions, checked_number, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint

@@ -162,12 +162,8 @@ class Sampler:
             overlapping += bool(sample.assembly.overlaps)
         report("samples", self.samples, self.samples)
         verdicts = [answers.verdict.status for answers in found]
-        known = (
-            *nominal.notes,
-            *self.notes,
-            *unchecked_limits(self.assembly.bodies),
-        )  # samples do not ask who is crushed
-        notes = [*known]
+        # samples do not ask who is crushed
+        notes = [*nominal.notes, *self.notes, *unchecked_limits(self.assembly.bodies)]
         if overlapping and self.deviation is not None:
             share = f"{overlapping} of {len(found)} samples have bodies that overlap by more than the tolerance"
             notes.append(f"{share}: contacts there may be missing, which lowers their answers")

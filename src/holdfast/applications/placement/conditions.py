@@ -115,8 +115,10 @@ def checked_region(region: object, up: Float, where: str = "Where: box") -> Floa
     return box
 
 
-def names_of(assembly: Assembly, names: Sequence[str], option: str) -> tuple[str, ...]:
-    """Return the names as a tuple; raises SceneError for a name that no body of the scene has."""
+def names_of(assembly: Assembly, names: Sequence[str] | None, option: str) -> tuple[str, ...]:
+    """Return the names as a tuple, those of all bodies for None; raises SceneError for one that no body has."""
+    if names is None:
+        return tuple(body.name for body in assembly.bodies)
     found = checked_items(names, f"Where: {option}", "names of bodies")
     if option == "supports" and not found:
         raise SceneError(message(f"Where: {option}", f"is {quoted(names)}", "needs a list of names of bodies"))

@@ -22,7 +22,7 @@ from holdfast.applications.placement.conditions import (
 )
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.result import Placement
-from holdfast.applications.placement.several import RANDOM, Placing
+from holdfast.applications.placement.several import RANDOM, Placing, Try
 from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import checked_items
@@ -83,14 +83,9 @@ def plan_placement(
     )
     if place.apart is not None:
         raise SceneError(message(f"{NAME}: where", "has apart", "it is the distance between several: ask place_all"))
-    return planner(
-        assembly, obj, place, approach, how, engine=engine, friction=friction, imperfect=imperfect
-    ).plan(
-        seed=how.seed,
-        seconds=how.limit,
-        candidates=how.candidates,
-        attempts=ATTEMPTS if how.solves is None else how.solves,
-    )  # fmt: skip
+    asked = planner(assembly, obj, place, approach, how, engine=engine, friction=friction, imperfect=imperfect)
+    attempts = ATTEMPTS if how.solves is None else how.solves
+    return asked.plan(seed=how.seed, seconds=how.limit, candidates=how.candidates, attempts=attempts)
 
 
 def planner(
@@ -120,8 +115,7 @@ def planner(
     method = engine_of(engine)
     second = None if how.confirm is None else engine_of(how.confirm)
     up = assembly.scene.up
-    every = tuple(body.name for body in assembly.bodies)
-    supports = every if place.supports is None else names_of(assembly, place.supports, "supports")
+    supports = names_of(assembly, place.supports, "supports")
     options = Options(
         box=checked_region(place.box, up),
         supports=supports,
@@ -147,9 +141,8 @@ def planner(
         problem = f"least_supports is {options.least_supports}, supports are {listed(options.supports)}"
         raise SceneError(message("Where", problem, "ask for no more than there are"))
     names = {obj.name} if obj.material is None else {obj.name, obj.material}
-    assembly = replace(
-        assembly, absent=tuple(sorted({*assembly.absent, *names}))
-    )  # an engine may have options that name the new body
+    # an engine may have options that name the new body
+    assembly = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))
     return Planner(assembly, obj, method, None if second == method else second, options)
 
 
@@ -193,8 +186,7 @@ def place_all(
     if of_one:
         problem = f"has {' and '.join(of_one)}, which are for one object"
         raise SceneError(message(f"{SEVERAL}: search", problem, "leave them out, or ask plan_placement"))
-    every = tuple(b.name for b in assembly.bodies)
-    grounds = every if place.supports is None else names_of(assembly, place.supports, "supports")
+    grounds = names_of(assembly, place.supports, "supports")
     clock = Clock.started(how.limit)
     table = Scene([*assembly.bodies, *bodies], friction_with(assembly, bodies, friction, grounds)).friction
 
@@ -217,29 +209,28 @@ def _answered(
 ) -> Placements:
     method = engine_of(engine)
     names = tuple(body.name for body in bodies)
-    assembly = replace(
-        assembly, absent=tuple(sorted({*assembly.absent, *names}))
-    )  # an engine may have options that name the new bodies
+    # an engine may have options that name the new bodies
+    assembly = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))
     try:
         with until(clock.by("search")):
             verdict = prepared(method, assembly).verdict()
     except OutOfTimeError:
         verdict = undecided("the time was used up before it was known")
-    if verdict.status is not Status.STABLE:
-        words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
+    status: Status = verdict.status
+    if status is not Status.STABLE:
+        words = "does not stand" if status is Status.UNSTABLE else "is undecided"
         reason = f"the scene {words} before anything is put down: {verdict.reason}"
-        return Placements(
-            assembly=assembly, status=verdict.status, steps=(), left=names, apart=placing.apart, tries=0,
-            reason=reason, elapsed=clock.elapsed, engine=method.name, claim=method.claim,
-        )  # fmt: skip
-    best, tries = placing.best(assembly, bodies, clock)
-    reason = f"everything stands after each step, {1e3 * best.apart:.3g} mm apart"
-    if best.left:
-        reason = f"no place found for {listed(best.left)}"
-        if clock.seconds is not None and clock.elapsed > 0.9 * clock.seconds:
-            reason += ", the time was used up"
+        best, tries = Try((), assembly, names, placing.apart), 0
+    else:
+        best, tries = placing.best(assembly, bodies, clock)
+        status = Status.UNDECIDED if best.left else Status.STABLE
+        reason = f"everything stands after each step, {1e3 * best.apart:.3g} mm apart"
+        if best.left:
+            reason = f"no place found for {listed(best.left)}"
+            if clock.seconds is not None and clock.elapsed > 0.9 * clock.seconds:
+                reason += ", the time was used up"
     return Placements(
-        assembly=best.assembly, status=Status.UNDECIDED if best.left else Status.STABLE, reason=reason,
+        assembly=best.assembly, status=status, reason=reason,
         steps=best.steps, left=best.left, apart=best.apart, tries=tries, elapsed=clock.elapsed,
         engine=method.name, claim=method.claim,
     )  # fmt: skip
