@@ -34,7 +34,7 @@ from holdfast.certificates.certified import Certified, asking
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim
 from holdfast.engines.imperfect import Imperfect
-from holdfast.queries.push import asked
+from holdfast.queries.push import load_factors
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -245,11 +245,13 @@ def transport_limits(
     counted, note = counted_bodies(given, bodies, "transport_limits")
     W = carrier_columns(given, counted, ways)
     standing = checked_loads(standing)
-    held = total_wrench(given, standing)
+    standing_wrench = total_wrench(given, standing)
     pressed = pressed_by(given, standing), np.zeros((len(given.bodies), len(ways)))
-    found = asked(method, given, W, held, bounds=bounds, imperfect=imperfect, pressed=pressed)
+    found = load_factors(method, given, W, standing_wrench, bounds=bounds, imperfect=imperfect, pressed=pressed)
     found = replace(found, notes=(*found.notes, *note))
-    return asking(TransportLimits(answers=found, assembly=given, directions=ways), Question(given, held, None, W))
+    return asking(
+        TransportLimits(answers=found, assembly=given, directions=ways), Question(given, standing_wrench, None, W)
+    )
 
 
 def carrier_columns(assembly: Assembly, counted: Bool, ways: Float) -> Float:

@@ -87,8 +87,8 @@ def checked_hull(lower: Lower, near: Float, accuracy: float, solves: int, where:
         _raise(known, price, known, price)
         fresh = drawn(min(ROUND[size], solves // 2 - len(loads)))
         found = np.minimum(lower(fresh), FARTHEST)
-        value, told = 1 / hull_gauge(known, price, fresh)[0], found > 0
-        half, most = _short(value[told], found[told])
+        value, positive = 1 / hull_gauge(known, price, fresh)[0], found > 0
+        half, most = _short(value[positive], found[positive])
         loads, factor = np.vstack([loads, fresh]), np.concatenate([factor, found])
     known, price = _points(loads, factor)
     asked = factor > 0
@@ -96,14 +96,14 @@ def checked_hull(lower: Lower, near: Float, accuracy: float, solves: int, where:
     between = drawn(len(loads))
     between[1::2] = _middles(known, price, between[1::2])
     found = np.minimum(lower(between), FARTHEST)
-    used, told = hull_gauge(known, price, between)[0], found > 0
-    excess = 1 / (used * found)[told] - 1
+    used, positive = hull_gauge(known, price, between)[0], found > 0
+    excess = 1 / (used * found)[positive] - 1
     by = max(float(excess.max(initial=0.0)), 0.0)
-    _raise(known, price, between[told], 1 / found[told])
+    _raise(known, price, between[positive], 1 / found[positive])
     price *= 1 + SCATTER
     report(where, solves, solves)
-    told = told & (np.arange(len(between)) % 2 == 0)  # as anybody would ask, not the middles
-    half, most = _short(1 / hull_gauge(known, price, between[told])[0], found[told])
+    positive = positive & (np.arange(len(between)) % 2 == 0)  # as anybody would ask, not the middles
+    half, most = _short(1 / hull_gauge(known, price, between[positive])[0], found[positive])
     hull = LoadHull(known, price, half, most, len(loads) + len(between))
     return CheckedHull(hull, len(between), int((excess > SUM).sum()), by, int((factor == 0).sum() + (found == 0).sum()))
 

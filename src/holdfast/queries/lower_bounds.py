@@ -58,12 +58,12 @@ def unless_crushed(found: Answers, state: Groups, W: Float, pressed: Pressed) ->
     if not names:
         return found
     notes = [note for note in found.notes if note != UNCHECKED]
-    held = sorted({*held_names(state.assembly.scene.holds)} & {*names})
-    if held:
-        notes.append(f"what {listed(held)} may bear was not compared: what holds it exerts is not known")
+    gripped = sorted({*held_names(state.assembly.scene.holds)} & {*names})
+    if gripped:
+        notes.append(f"what {listed(gripped)} may bear was not compared: what holds it exerts is not known")
     force, lower = np.array(found.force), np.array(found.lower)
     status, mechanism = found.status.tolist(), found.mechanism.tolist()
-    loads = _Loads(state, [name for name in names if name not in held], W, pressed)
+    loads = _Loads(state, [name for name in names if name not in gripped], W, pressed)
     bearing, unknown = False, 0
     for k in reported("who is crushed", list(range(len(found)))):
         reached = loads.reached(k)

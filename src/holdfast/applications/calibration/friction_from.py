@@ -204,7 +204,7 @@ class _Forces:
 
     assembly: Assembly
     engine: Engine
-    held: Float
+    standing: Float
     pushes: _Pushes
 
     def log(self, mu: dict[Pair, float]) -> Float:
@@ -212,7 +212,7 @@ class _Forces:
         a, pushes = self.assembly.with_friction(mu), self.pushes
         ones = zip(pushes.bodies, pushes.points, pushes.directions, strict=True)
         W = np.hstack([push_columns(a, a.index[name], p[None], e[None]) for name, p, e in ones])
-        found = prepared(self.engine, a, self.held).load_factor(W)
+        found = prepared(self.engine, a, self.standing).load_factor(W)
         force = np.log(np.clip(found.force / a.weight, 1 / REACH, REACH)) + np.log(a.weight)
         return np.where(found.decided, force, np.nan)
 
@@ -232,9 +232,9 @@ class _Forces:
             for row, step in enumerate(STEPS):
                 scans[k, row] = base if step == 0 else self.beside(pairs, at, k, step)
             for column in scans[k].T:
-                told = np.isfinite(column)
-                if told.any():
-                    column[~told] = np.interp(STEPS[~told], STEPS[told], column[told])
+                known = np.isfinite(column)
+                if known.any():
+                    column[~known] = np.interp(STEPS[~known], STEPS[known], column[known])
         return base, scans
 
 

@@ -25,7 +25,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
-from holdfast.queries.push import asked
+from holdfast.queries.push import load_factors
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -172,7 +172,7 @@ class _Question:
         a, alpha = (values / scale[:, None] for values in chosen)
         W = inertial_wrenches(here, a, alpha, motion.angular_velocity[rows], motion.pivot)
         pressed = self.pressed, np.zeros((len(here.bodies), len(rows)))
-        found = asked(
+        found = load_factors(
             self.method, here, W, self.standing, bounds=self.bounds, imperfect=self.imperfect, pressed=pressed
         )
         verdict = prepared(self.method, here, self.standing).verdict()

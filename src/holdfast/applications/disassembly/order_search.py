@@ -133,13 +133,13 @@ def hanging_without(removals: Removals, name: str, remaining: frozenset[str]) ->
                 beside.setdefault(one, []).append(other)
                 if index[other] == FIXED:
                     reached.append(one)
-    held = set(reached)
+    carried = set(reached)
     while reached:
         for other in beside.get(reached.pop(), ()):
-            if other in remaining and other != name and other not in held:
-                held.add(other)
+            if other in remaining and other != name and other not in carried:
+                carried.add(other)
                 reached.append(other)
-    return set(remaining) - held - {name}
+    return set(remaining) - carried - {name}
 
 
 def _orderable(before: dict[str, set[str]]) -> bool:

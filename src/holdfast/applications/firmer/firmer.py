@@ -23,7 +23,7 @@ from holdfast.base.values import Table
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.queries.map import exposed_cells
-from holdfast.queries.push import asked
+from holdfast.queries.push import load_factors
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -158,7 +158,7 @@ class Pushes:
             ways[mine] = self.directions[rows[mine]] @ pose[:3, :3].T
             W[:, mine] = push_columns(assembly, assembly.index[name], points, ways[mine])
         pressed = np.zeros(len(assembly.bodies)), pressed_by_pushes(assembly, self.body[rows].tolist(), ways)
-        return asked(self.engine, assembly, W, np.zeros(len(W)), bounds=False, pressed=pressed)
+        return load_factors(self.engine, assembly, W, np.zeros(len(W)), bounds=False, pressed=pressed)
 
 
 @dataclass(eq=False)

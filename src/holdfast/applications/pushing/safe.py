@@ -31,7 +31,7 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.clearance import rod_clearance
 from holdfast.queries.map import exposed_cells
-from holdfast.queries.push import asked
+from holdfast.queries.push import load_factors
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -185,7 +185,7 @@ class _Trials:
         still = self._still(frictions, columns)
         rest = np.flatnonzero(~still)
         found = [
-            asked(self.engine, each, columns[:, rest], np.zeros(len(columns)), bounds=True)
+            load_factors(self.engine, each, columns[:, rest], np.zeros(len(columns)), bounds=True)
             for each in reported("pushes with other friction", frictions)
         ]
         lower, upper = np.full(len(points), self.force), np.full(len(points), np.inf)

@@ -323,8 +323,8 @@ class Neighbourhoods:
         found: dict[str, frozenset[str]] = {}
         for group in components(len(movable), [pair for pair in ends if FIXED not in pair]):
             members = {movable[k].name for k in group}
-            held = {b.name for pair in close for a, b in (pair, pair[::-1]) if b.fixed and a.name in members}
-            found |= dict.fromkeys(members, frozenset(members | held))
+            holders = {b.name for pair in close for a, b in (pair, pair[::-1]) if b.fixed and a.name in members}
+            found |= dict.fromkeys(members, frozenset(members | holders))
         return found
 
     def piece_on(self, name: str, its: str) -> Neighbourhood:

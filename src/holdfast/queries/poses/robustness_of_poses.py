@@ -23,7 +23,7 @@ from holdfast.engines.verdict import Status
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.queries.poses.neighbourhoods import STAGE, GivenPoses, Neighbourhood, Neighbourhoods, given_poses, quiet
 from holdfast.queries.poses.plain_cases import PlainCases
-from holdfast.queries.push import asked, robustness
+from holdfast.queries.push import load_factors, robustness
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
 from holdfast.queries.result import ROW_HEADS, amount, gives_way, places_of
 from holdfast.scene.hold import refuse_holds
@@ -227,7 +227,7 @@ def _rows(around: Neighbourhoods, name: str, points: Float, directions: Float, b
 
     def pushed(there: Assembly, rows: list[int]) -> Answers:
         W = push_columns(there, there.index[name], points[rows], directions[rows])
-        return asked(around.engine, there, W, np.zeros(6 * len(there.movable)), bounds=bounds)
+        return load_factors(around.engine, there, W, np.zeros(6 * len(there.movable)), bounds=bounds)
 
     plain = PlainCases(around)
     found: dict[int, Row] = {}
