@@ -29,6 +29,7 @@ from holdfast.geometry.hull import outline_numbers
 from holdfast.queries.poses.neighbourhoods import Decided, Groups, Neighbourhood, Neighbourhoods, quiet
 from holdfast.queries.poses.outlines import PartHull, shared_ball
 from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
 
 FRICTION = 0.25  # share of the friction that leaning may use
 SURELY = 0.9  # share of a tolerance within which nothing else about it matters
@@ -90,13 +91,13 @@ class FlatFace:
 
 
 @dataclass(frozen=True, eq=False)
-class Below:
-    """A ``face`` below the moved body, of the body ``name``; ``only_part`` tells whether it has no other ``part``."""
+class FaceBelow:
+    """A ``face`` below the moved body, of a ``part`` of ``body``; ``whole`` tells whether that is all of it."""
 
-    name: str
+    body: Body
     part: int
     face: FlatFace
-    only_part: bool
+    whole: bool
 
 
 class Flush(NamedTuple):
@@ -112,240 +113,77 @@ class Flush(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class OnFaces:
-    """The moved body ``name`` on flat faces of others."""
+class PlainCases:
+    """The verdicts that follow from where the moved body ``name`` is, without a search for contacts."""
 
     around: Neighbourhoods
     name: str
-    _faces: dict[int, Below | None] = field(default_factory=dict, init=False, repr=False)
+    _faces: dict[int, FaceBelow | None] = field(default_factory=dict, init=False, repr=False)
     _stood: dict[tuple[str, int, int], Decided | None] = field(default_factory=dict, init=False, repr=False)
-
-    def at_once(self, piece: Neighbourhood, rows: Int, rest: Groups) -> Iterator[tuple[Int, Groups]]:
-        """Yield rows at which the body is flush with a face, and the verdicts on the groups of its piece.
-
-        ``rest`` are the groups beside it, all of which stand.
-        """
-        if not isinstance(self.around.engine, Compliant | Limit | Graph):
-            return
-        around = self.around
-        meets = around.meets[rows, around.given.names.index(self.name)]
-        for number, (its, _) in enumerate(around.parts):
-            below = self._below(number) if its in piece.beside and len(rows) else None
-            if below is not None:
-                yield from self._over(piece, rows[~np.delete(meets, number, axis=1).any(1)], rest, below)
-
-    @cached_property
-    def _feet(self) -> list[FlatFace]:
-        """The faces of the body on which it can stand."""
-        around = self.around
-        body, (outline, *more) = around.assembly.scene.body(self.name), around.outlines[self.name]
-        feet = [FlatFace.of(*facet) for facet in ([] if more or not outline.solid else outline.flat_facets)]
-        return [foot for foot in feet if foot.room(body.com_body[None])[0] > 0]
-
-    def _below(self, number: int) -> Below | None:
-        """Return the face of the part with this number on which the body may stand, or None."""
-        if number not in self._faces:
-            around = self.around
-            scene, (its, part) = around.assembly.scene, around.parts[number]
-            body, other = scene.body(self.name), scene.body(its)
-            apart = its in around.given.names or scene.touching(body, other) != [(body, other)]
-            face = None if apart else FlatFace.highest(part, scene.up @ other.pose[:3, :3])
-            self._faces[number] = None if face is None else Below(its, number, face, len(around.outlines[its]) == 1)
-        return self._faces[number]
-
-    def _over(self, piece: Neighbourhood, rows: Int, rest: Groups, below: Below) -> Iterator[tuple[Int, Groups]]:
-        """Yield rows at which the body is flush with one face and touches nothing else."""
-        its, placed = below.name, self._placed(rows, below)
-        alone = self.around.assembly.scene.body(its).fixed and below.only_part and piece.beside == {its}
-        left = np.ones(len(rows), dtype=bool)
-        for number in range(len(self._feet)):
-            flush = self._flush(placed, below, number)
-            stands = flush.touches & flush.over & self._carried(placed, below, rest)
-            stood = self._stood_on(below, number) if stands.any() else None
-            if stood is not None:
-                left &= ~stands
-                yield rows[stands], (stood, *(group for group in rest if its not in group.names))
-            rests = flush.hovers & flush.over
-            left &= ~rests
-            yield rows[rests], (self._said(Status.UNDECIDED, HOVERS, its), *rest)
-            if alone:
-                falls = (flush.touches | flush.hovers) & flush.beyond
-                left &= ~falls
-                yield rows[falls], (self._said(Status.UNSTABLE, FALLS, its), *rest)
-        if alone:
-            yield from self._alike(piece, below, rows[left], placed[left])
-
-    def _placed(self, rows: Int, below: Below) -> Float:
-        """Return the poses (n, 4, 4) of the body in the frame of the one below."""
-        around = self.around
-        return np.asarray(np.linalg.inv(around.assembly.scene.body(below.name).pose) @ around.given.of(self.name)[rows])
-
-    def _along_gravity(self, placed: Float, below: Below) -> tuple[Float, Float]:
-        """Return where the weight acts on the plane of a face (n, 3), and along which direction (3,), in its frame."""
-        scene, face = self.around.assembly.scene, below.face
-        down = -scene.up @ scene.body(below.name).pose[:3, :3]
-        com = placed[:, :3, :3] @ scene.body(self.name).com_body + placed[:, :3, 3]
-        return com - down * ((com - face.middle) @ face.normal / (down @ face.normal))[:, None], down
-
-    def _flush(self, placed: Float, below: Below, number: int) -> Flush:
-        """Tell at which poses ``placed`` (n, 4, 4) a foot is flush with a face."""
-        around, face, foot = self.around, below.face, self._feet[number]
-        body, other = (around.assembly.scene.body(name) for name in (self.name, below.name))
-        own, base = around.assembly.tolerances.between(body, other), around.assembly.tolerances.base(body, other)
-        turned, moved = placed[:, :3, :3], placed[:, :3, 3]
-        over, down = self._along_gravity(placed, below)
-        leaning = np.linalg.norm(np.cross(turned @ foot.normal, face.normal), axis=1)
-        slope = float(np.linalg.norm(np.cross(down, face.normal)))
-        heights = (foot.corners @ np.swapaxes(turned, 1, 2) + moved[:, None] - face.middle) @ face.normal
-        flat = (turned @ foot.normal) @ face.normal < 0
-        flat &= leaning <= SURELY * SHAKY * np.sin(np.radians(own.angle))
-        flat &= leaning + slope <= FRICTION * self._friction(below.name)
-        flat &= foot.room(((over - moved)[:, None] @ turned)[:, 0]) > 2 * own.gap
-        lowest, highest, room = heights.min(1), heights.max(1), face.room(over)
-        touches = flat & (np.maximum(-lowest, highest) <= SURELY * SHAKY * base)
-        hovers = flat & (lowest > own.gap / SURELY) & (highest < SURELY * doubtful_gap(body, other))
-        return Flush(touches, hovers, room > 2 * own.gap, room < -2 * own.gap)
-
-    def _alike(self, piece: Neighbourhood, below: Below, rows: Int, placed: Float) -> Iterator[tuple[Int, Groups]]:
-        """Yield rows at which all is the same but for the place on a level face and the turn about its normal.
-
-        ``placed`` (n, 4, 4) are the poses in the frame of the face's body. All of the body has to be over the face.
-        """
-        around, face = self.around, below.face
-        body, other = (around.assembly.scene.body(name) for name in (self.name, below.name))
-        if np.linalg.norm(np.cross(around.assembly.scene.up @ other.pose[:3, :3], face.normal)) > SAME:
-            return
-        corners = np.vstack([part.corners for part in around.outlines[self.name]])
-        inside = np.array([face.room(transform(pose, corners)).min() for pose in placed]) > around.reach(body, other)
-        at = np.flatnonzero(inside)
-        heights = (placed[at, :3, 3] - face.middle) @ face.normal / body.shape.surface.diagonal
-        keys = np.round(np.column_stack([face.normal @ placed[at, :3, :3], heights]) / SAME).astype(np.int64)
-        _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-        for number in np.flatnonzero(np.bincount(which.ravel()) > 1):
-            with quiet():
-                (own,) = self.around.decided(piece, around.given.row(int(rows[at[first[number]]])))
-            if own.status is Status.UNSTABLE:
-                own = replace(own, reason=ANYWHERE.format(self.name, below.name))
-            yield rows[at[which.ravel() == number]], (own,)
-
-    def _said(self, status: Status, words: str, its: str) -> Decided:
-        moving = (self.name,) if status is Status.UNSTABLE else ()
-        return Decided((self.name,), status, words.format(self.name, its), moving)
-
-    def _friction(self, its: str) -> float:
-        """Return the least coefficient of friction of any of the materials of the body and another one."""
-        scene = self.around.assembly.scene
-        one, two = scene.body(self.name), scene.body(its)
-        return min(
-            scene.friction.between(self.name, its, {self.name: a, its: b}) for a in one.materials for b in two.materials
-        )
-
-    def _carried(self, placed: Float, below: Below, rest: Groups) -> Bool:
-        """Tell at which poses ``placed`` (n, 4, 4) the body below carries the moved one, and does not tip over.
-
-        A fixed one does. A movable one has to stand alone and level on fixed ones, with the weight well over its base.
-        """
-        around, its = self.around, below.name
-        scene = around.assembly.scene
-        if scene.body(its).fixed:
-            return np.ones(len(placed), dtype=bool)
-        assert around.rest is not None
-        patches = [p for i in around.rest.interfaces if its in i.bodies for p in i.patches]
-        level = all(np.linalg.norm(np.cross(patch.normal, scene.up)) <= LEVEL for patch in patches)
-        if not level or all(group.names != (its,) for group in rest):
-            return np.zeros(len(placed), dtype=bool)
-        base = FlatFace.of(scene.up, np.vstack([patch.polygon for patch in patches]))
-        over, _ = self._along_gravity(placed, below)
-        return np.asarray(base.room(scene.body(its).placed(over)) > 2 * around.gap(self.name, its))
-
-    def _stood_on(self, below: Below, number: int) -> Decided | None:
-        """Return what the engine says of a foot in the middle of a face; None if not that the body stands."""
-        key = (below.name, below.part, number)
-        if key not in self._stood:
-            scene, foot, face = self.around.assembly.scene, self._feet[number], below.face
-            body, other = scene.body(self.name), scene.body(below.name)
-            turn = _frame(face.normal) @ _frame(-foot.normal).T
-            down = -scene.up @ other.pose[:3, :3]
-            com = turn @ body.com_body
-            height = (com - turn @ foot.middle) @ face.normal
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = turn, face.middle + down * height / (down @ face.normal) - com
-            piece = self.around.piece_on(self.name, below.name)
-            with quiet():
-                groups = self.around.decided(piece, {self.name: other.pose @ pose})
-            (stood,) = (group for group in groups if self.name in group.names)
-            known = stood.status is Status.STABLE and ONLY_BALANCED not in stood.reason
-            self._stood[key] = stood if known else None
-        return self._stood[key]
-
-
-def _frame(normal: Float) -> Float:
-    """Return a rotation (3, 3) that takes the z axis to ``normal`` (3,)."""
-    return np.column_stack([*tangents(normal), normal])
-
-
-@dataclass(frozen=True, eq=False)
-class PlainCases:
-    """The verdicts that follow from where the bodies are, without a search for contacts."""
-
-    around: Neighbourhoods
-    _on_faces: dict[str, OnFaces] = field(default_factory=dict, init=False, repr=False)
 
     def at_once(self, piece: Neighbourhood, rows: Int) -> Iterator[tuple[Int, Groups]]:
         """Yield rows at which a piece has the same verdicts; all other ``rows`` have to be decided one by one."""
-        joins = self.around.assembly.scene.friction.joins  # faces may hold what hangs
-        if len(piece.moved) > 1 or self.around.rest is None or joins:
+        around, name = self.around, self.name
+        joins = self._scene.friction.joins  # faces may hold what hangs
+        if len(piece.moved) > 1 or around.rest is None or joins:
             return
-        (name,) = piece.moved
         if not piece.beside:
             yield rows, (Decided((name,), Status.UNSTABLE, IN_THE_AIR.format(name), (name,)),)
-        rest = tuple(group for group in self.around.rest_groups if not piece.others.isdisjoint(group.names))
+        rest = tuple(group for group in around.rest_groups if not piece.others.isdisjoint(group.names))
         if not piece.beside or any(group.status is not Status.STABLE for group in rest):
             return
-        parts = [[other == beside for other, _ in self.around.parts] for beside in sorted(piece.beside)]
-        meets = self.around.meets[rows, self.around.given.names.index(name)]
-        deep, meets = self._deep(piece, rows), (meets[:, None] & np.array(parts)).any(2)  # both in alphabetical order
+        near = around.meets[rows, around.given.names.index(name)]
+        parts = [[other == beside for other, _ in around.parts] for beside in sorted(piece.beside)]
+        deep, meets = self._deep(piece, rows), (near[:, None] & np.array(parts)).any(2)  # both in alphabetical order
         left = np.ones(len(rows), dtype=bool)
         for pattern in np.unique(np.hstack([deep, meets]), axis=0):
             into, touched = (set(compress(sorted(piece.beside), part)) for part in np.split(pattern, 2))
-            movable = {other for other in touched if not self.around.assembly.scene.body(other).fixed}
+            movable = {other for other in touched if not self._scene.body(other).fixed}
             # whatever falls would move the overlapping bodies against each other, which nobody knows to happen
             if into and movable <= into:
                 at = (deep == pattern[: deep.shape[1]]).all(1) & (meets == pattern[deep.shape[1] :]).all(1)
                 left &= ~at
-                yield rows[at], self._overlapping(name, into, rest)
-        if name not in self._on_faces:
-            self._on_faces[name] = OnFaces(self.around, name)
-        yield from self._on_faces[name].at_once(piece, rows[left], rest)
+                yield rows[at], self._overlapping(into, rest)
+        if isinstance(around.engine, Compliant | Limit | Graph):
+            rows, near = rows[left], near[left]
+            for number, (its, _) in enumerate(around.parts):
+                below = self._below(number) if its in piece.beside and len(rows) else None
+                if below is not None:
+                    yield from self._over(piece, rows[~np.delete(near, number, axis=1).any(1)], rest, below)
 
-    def _overlapping(self, name: str, into: set[str], rest: Groups) -> Groups:
-        """Return the verdicts where a body overlaps those of ``into``; ``rest`` are the groups beside it."""
-        around, texts = self.around, {}
-        for other in sorted(into, key=around.order.__getitem__):
-            pair = tuple(sorted((name, other), key=around.order.__getitem__))
-            allowed = f"{1e3 * around.gap(name, other):.2g} mm"
-            texts[pair] = OVERLAP.format(*pair, allowed)
-        found = [Decided((name,), Status.UNDECIDED, "; ".join(texts.values()))]
+    @property
+    def _scene(self) -> Scene:
+        return self.around.assembly.scene
+
+    @property
+    def _body(self) -> Body:
+        return self._scene.body(self.name)
+
+    def _overlapping(self, into: set[str], rest: Groups) -> Groups:
+        """Return the verdicts where the body overlaps those of ``into``; ``rest`` are the groups beside it."""
+        place, texts = self.around.order.__getitem__, {}
+        for other in sorted(into, key=place):
+            pair = tuple(sorted((self.name, other), key=place))
+            texts[pair] = OVERLAP.format(*pair, f"{1e3 * self.around.gap(self.name, other):.2g} mm")
+        found = [Decided((self.name,), Status.UNDECIDED, "; ".join(texts.values()))]
         for group in rest:
             said = [text for pair, text in texts.items() if not set(pair).isdisjoint(group.names)]
             found.append(Decided(group.names, Status.UNDECIDED, "; ".join(said)) if said else group)
         return tuple(found)
 
     def _deep(self, piece: Neighbourhood, rows: Int) -> Bool:
-        """Tell which of the bodies beside a piece, in alphabetical order, surely overlap its body (n, m)."""
-        around, (name,) = self.around, piece.moved
-        scene = around.assembly.scene
-        body, own = scene.body(name), around.outlines[name]
-        apart = around.apart[rows, around.given.names.index(name)]
+        """Tell which of the bodies beside a piece, in alphabetical order, surely overlap the body (n, m)."""
+        around, body, own = self.around, self._body, self.around.outlines[self.name]
+        apart = around.apart[rows, around.given.names.index(self.name)]
         deep = np.zeros((len(rows), len(piece.beside)), dtype=bool)
         for number, beside in enumerate(sorted(piece.beside)):
-            other, its = scene.body(beside), around.outlines[beside]
-            if len(own) > 1 or len(its) > 1 or scene.touching(body, other) != [(body, other)]:
+            other, its = self._scene.body(beside), around.outlines[beside]
+            if len(own) > 1 or len(its) > 1 or self._scene.touching(body, other) != [(body, other)]:
                 continue
             sure = self._sure(body, other)
             part = next(k for k, (each, _) in enumerate(around.parts) if each == beside)
             at = np.flatnonzero(apart[:, part] <= -2 * sure)  # along any direction they share twice the ball's radius
-            poses = around.given.of(name)[rows[at]]
+            poses = around.given.of(self.name)[rows[at]]
             deep[at, number] = shared_ball(own[0], poses, its[0], np.broadcast_to(other.pose, poses.shape)) > sure
         return deep
 
@@ -360,3 +198,140 @@ class PlainCases:
         if a.fixed or b.fixed:  # where else they touch makes no difference
             return SURE * own.gap
         return SURE * own.gap + float(np.sin(np.radians(own.angle))) * min(o.shape.surface.diagonal for o in (a, b))
+
+    @cached_property
+    def _feet(self) -> list[FlatFace]:
+        """The faces of the body on which it can stand."""
+        outline, *more = self.around.outlines[self.name]
+        feet = [FlatFace.of(*facet) for facet in ([] if more or not outline.solid else outline.flat_facets)]
+        return [foot for foot in feet if foot.room(self._body.com_body[None])[0] > 0]
+
+    def _below(self, number: int) -> FaceBelow | None:
+        """Return the face of the part with this number on which the body may stand, or None."""
+        if number not in self._faces:
+            its, part = self.around.parts[number]
+            body, other = self._body, self._scene.body(its)
+            apart = its in self.around.given.names or self._scene.touching(body, other) != [(body, other)]
+            face = None if apart else FlatFace.highest(part, self._scene.up @ other.pose[:3, :3])
+            whole = len(self.around.outlines[its]) == 1
+            self._faces[number] = None if face is None else FaceBelow(other, number, face, whole)
+        return self._faces[number]
+
+    def _over(self, piece: Neighbourhood, rows: Int, rest: Groups, below: FaceBelow) -> Iterator[tuple[Int, Groups]]:
+        """Yield rows at which the body is flush with one face and touches nothing else; all of the ``rest`` stands."""
+        its = below.body.name
+        placed = np.linalg.inv(below.body.pose) @ self.around.given.of(self.name)[rows]  # in the frame of that body
+        alone = below.body.fixed and below.whole and piece.beside == {its}
+        left = np.ones(len(rows), dtype=bool)
+        for number in range(len(self._feet)):
+            flush = self._flush(placed, below, number)
+            stands = flush.touches & flush.over & self._carried(placed, below, rest)
+            stood = self._stood_on(below, number) if stands.any() else None
+            if stood is not None:
+                left &= ~stands
+                yield rows[stands], (stood, *(group for group in rest if its not in group.names))
+            rests = flush.hovers & flush.over
+            left &= ~rests
+            yield rows[rests], (Decided((self.name,), Status.UNDECIDED, HOVERS.format(self.name, its)), *rest)
+            if alone:
+                falls = (flush.touches | flush.hovers) & flush.beyond
+                left &= ~falls
+                said = Decided((self.name,), Status.UNSTABLE, FALLS.format(self.name, its), (self.name,))
+                yield rows[falls], (said, *rest)
+        if alone:
+            yield from self._alike(piece, below, rows[left], placed[left])
+
+    def _along_gravity(self, placed: Float, below: FaceBelow) -> tuple[Float, Float]:
+        """Return where the weight acts on the plane of a face (n, 3), and along which direction (3,), in its frame."""
+        face, down = below.face, -self._scene.up @ below.body.pose[:3, :3]
+        com = placed[:, :3, :3] @ self._body.com_body + placed[:, :3, 3]
+        return com - down * ((com - face.middle) @ face.normal / (down @ face.normal))[:, None], down
+
+    def _flush(self, placed: Float, below: FaceBelow, number: int) -> Flush:
+        """Tell at which poses ``placed`` (n, 4, 4) a foot is flush with a face."""
+        body, other, face, foot = self._body, below.body, below.face, self._feet[number]
+        tolerances, friction = self.around.assembly.tolerances, self._scene.friction
+        own, base = tolerances.between(body, other), tolerances.base(body, other)
+        mu = min(
+            friction.between(body.name, other.name, {body.name: one, other.name: two})
+            for one in body.materials
+            for two in other.materials
+        )
+        turned, moved = placed[:, :3, :3], placed[:, :3, 3]
+        over, down = self._along_gravity(placed, below)
+        leaning = np.linalg.norm(np.cross(turned @ foot.normal, face.normal), axis=1)
+        slope = float(np.linalg.norm(np.cross(down, face.normal)))
+        heights = (foot.corners @ np.swapaxes(turned, 1, 2) + moved[:, None] - face.middle) @ face.normal
+        flat = (turned @ foot.normal) @ face.normal < 0
+        flat &= leaning <= SURELY * SHAKY * np.sin(np.radians(own.angle))
+        flat &= leaning + slope <= FRICTION * mu
+        flat &= foot.room(((over - moved)[:, None] @ turned)[:, 0]) > 2 * own.gap
+        lowest, highest, room = heights.min(1), heights.max(1), face.room(over)
+        touches = flat & (np.maximum(-lowest, highest) <= SURELY * SHAKY * base)
+        hovers = flat & (lowest > own.gap / SURELY) & (highest < SURELY * doubtful_gap(body, other))
+        return Flush(touches, hovers, room > 2 * own.gap, room < -2 * own.gap)
+
+    def _alike(self, piece: Neighbourhood, below: FaceBelow, rows: Int, placed: Float) -> Iterator[tuple[Int, Groups]]:
+        """Yield rows at which all is the same but for the place on a level face and the turn about its normal.
+
+        ``placed`` (n, 4, 4) are the poses in the frame of the face's body. All of the body has to be over the face.
+        """
+        around, body, face = self.around, self._body, below.face
+        if np.linalg.norm(np.cross(self._scene.up @ below.body.pose[:3, :3], face.normal)) > SAME:
+            return
+        corners, reach = (
+            np.vstack([part.corners for part in around.outlines[self.name]]),
+            around.reach(body, below.body),
+        )
+        at = np.flatnonzero(np.array([face.room(transform(pose, corners)).min() for pose in placed]) > reach)
+        heights = (placed[at, :3, 3] - face.middle) @ face.normal / body.shape.surface.diagonal
+        keys = np.round(np.column_stack([face.normal @ placed[at, :3, :3], heights]) / SAME).astype(np.int64)
+        _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        for number in np.flatnonzero(np.bincount(which.ravel()) > 1):
+            with quiet():
+                (own,) = around.decided(piece, around.given.row(int(rows[at[first[number]]])))
+            if own.status is Status.UNSTABLE:
+                own = replace(own, reason=ANYWHERE.format(self.name, below.body.name))
+            yield rows[at[which.ravel() == number]], (own,)
+
+    def _carried(self, placed: Float, below: FaceBelow, rest: Groups) -> Bool:
+        """Tell at which poses ``placed`` (n, 4, 4) the body below carries the moved one, and does not tip over.
+
+        A fixed one does. A movable one has to stand alone and level on fixed ones, with the weight well over its base.
+        """
+        its, up = below.body.name, self._scene.up
+        if below.body.fixed:
+            return np.ones(len(placed), dtype=bool)
+        assert self.around.rest is not None
+        patches = [p for i in self.around.rest.interfaces if its in i.bodies for p in i.patches]
+        level = all(np.linalg.norm(np.cross(patch.normal, up)) <= LEVEL for patch in patches)
+        if not level or all(group.names != (its,) for group in rest):
+            return np.zeros(len(placed), dtype=bool)
+        base = FlatFace.of(up, np.vstack([patch.polygon for patch in patches]))
+        over, _ = self._along_gravity(placed, below)
+        return np.asarray(base.room(below.body.placed(over)) > 2 * self.around.gap(self.name, its))
+
+    def _stood_on(self, below: FaceBelow, number: int) -> Decided | None:
+        """Return what the engine says of a foot in the middle of a face; None if not that the body stands."""
+        key = (below.body.name, below.part, number)
+        if key not in self._stood:
+            foot, face, other = self._feet[number], below.face, below.body
+            turn = _frame(face.normal) @ _frame(-foot.normal).T
+            down = -self._scene.up @ other.pose[:3, :3]
+            com = turn @ self._body.com_body
+            height = (com - turn @ foot.middle) @ face.normal
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = turn, face.middle + down * height / (down @ face.normal) - com
+            with quiet():
+                groups = self.around.decided(
+                    self.around.piece_on(self.name, other.name), {self.name: other.pose @ pose}
+                )
+            (stood,) = (group for group in groups if self.name in group.names)
+            known = stood.status is Status.STABLE and ONLY_BALANCED not in stood.reason
+            self._stood[key] = stood if known else None
+        return self._stood[key]
+
+
+def _frame(normal: Float) -> Float:
+    """Return a rotation (3, 3) that takes the z axis to ``normal`` (3,)."""
+    return np.column_stack([*tangents(normal), normal])

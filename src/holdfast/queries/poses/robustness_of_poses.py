@@ -229,7 +229,7 @@ def _rows(around: Neighbourhoods, name: str, points: Float, directions: Float, b
         W = push_columns(there, there.index[name], points[rows], directions[rows])
         return load_factors(around.engine, there, W, np.zeros(6 * len(there.movable)), bounds=bounds)
 
-    plain = PlainCases(around)
+    plain = {moved: PlainCases(around, moved) for moved in around.given.names}
     found: dict[int, Row] = {}
     left: list[tuple[int, Neighbourhood]] = []
     untouched: list[int] = []
@@ -239,7 +239,7 @@ def _rows(around: Neighbourhoods, name: str, points: Float, directions: Float, b
         if not own or around.assembly.index[name] == FIXED:
             untouched += rows.tolist()
             continue
-        for at, groups in plain.at_once(own[0], rows):
+        for at, groups in plain[own[0].moved[0]].at_once(own[0], rows):
             (group,) = (each for each in groups if name in each.names)
             if group.status is not Status.STABLE:
                 found |= dict.fromkeys(at.tolist(), Row.not_standing(group.status, group.moving))

@@ -178,13 +178,13 @@ def _with_bearing(found: Stability, limits: Sequence[str]) -> Decided:
 
 def decided(around: Neighbourhoods) -> list[Decided]:
     """Return the verdict on the whole scene at each pose: plain cases at once, all others one by one."""
-    plain = PlainCases(around)
+    plain = {name: PlainCases(around, name) for name in around.given.names}
     known: list[dict[Neighbourhood, Groups]] = [{} for _ in range(len(around.given))]
     asked: list[tuple[int, Neighbourhood]] = []
     for number_, pieces in enumerate(around.pieces):
         rows = np.flatnonzero(around.pattern == number_)
         for piece in pieces:
-            for at, groups in plain.at_once(piece, rows):
+            for at, groups in plain[piece.moved[0]].at_once(piece, rows):
                 for row in at.tolist():
                     known[row][piece] = groups
             asked += [(row, piece) for row in rows.tolist() if piece not in known[row]]
