@@ -94,7 +94,9 @@ def checked_hull(lower: Lower, near: Float, accuracy: float, solves: int, where:
     asked = factor > 0
     _raise(known, price, loads[asked], 1 / factor[asked])
     between = drawn(len(loads))
-    between[1::2] = _middles(known, price, between[1::2])
+    tight = _tight(known, price, hull_gauge(known, price, between[1::2])[1])
+    middles = tight.T.astype(float) @ (known / price[:, None])  # of the combinations that the rays go through
+    between[1::2] = middles / np.abs(middles).max(1, keepdims=True)
     found = np.minimum(lower(between), FARTHEST)
     used, positive = hull_gauge(known, price, between)[0], found > 0
     excess = 1 / (used * found)[positive] - 1
@@ -127,13 +129,6 @@ def _points(loads: Float, factor: Float) -> tuple[Float, Float]:
 def _tight(known: Float, price: Float, facets: Float) -> Bool:
     """Tell which points (m,) make up the combinations of which these are the ``facets`` (n, d)."""
     return np.asarray(known @ facets.T >= price[:, None] - SLIGHT)
-
-
-def _middles(known: Float, price: Float, points: Float) -> Float:
-    """Return the middles (n, d) of the combinations that the rays to ``points`` (n, d) go through."""
-    tight = _tight(known, price, hull_gauge(known, price, points)[1])
-    found = tight.T.astype(float) @ (known / price[:, None])
-    return np.asarray(found / np.abs(found).max(1, keepdims=True))
 
 
 def _raise(known: Float, price: Float, points: Float, least: Float) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.arrays import Float, objects
-from holdfast.base.errors import HoldfastError, HoldfastWarning, message
+from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.contacts.tolerances import plain_gap
 from holdfast.engines.amendments.absent_contacts import Absences
@@ -21,7 +20,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.lower_bounds import Covering, covering
-from holdfast.queries.request import Load, checked_options, total_wrench
+from holdfast.queries.request import Load, checked_options, quiet, total_wrench
 from holdfast.queries.result import Columns
 from holdfast.queries.uncertain import Pair, Uncertain, friction_intervals, mass_intervals, width_notes
 
@@ -114,8 +113,7 @@ class Sampler:
             poses[body.name] = pose
         metres, degrees = self.deviation or (0.0, 0.0)  # the relative deviation of two bodies is √2 times that of one
         wider = replace(given, tolerances=given.tolerances.widened(np.sqrt(2) * metres, np.sqrt(2) * degrees))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
+        with quiet():
             found = wider.moved(poses)
         known = {frozenset(interface.bodies) for interface in given.interfaces}
         interfaces = tuple(i for i in found.interfaces if frozenset(i.bodies) in known)

@@ -26,7 +26,7 @@ from holdfast.base.ranges import BETWEEN, LENGTH
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
-from holdfast.queries.poses.neighbourhoods import quiet
+from holdfast.queries.request import quiet
 from holdfast.scene.halfspace import HalfSpace
 
 WAYS = AROUND + 2  # of one body: slides, and turns both ways

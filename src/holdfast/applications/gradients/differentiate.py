@@ -26,9 +26,8 @@ from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.limit_state import factors_on
 from holdfast.engines.verdict import Status
-from holdfast.queries.poses.neighbourhoods import quiet
 from holdfast.queries.push import load_factors
-from holdfast.queries.request import CERTAIN_ENGINE, body_numbers, checked_assembly, engine_of
+from holdfast.queries.request import CERTAIN_ENGINE, body_numbers, checked_assembly, engine_of, quiet
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 

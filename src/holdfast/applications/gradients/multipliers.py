@@ -13,7 +13,6 @@ the factor, it is not, unless they change no derivative; the same holds for moti
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -24,11 +23,11 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import dense_by_bodies, equilibrium_blocks
 from holdfast.assembly.node_motion import NodeMotion, node_motion
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.errors import HoldfastWarning
 from holdfast.base.rigid import cross
 from holdfast.base.rounding import SUM
 from holdfast.engines.capabilities import Gradient
 from holdfast.engines.mechanism import AT_REST, relative_velocity
+from holdfast.queries.request import quiet
 
 TIGHT = 1e-4  # share of the largest force or speed within which a node may as well do something else
 NO_EFFECT = 1e-9  # share of a contact in the derivative, relative to the factor, below which it counts as none
@@ -175,7 +174,7 @@ class Multipliers:
         key = points.tobytes(), pair
         if key not in self._motions:
             contacts = [one for one in found.assembly.interfaces if one.bodies == pair]
-            with warnings.catch_warnings(action="ignore", category=HoldfastWarning):
+            with quiet():
                 self._motions[key] = node_motion(self.parameters.assembly, contacts, points, normals)
         return self._motions[key]
 

@@ -127,7 +127,7 @@ class Checks:
             return HANGS, placed, contacts
         if touched.intersection(options.avoid):
             return FORBIDDEN, placed, ()
-        if not self._object_fits(placed):
+        if options.approach is not None and not any(self._open(placed, way) for way in self._ways):
             return SHUT_IN, placed, ()
         if not self._gripper_fits(placed):
             return GRIPPED, placed, ()
@@ -240,10 +240,6 @@ class Checks:
         ring = around(np.array(tangents(axis)))
         rings = [np.cos(lean) * axis + np.sin(lean) * ring for lean in (cone / 2, cone)]
         return (axis, *unit(np.vstack(rings)))
-
-    def _object_fits(self, placed: Body) -> bool:
-        """Return whether there is a free straight way in for the object."""
-        return self.options.approach is None or any(self._open(placed, way) for way in self._ways)
 
     def _gripper_fits(self, placed: Body) -> bool:
         """Return whether there is a straight way in that is free for both the object and the gripper's box."""

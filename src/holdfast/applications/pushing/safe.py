@@ -8,7 +8,6 @@ mechanism at the end of the load path. The assembly with the moved body must als
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from holdfast.applications.pushing.result import Effect, SafePushes
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Bool, Float, checked_directions, checked_number, objects
-from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.progress import reported
 from holdfast.base.ranges import FORCE, LENGTH
 from holdfast.base.rounding import COORDINATES
@@ -40,6 +39,7 @@ from holdfast.queries.request import (
     checked_options,
     engine_of,
     push_columns,
+    quiet,
 )
 from holdfast.scene.scene import Scene
 
@@ -269,8 +269,7 @@ class _Trials:
         if not self.assembly.detected:
             return "it may touch others: the contacts were given, so new ones cannot be detected"
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", HoldfastWarning)
+            with quiet():
                 moved = self.assembly.moved({self.body: pose})
         except HoldfastError as error:
             return f"is not known: {error}"

@@ -6,7 +6,6 @@ at each pose only the moved bodies and what they may touch have to be looked at;
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,7 +17,7 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.connected import components
 from holdfast.base.arrays import Bool, Float, Int, checked, checked_items, frozen
-from holdfast.base.errors import GeometryError, HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.base.errors import GeometryError, HoldfastError, SceneError, message
 from holdfast.base.parallel import answers_in_parallel, free_threads
 from holdfast.base.ranges import PLACE
 from holdfast.base.rigid import RIGID_TOLERANCE, checked_pose
@@ -31,6 +30,7 @@ from holdfast.engines.joint_verdict import joint
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import GroupVerdict, Status, Verdict
 from holdfast.queries.poses.outlines import PartHull, outlines_of, separation
+from holdfast.queries.request import quiet
 from holdfast.scene.body import Body
 
 STAGE = "poses"
@@ -59,11 +59,6 @@ class Decided:
 
 
 Groups = tuple[Decided, ...]
-
-
-def quiet() -> warnings.catch_warnings[None]:
-    """Return a context in which overlaps are not warned of: the answers name them."""
-    return warnings.catch_warnings(action="ignore", category=HoldfastWarning)
 
 
 def joined(groups: Groups) -> Decided:

@@ -26,8 +26,9 @@ from holdfast.engines.graph.engine import Graph
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
-from holdfast.queries.poses.neighbourhoods import Decided, Groups, Neighbourhood, Neighbourhoods, quiet
+from holdfast.queries.poses.neighbourhoods import Decided, Groups, Neighbourhood, Neighbourhoods
 from holdfast.queries.poses.outlines import PartHull, shared_ball
+from holdfast.queries.request import quiet
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 

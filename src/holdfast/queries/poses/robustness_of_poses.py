@@ -21,10 +21,10 @@ from holdfast.engines.answers import Answers, Bound, Claim, joined_notes, weakes
 from holdfast.engines.bearing import limited
 from holdfast.engines.verdict import Status
 from holdfast.geometry.distance import distance_to_surface
-from holdfast.queries.poses.neighbourhoods import STAGE, GivenPoses, Neighbourhood, Neighbourhoods, given_poses, quiet
+from holdfast.queries.poses.neighbourhoods import STAGE, GivenPoses, Neighbourhood, Neighbourhoods, given_poses
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.push import load_factors, robustness
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns, quiet
 from holdfast.queries.result import ROW_HEADS, amount, gives_way, places_of
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene

@@ -29,10 +29,9 @@ from holdfast.queries.poses.neighbourhoods import (
     Neighbourhoods,
     given_poses,
     joined,
-    quiet,
 )
 from holdfast.queries.poses.plain_cases import PlainCases
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, quiet
 from holdfast.queries.stability import Stability, stability
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
