@@ -319,6 +319,11 @@ def expected_points(assembly: Assembly, names: Sequence[str], spacing: float) ->
     return _area(assembly, names) / spacing**2
 
 
+def spacing_for(assembly: Assembly, names: Sequence[str], count: float) -> float:
+    """Return the spacing [m] at which the surfaces of these bodies have about so many points."""
+    return float(np.sqrt(_area(assembly, names) / count))
+
+
 def _area(assembly: Assembly, names: Sequence[str]) -> float:
     return float(sum(assembly.scene.body(name).surface_world.area for name in names))
 

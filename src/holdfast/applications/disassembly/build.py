@@ -38,7 +38,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.map import MapPoint, exposed_cells, map_point
+from holdfast.queries.map import MapPoint, exposed_cells, map_point, spacing_for
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
 from holdfast.queries.result import amount
 from holdfast.scene.scene import Scene
@@ -261,9 +261,10 @@ class WeakestPoints:
 
         If no push is decided, the status of the point is UNDECIDED.
         """
-        near = [name, *touched(state, name)]
-        area = sum(body.surface_world.area for body in state.movable)
-        spacing = float(np.sqrt(area / self.pushes))
+        pairs = (interface.bodies for interface in state.interfaces if name in interface.bodies)
+        others = dict.fromkeys(b if a == name else a for a, b in pairs)
+        near = [name, *(other for other in others if state.index[other] != FIXED)]
+        spacing = spacing_for(state, [body.name for body in state.movable], self.pushes)
         asked = prepared(self.engine, state)
         for each in near:
             self._known.pop(each, None)
@@ -280,13 +281,6 @@ class WeakestPoints:
         """The smallest push [N] that is known to move something; inf if there is none."""
         found = (known.point for known in self._known.values())
         return min((p.force for p in found if p is not None and p.status is not Status.UNDECIDED), default=np.inf)
-
-
-def touched(assembly: Assembly, name: str) -> list[str]:
-    """Return the movable bodies that ``name`` touches."""
-    pairs = (interface.bodies for interface in assembly.interfaces if name in interface.bodies)
-    others = dict.fromkeys(b if a == name else a for a, b in pairs)
-    return [other for other in others if assembly.index[other] != FIXED]
 
 
 def _pushed(asked: Groups, name: str, spacing: float, least: float) -> _Known:

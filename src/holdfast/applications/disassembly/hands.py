@@ -130,15 +130,13 @@ class Hands:
     def choices(self, name: str, present: State, before: State, hands: int) -> Iterator[State]:
         """Yield sets of bodies to hold once a body is gone: as few as can be, those first that would move first."""
         rest = present - {name}
-        joined = [pair for pair in self.plain.joined if name in pair]
-        beside = [b if a == name else a for a, b in joined]
         moving = [
             mover
             for part in self.plain.parts(rest)
             if (mechanism := self.plain.verdict(part).mechanism) is not None
             for mover in mechanism.moving
         ]
-        wanted = dict.fromkeys([*sorted(before), *beside, *moving])
+        wanted = dict.fromkeys([*sorted(before), *self.plain.beside[name], *moving])
         tried = [each for each in wanted if each in rest][:MOST_TRIED]
         for count in range(min(hands, len(tried)) + 1):
             yield from map(frozenset, itertools.combinations(tried, count))
@@ -154,7 +152,7 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
     taken: list[Move] = []
 
     def moves(present: State, before: State) -> Iterator[Move]:
-        last = {name for pair in plain.joined if taken and taken[-1].removal.body in pair for name in pair}
+        last = plain.beside[taken[-1].removal.body] if taken else ()
         for name in sorted(order, key=lambda name: name not in last):  # beside the last one, hands stay where they are
             if name not in present or plain.exits.blockers(name, present):
                 continue

@@ -124,22 +124,16 @@ def necessary(removals: Removals, goals: frozenset[str], remaining: frozenset[st
 
 def hanging_without(removals: Removals, name: str, remaining: frozenset[str]) -> set[str]:
     """Return the bodies that would hang in the air without ``name``, through which all their support leads."""
-    beside: dict[str, list[str]] = {}
-    index = removals.assembly.index
-    reached = [hold.body for hold in removals.assembly.scene.holds if hold.body in remaining and hold.body != name]
-    for a, b in removals.joined:
-        for one, other in ((a, b), (b, a)):
-            if one in remaining and one != name:
-                beside.setdefault(one, []).append(other)
-                if index[other] == FIXED:
-                    reached.append(one)
+    index, present = removals.assembly.index, remaining - {name}
+    reached = [hold.body for hold in removals.assembly.scene.holds if hold.body in present]
+    reached += [one for one in present if any(index[other] == FIXED for other in removals.beside[one])]
     carried = set(reached)
     while reached:
-        for other in beside.get(reached.pop(), ()):
-            if other in remaining and other != name and other not in carried:
+        for other in removals.beside[reached.pop()]:
+            if other in present and other not in carried:
                 carried.add(other)
                 reached.append(other)
-    return set(remaining) - carried - {name}
+    return set(present) - carried
 
 
 def _orderable(before: dict[str, set[str]]) -> bool:
@@ -254,13 +248,9 @@ class _Best:
 
 def _hops(removals: Removals, goals: frozenset[str]) -> dict[str, int]:
     """Return the number of contacts on the shortest path from each body to a goal; near bodies are tried first."""
-    beside: dict[str, set[str]] = {}
-    for a, b in removals.joined:
-        beside.setdefault(a, set()).add(b)
-        beside.setdefault(b, set()).add(a)
     found, edge, far = dict.fromkeys(goals, 0), set(goals), 0
     while edge:
         far += 1
-        edge = {n for name in edge for n in beside.get(name, ()) if n not in found and removals.assembly.index[n] >= 0}
+        edge = {n for name in edge for n in removals.beside[name] if n not in found and removals.assembly.index[n] >= 0}
         found |= dict.fromkeys(edge, far)
     return found

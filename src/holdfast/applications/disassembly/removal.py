@@ -240,6 +240,15 @@ class Removals:
         """Pairs of bodies that touch, or that may touch once the bodies between them are gone."""
         return [*(i.bodies for i in self.assembly.interfaces), *self.assembly.occluded]
 
+    @cached_property
+    def beside(self) -> dict[str, list[str]]:
+        """The bodies that each body is ``joined`` with."""
+        found: dict[str, list[str]] = {body.name: [] for body in self.assembly.bodies}
+        for a, b in self.joined:
+            found[a].append(b)
+            found[b].append(a)
+        return found
+
     def _blocked(self, blockers: tuple[tuple[str, float], ...]) -> str:
         words = [f"{name} after {distance * 1e3:.3g} mm" if distance > 0 else name for name, distance in blockers]
         return f"its way out along {vector_text(self.lift)} is blocked: {listed(words)}"

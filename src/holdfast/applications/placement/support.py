@@ -23,7 +23,7 @@ from holdfast.base.errors import SceneError
 from holdfast.base.kinds import shaped
 from holdfast.base.rigid import tangents
 from holdfast.base.values import Value, seal
-from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map
+from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map, spacing_for
 from holdfast.queries.request import EngineChoice
 from holdfast.scene.scene import Scene
 
@@ -67,12 +67,12 @@ def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: C
     """
     maps = []
     movable = [body.name for body in assembly.movable if body.name in names]
-    fixed = [body for body in assembly.bodies if body.fixed and body.name in names]
+    fixed = [body.name for body in assembly.bodies if body.fixed and body.name in names]
     if movable:
         maps.append(robustness_map(assembly, movable, spacing=spacing, engine=engine))
     if fixed:
-        step = max(spacing, float(np.sqrt(sum(body.surface_world.area for body in fixed) / MOST_FIXED)))
-        maps.append(robustness_map(assembly, [body.name for body in fixed], spacing=step, engine=engine))
+        step = max(spacing, spacing_for(assembly, fixed, MOST_FIXED))
+        maps.append(robustness_map(assembly, fixed, spacing=step, engine=engine))
     return maps
 
 
@@ -101,8 +101,7 @@ def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
     Their probabilities are those of points that withstand any push.
     """
     names = [body.name for body in assembly.bodies if body.name in options.supports]
-    area = sum(assembly.scene.body(name).surface_world.area for name in names)
-    step = max(options.spacing, float(np.sqrt(area / MOST_FIXED)))
+    step = max(options.spacing, spacing_for(assembly, names, MOST_FIXED))
     cells = {name: exposed_cells(assembly, name, step)[0] for name in names}
     areas = np.concatenate([seen.areas for seen in cells.values()])
     every = SupportPoints(

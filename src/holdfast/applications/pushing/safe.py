@@ -29,7 +29,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.clearance import rod_clearance
-from holdfast.queries.map import exposed_cells
+from holdfast.queries.map import exposed_cells, spacing_for
 from holdfast.queries.push import load_factors
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
@@ -121,12 +121,10 @@ def safe_pushes(
         raise HoldfastError(message(where, f"engine {method.name!r} does not claim that it holds", "use 'compliant'"))
     if body_number(assembly, body) == FIXED:
         raise SceneError(message(where, "the body is fixed: no push moves it", "name a movable body"))
-    area = assembly.scene.body(body).surface_world.area
-    step = (
-        float(np.sqrt(area / POINTS))
-        if spacing is None
-        else checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH)
-    )
+    if spacing is None:
+        step = spacing_for(assembly, [body], POINTS)
+    else:
+        step = checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH)
     points, normals, along = _candidates(assembly, body, step, directions, where)
     free = reached(assembly, body, points, normals, along, rod.radius)
     points, along = points[free], along[free]
