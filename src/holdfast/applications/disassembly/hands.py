@@ -11,10 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from holdfast.applications.disassembly.least_hold import HandHold, least_holds
-from holdfast.applications.disassembly.order_search import Plan, from_the_top
+from holdfast.applications.disassembly.order_search import Plan, depth_first, from_the_top
 from holdfast.applications.disassembly.removal import SHARES, Answer, Removal, Removals, pressing_on
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.progress import report
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
@@ -148,10 +147,15 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
     The search is depth-first and remembers dead ends. It stops after ``budget`` states were checked.
     """
     asked, order, whole = Hands(plain), from_the_top(plain), frozenset(plain.names)
-    dead: set[tuple[State, State]] = set()
-    taken: list[Move] = []
+    wanted, dead = goals or whole, set[tuple[State, State]]()
 
-    def moves(present: State, before: State) -> Iterator[Move]:
+    def left(taken: tuple[Move, ...]) -> State:
+        return whole - {move.removal.body for move in taken}
+
+    def moves(taken: tuple[Move, ...]) -> Iterator[Move]:
+        present, before = left(taken), taken[-1].after if taken else frozenset[str]()
+        if not wanted & present:
+            return
         last = plain.beside[taken[-1].removal.body] if taken else ()
         for name in sorted(order, key=lambda name: name not in last):  # beside the last one, hands stay where they are
             if name not in present or plain.exits.blockers(name, present):
@@ -163,30 +167,20 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
                     found = asked.removal(name, present, before, after)
                     if found.answer is Answer.SAFE:
                         yield Move(found, before, after)
+        dead.add((present, before))
 
-    tries = [moves(whole, frozenset())]
     longest: tuple[Move, ...] = ()
-    while tries:
-        left = whole - {move.removal.body for move in taken}
-        if not (goals or whole) & left:
-            found = _with_strength(asked, whole, taken)
-            steps = tuple(move.removal for move in found)
-            return Plan(steps, True, not goals, float(len(goals or whole))), found
-        move = next(tries[-1], None)
-        if move is not None:
-            taken.append(move)
-            report("bodies taken out", len(taken), len(whole))
-            tries.append(moves(left - {move.removal.body}, move.after))
-            continue
-        longest = max(longest, tuple(taken), key=len)
-        tries.pop()
-        dead.add((left, taken[-1].after if taken else frozenset()))
-        taken = taken[:-1]
+    for taken in depth_first(moves, len(whole)):
+        reached = not wanted & left(taken)
+        longest = taken if reached else max(longest, taken, key=len)
+        if reached:
+            break
     found = _with_strength(asked, whole, longest)
-    return Plan(tuple(move.removal for move in found), False, False, float(len(goals or whole))), found
+    steps = tuple(move.removal for move in found)
+    return Plan(steps, reached, reached and not goals, float(len(wanted))), found
 
 
-def _with_strength(asked: Hands, whole: State, taken: list[Move] | tuple[Move, ...]) -> tuple[Move, ...]:
+def _with_strength(asked: Hands, whole: State, taken: tuple[Move, ...]) -> tuple[Move, ...]:
     """Return the moves with the least holds of what is held once each is done."""
     found, present = [], whole
     for move in taken:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TypeVar
 
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.assembly.assembly import FIXED
 from holdfast.base.progress import report
+
+M = TypeVar("M")
 
 
 @dataclass(frozen=True)
@@ -26,50 +29,58 @@ class Plan:
     bound: float
 
 
+def depth_first(moves: Callable[[tuple[M, ...]], Iterator[M]], count: int) -> Iterator[tuple[M, ...]]:
+    """Yield each way, of at most ``count`` moves, when nothing goes on from it; ``moves`` yields what follows a way."""
+    way: tuple[M, ...] = ()
+    open_ = [moves(way)]
+    while open_:
+        move = next(open_[-1], None)
+        if move is None:
+            yield way
+            open_.pop()
+            way = way[:-1]
+        else:
+            way = (*way, move)
+            report("bodies taken out", len(way), count)
+            open_.append(moves(way))
+
+
 def everything(removals: Removals, budget: int) -> Plan:
     """Take out all bodies one by one, the highest along the lift first.
 
     The search is depth-first: if no body can be taken out, it goes back one step and remembers the dead end.
     """
-    whole = frozenset(removals.names)
-    order = from_the_top(removals)
+    whole, order = frozenset(removals.names), from_the_top(removals)
     dead: set[frozenset[str]] = set()
     doubts: dict[str, frozenset[str]] = {}
-    undecided = False
-    steps: list[Removal] = []
-    states: list[frozenset[str]] = [whole]
-    tries: list[Iterator[str]] = [_candidates(order, whole, doubts)]
-    longest: tuple[Removal, ...] = ()
-    while states[-1]:
-        found, spent = None, False
-        for name in tries[-1]:
-            if states[-1] - {name} in dead:
+    undecided = spent = False
+
+    def safe(steps: tuple[Removal, ...]) -> Iterator[Removal]:
+        nonlocal undecided, spent
+        remaining = whole - {step.body for step in steps}
+        for name in _candidates(order, remaining, doubts):
+            if remaining - {name} in dead:
                 continue
             spent = removals.asked >= budget
             if spent:
-                break
-            removal = removals.answer(name, states[-1])
+                return
+            removal = removals.answer(name, remaining)
             undecided = undecided or removal.answer is Answer.UNDECIDED
             if removal.answer is Answer.SAFE:
-                found = removal
-                break
-            doubts[name] = frozenset((*removal.moving, *(n for n, _ in removal.blockers))) & states[-1]
-        if found is not None:
-            steps.append(found)
-            states.append(states[-1] - {found.body})
-            tries.append(_candidates(order, states[-1], doubts))
-            report("bodies taken out", len(steps), len(whole))
-            continue
-        if len(steps) >= len(longest):
-            longest = tuple(steps)
-        dead.add(states[-1])
-        if not steps or spent:
-            closed = not steps and not undecided and not spent
-            return Plan(longest, False, closed, float("inf") if closed else float(len(whole)))
-        states.pop()
-        tries.pop()
-        steps.pop()
-    return Plan(tuple(steps), True, True, float(len(whole)))
+                yield removal
+            else:
+                doubts[name] = frozenset((*removal.moving, *(n for n, _ in removal.blockers))) & remaining
+        dead.add(remaining)
+
+    longest: tuple[Removal, ...] = ()
+    for steps in depth_first(safe, len(whole)):
+        if len(steps) == len(whole):
+            return Plan(steps, True, True, float(len(whole)))
+        longest = steps if len(steps) >= len(longest) else longest
+        if spent:
+            break
+    closed = not undecided and not spent
+    return Plan(longest, False, closed, float("inf") if closed else float(len(whole)))
 
 
 def from_the_top(removals: Removals) -> list[str]:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import dropwhile, groupby, islice
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -76,11 +76,7 @@ def bottom_left(place: LevelPlace) -> tuple[float, ...]:
     return (round(place.height, 4), *np.round(place.corner[::-1], 6).tolist(), -round(place.support, 2))
 
 
-RULES: Mapping[str, Rule] = MappingProxyType({"highest support": highest_support, "bottom-left": bottom_left})
-
-
-@dataclass(frozen=True)
-class Strategy:
+class Strategy(NamedTuple):
     """One strategy: objects come in decreasing ``order``, and the ``rules`` choose their places.
 
     With one rule, the first place where everything stands is taken. With several, the first place of each rule is
@@ -90,16 +86,8 @@ class Strategy:
     order: Order
     rules: tuple[Rule, ...]
 
-    @property
-    def compares(self) -> bool:
-        """Whether several places of an object are compared."""
-        return len(self.rules) > 1
 
-    def hurried(self) -> Strategy:
-        """Return the strategy that takes the first place where everything stands."""
-        return Strategy(self.order, self.rules[:1])
-
-
+RULES: Mapping[str, Rule] = MappingProxyType({"highest support": highest_support, "bottom-left": bottom_left})
 RULED = tuple(Strategy(base_area, (rule,)) for rule in RULES.values())
 COMPARING = tuple(Strategy(order, tuple(RULES.values())) for order in (base_area, weight, bulk))
 
@@ -211,7 +199,8 @@ class Placing:
             hurry = number > 0 and (now - begun) / number * (len(ordered) - number) > deadline - now
             try:
                 with until(deadline):
-                    found = self._placed(assembly, after, body, strategy.hurried() if hurry else strategy, apart, whole)
+                    rules = strategy.rules[:1] if hurry else strategy.rules
+                    found = self._placed(assembly, after, body, rules, apart, whole)
             except OutOfTimeError:
                 if not whole:
                     return None
@@ -232,9 +221,9 @@ class Placing:
         return Try(tuple(steps), after, tuple(left), apart)
 
     def _placed(
-        self, before: Assembly, assembly: Assembly, body: Body, strategy: Strategy, apart: float, whole: bool
+        self, before: Assembly, assembly: Assembly, body: Body, rules: Sequence[Rule], apart: float, whole: bool
     ) -> Compared | None:
-        """Return the best place of a strategy where everything stands, or None."""
+        """Return the best place that the rules choose where everything stands, or None."""
         asked = self.planner_of(assembly, body)
         if body.name not in self._faces:
             self._faces[body.name] = asked.faces
@@ -242,8 +231,8 @@ class Placing:
         found = list[Compared]()
         places = sorted(self.places(before, assembly, body, faces, apart, asked), key=lambda place: place.face)
         for _, alike in islice(groupby(places, key=lambda place: place.face), MOST_FACES):
-            found += self._standing(list(alike), asked, faces, strategy.rules)
-            if found and not strategy.compares:
+            found += self._standing(list(alike), asked, faces, rules)
+            if found and len(rules) == 1:
                 break
         if found:
             return max(found, key=worth)
