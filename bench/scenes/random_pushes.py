@@ -13,7 +13,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
 from holdfast.geometry.cells import Cells
-from holdfast.queries.exposed import exposed_cells
+from holdfast.queries.map import exposed_cells
 from holdfast.queries.request import push_columns
 
 CELLS = 8  # along the longest side of a body

@@ -26,7 +26,7 @@ from bench.suite import Case, Row, Suite
 from holdfast.applications.gradients.parameters import Parameters
 from holdfast.base.arrays import Float
 from holdfast.engines.limit.limit_state import factors_on
-from holdfast.queries.push import asked
+from holdfast.queries.push import load_factors
 from holdfast.queries.request import engine_of
 from holdfast.scene.shipped import shipped_scene
 from holdfast.sets import gradients
@@ -110,7 +110,7 @@ def _beside(
     def force(assembly: hf.answers.Assembly, W: Float, held: Float) -> float:
         if engine == "limit":
             return float(factors_on(assembly, assembly.weight_wrench() + held, W)[0])
-        return float(asked(method, assembly, W, held, bounds=False).force[0])
+        return float(load_factors(method, assembly, W, held, bounds=False).force[0])
 
     here = force(question.assembly, question.loads, question.standing)
     found = []

@@ -19,7 +19,7 @@ from bench.scenes.fitted import rails, tabletop
 from bench.scenes.real_pallets import pallet, pallets
 from bench.scenes.shelf import full_shelf
 from bench.suite import Case, Row, Suite
-from holdfast.applications.inertia import motion_columns, motion_coordinates
+from holdfast.applications.transport import motion_columns, motion_coordinates
 from holdfast.engines.groups import prepared
 from holdfast.scene.shipped import shipped_scene
 

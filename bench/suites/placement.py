@@ -14,8 +14,8 @@ from bench.scenes.placement_scenes import TABLE_III, PlacementScene
 from bench.suite import Case, Row, Suite, table
 from bench.suites import placement_random, placement_several
 from bench.suites.placements import ENGINES
+from holdfast.applications.placement.checks import FALLEN, MARGINAL, REFUSED, UNSURE
 from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.refusals import FALLEN, MARGINAL, REFUSED, UNSURE
 from holdfast.drawing.panels import PointsPanel, sheet_png
 from holdfast.report.map_picture import picture_of
 

@@ -13,7 +13,7 @@ import holdfast as hf
 from bench.baselines.drop import Drop
 from bench.suite import Case, Row
 from bench.suites.placements import dropped
-from holdfast.applications.standing_faces import Standing
+from holdfast.applications.resting_poses import StandingFaces
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped.blocks import at
@@ -115,7 +115,9 @@ def chunk(kind: str, first: int) -> list[Row]:
         found += 1
         again += hf.stability(hf.assemble(p.assembly.scene)).status is hf.Status.STABLE
         rolling += int(p.rating.rolls)
-        needless += bool(p.rating.rolls) and any(face.tilt > 0 and not face.rolls for face in Standing(body).faces())
+        needless += bool(p.rating.rolls) and any(
+            face.tilt > 0 and not face.rolls for face in StandingFaces(body).faces()
+        )
         fall = dropped(p.assembly, body.name, DROP_SECONDS)
         drops += [] if fall is None else [fall]
     return [

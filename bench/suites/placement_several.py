@@ -16,13 +16,11 @@ import numpy as np
 import holdfast as hf
 from bench.suite import Case, Row
 from bench.suites.placement_random import MU, thing
-from holdfast.applications.placement.choices import RULES, Rule, base_area
-from holdfast.applications.placement.comparing import rated
-from holdfast.applications.placement.place_search import Clock
+from holdfast.applications.placement.comparing import Clock, rated
 from holdfast.applications.placement.plan import planner
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.result import Candidate
-from holdfast.applications.placement.several import POINTS, Placing
+from holdfast.applications.placement.several import POINTS, RULES, Placing, Rule, base_area
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.scene.body import Body

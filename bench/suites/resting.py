@@ -22,8 +22,7 @@ import holdfast as hf
 from bench.baselines.mujoco import mujoco_module
 from bench.checkout import ROOT
 from bench.suite import Case, Row, Suite
-from holdfast.applications.resting_poses import RestingPose, RestingPoses
-from holdfast.applications.standing_faces import Standing
+from holdfast.applications.resting_poses import RestingPose, RestingPoses, StandingFaces
 from holdfast.scene.formats.mjcf.writer import write
 
 MESHES = ROOT.parent / "shared" / "cases" / "meshes"
@@ -119,7 +118,7 @@ def _measured(name: str, make: Callable[[], Any]) -> list[Row]:
 
 def _sides(found: RestingPoses) -> list[np.ndarray]:
     """The normals (n, 3) of all facets that belong to each pose."""
-    standing = Standing(found.body)
+    standing = StandingFaces(found.body)
     own = [int(np.argmax(standing.graph.normals @ -pose.pose[2, :3])) for pose in found]
     return [standing.graph.normals[standing.family == standing.family[k]] for k in own]
 

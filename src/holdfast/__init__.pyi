@@ -7,13 +7,13 @@ from holdfast.applications.calibration.friction_from import friction_from as fri
 from holdfast.applications.carrying.carry import carry as carry
 from holdfast.applications.carrying.profile import Profile as Profile
 from holdfast.applications.disassembly.build import build_order as build_order
+from holdfast.applications.disassembly.order import can_remove as can_remove
 from holdfast.applications.disassembly.order import disassembly_order as disassembly_order
-from holdfast.applications.disassembly.removal_check import can_remove as can_remove
 from holdfast.applications.firmer.firmer import firmer as firmer
 from holdfast.applications.monitor import Monitor as Monitor
 from holdfast.applications.placement.conditions import Search as Search
 from holdfast.applications.placement.conditions import Where as Where
-from holdfast.applications.placement.place_all import place_all as place_all
+from holdfast.applications.placement.plan import place_all as place_all
 from holdfast.applications.placement.plan import plan_placement as plan_placement
 from holdfast.applications.pushing.safe import safe_pushes as safe_pushes
 from holdfast.applications.resting_poses import resting_poses as resting_poses

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.disassembly.exits import Exits
+from holdfast.applications.disassembly.removal import Exits
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import box, floor
 

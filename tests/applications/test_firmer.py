@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.firmer.firmer import Climb, firmer_than
-from holdfast.applications.firmer.measure import Firmness
+from holdfast.applications.firmer.firmer import Climb, Firmness, firmer_than
 from holdfast.base.values import Table
 from holdfast.scene.shipped.blocks import at, box, floor
 

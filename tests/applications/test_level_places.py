@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.applications.placement.conditions import Options, Weights
 from holdfast.applications.placement.level_places import (
     LevelPlace,
-    Outline,
+    SeenFromAbove,
     frame_of,
     level_places_for,
     levels_of,
     turns_of,
 )
-from holdfast.applications.placement.options import Options, Weights
-from holdfast.applications.standing_faces import Standing
+from holdfast.applications.resting_poses import StandingFaces
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped.blocks import at, box
@@ -41,9 +41,9 @@ def tray(pose: Float = TURNED) -> hf.Body:
 def found(thing: hf.Body, *others: hf.Body, apart: float = 0.01, inset: float = 0.01) -> list[LevelPlace]:
     ground = tray()
     axes = frame_of([ground], UP)
-    outlines = [Outline(body, UP, axes) for body in (ground, *others)]
+    outlines = [SeenFromAbove(body, UP, axes) for body in (ground, *others)]
     upright = options(np.eye(3)[None])
-    turns = turns_of(Standing(thing).faces(), upright, UP, axes)
+    turns = turns_of(StandingFaces(thing).faces(), upright, UP, axes)
     return level_places_for(thing, turns, levels_of([ground], UP, axes), outlines, apart, inset)
 
 
@@ -110,8 +110,8 @@ def test_the_rim_of_a_tray_keeps_its_distance() -> None:
     thing = box("thing", (0.1, 0.06, 0.08), 1, (0, 0, 0))
     axes = frame_of([rimmed], UP)
     levels = [level for level in levels_of([rimmed], UP, axes) if level.height < 0.02]
-    turns = turns_of(Standing(thing).faces(), options(np.eye(3)[None]), UP, axes)
-    places = level_places_for(thing, turns, levels, [Outline(rimmed, UP, axes)], 0.005, 0.005)
+    turns = turns_of(StandingFaces(thing).faces(), options(np.eye(3)[None]), UP, axes)
+    places = level_places_for(thing, turns, levels, [SeenFromAbove(rimmed, UP, axes)], 0.005, 0.005)
     assert places
     for place in places:
         world = thing.moved(place.pose).surface_world.vertices
@@ -122,6 +122,6 @@ def test_the_rim_of_a_tray_keeps_its_distance() -> None:
 def test_the_faces_on_which_a_cup_is_put() -> None:
     cup = hf.Body("cup", hf.Cylinder(0.03, 0.1), mass=1)
     axes = np.eye(3)[:2]
-    turns = turns_of(Standing(cup).faces(), options(), UP, axes)
+    turns = turns_of(StandingFaces(cup).faces(), options(), UP, axes)
     assert [turn[2, 2].round(9) for turn in turns] == [1, 1, -1, -1], "upright first, never on a round side"
-    assert len(turns_of(Standing(cup).faces(), options(np.eye(3)[None]), UP, axes)) == 2
+    assert len(turns_of(StandingFaces(cup).faces(), options(np.eye(3)[None]), UP, axes)) == 2

@@ -11,7 +11,7 @@ import pytest
 
 import holdfast as hf
 from bench.scenes.fitted import rails, row, tabletop, tote
-from holdfast.applications.inertia import motion_columns, motion_coordinates
+from holdfast.applications.transport import motion_columns, motion_coordinates
 from holdfast.base.arrays import Float
 from holdfast.engines.groups import prepared
 

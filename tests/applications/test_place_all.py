@@ -11,9 +11,8 @@ import pytest
 
 import holdfast as hf
 from bench.suites.placement_several import APART, by_rule, least_push, load
-from holdfast.applications.placement.choices import RULES, bottom_left, highest_support
 from holdfast.applications.placement.level_places import LevelPlace
-from holdfast.applications.placement.several import Try
+from holdfast.applications.placement.several import RULES, Try, bottom_left, highest_support
 from holdfast.applications.placement.several_result import PlacedObject
 from holdfast.scene.shipped.blocks import at, box, floor
 

@@ -13,7 +13,7 @@ import pytest
 import holdfast as hf
 from bench.scenes.placement_scenes import TABLE_II, TABLE_III
 from holdfast.applications.placement.plan import planner
-from holdfast.applications.standing_faces import Standing
+from holdfast.applications.resting_poses import StandingFaces
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import about_y, at, box, floor
@@ -259,7 +259,7 @@ def test_solves_bound_a_search_that_no_clock_ends(monkeypatch: pytest.MonkeyPatc
 
 def test_faces_of_a_box_with_its_mass_to_one_side() -> None:
     body = hf.Body("b", hf.Box((0.2, 0.1, 0.06)), mass=1, com=(0, 0.04, 0))
-    faces = Standing(body).faces()
+    faces = StandingFaces(body).faces()
     assert len(faces) == 6
     by_normal = {tuple(np.round(face.normal).astype(int)): face for face in faces}
     assert by_normal[0, 0, -1].tilt == pytest.approx(np.arctan(0.01 / 0.03))

@@ -10,10 +10,8 @@ import pytest
 
 import holdfast as hf
 from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.comparing import rated
-from holdfast.applications.placement.place_search import Clock
+from holdfast.applications.placement.comparing import Clock, rated, refined
 from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.refine import refined
 from holdfast.applications.placement.result import Candidate
 from holdfast.scene.shipped.blocks import at, box, floor
 

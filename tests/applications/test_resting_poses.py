@@ -10,7 +10,7 @@ import trimesh
 from placed import prism
 
 import holdfast as hf
-from holdfast.applications.standing_faces import Standing
+from holdfast.applications.resting_poses import StandingFaces
 from holdfast.geometry.hull_graph import HullGraph
 from holdfast.report import resting
 
@@ -108,7 +108,7 @@ def _tin(sides: int) -> tuple[np.ndarray, np.ndarray]:
 )
 def test_objects_are_placed_on_the_faces_on_which_they_rest(shape: hf.Box) -> None:
     """The faces that a place may use and the poses of rest are the same, with the same tilts."""
-    faces = Standing(hf.Body("b", shape, mass=1)).faces()
+    faces = StandingFaces(hf.Body("b", shape, mass=1)).faces()
     found = hf.resting_poses(shape, mass=1)
     stand = sorted((float(np.degrees(face.tilt)), *face.normal) for face in faces if face.tilt > 0 and not face.rolls)
     rest = sorted((pose.tipping_degrees, *(-pose.pose[2, :3])) for pose in found if not pose.rolls)

@@ -12,7 +12,7 @@ from holdfast.geometry.cells import Cells, surface_cells
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.geometry.polygon import shapely_polygon
 from holdfast.geometry.surface import Surface
-from holdfast.queries.exposed import covered
+from holdfast.queries.map import covered
 from holdfast.scene.shipped import shipped_scene
 
 ELL = trimesh.creation.extrude_polygon(

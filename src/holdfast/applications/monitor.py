@@ -1,7 +1,7 @@
 """Watch a carrier that moves: each moment uses a share of what its load withstands.
 
 The fixed bodies are the carrier. A motion, with gravity as it is now, differs from rest under the gravity of the scene
-by loads d on the bodies (``inertia.py``): the inertial ones, and those of the change of gravity. They are linear in
+by loads d on the bodies (``transport.py``): the inertial ones, and those of the change of gravity. They are linear in
 twelve numbers, of which six are products of angular velocities. For each group of bodies that touch each other the
 default engine says up to which s everything stays at rest under s d, its ``lower``; 1/s is the share that is used. What
 elastic contacts withstand is no convex set, so nothing is inferred from other directions: each is asked, once.
@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.inertia import motion_columns, motion_coordinates
-from holdfast.applications.transport import counted_bodies
+from holdfast.applications.transport import counted_bodies, motion_columns, motion_coordinates
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_number, checked_whole
@@ -97,7 +96,7 @@ class Monitored(PublicValue):
         return Summary(f"{self.status}: {text}{first}", [("why", self.reason)] if self.reason else ())
 
 
-class _Along(NamedTuple):
+class _Direction(NamedTuple):
     """What an engine says of one direction: bounds of the largest factor, and what moves first."""
 
     lower: float
@@ -106,7 +105,7 @@ class _Along(NamedTuple):
 
 
 @dataclass(eq=False)
-class _Asked:
+class _GroupAnswers:
     """The answers of one prepared engine about one group, along directions x (12,), and what they take.
 
     ``columns`` (6J, 12) are the loads of the group alone. ``times`` [s] are those of the last questions.
@@ -115,18 +114,18 @@ class _Asked:
     groups: Groups
     columns: Float
     times: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
-    known: OrderedDict[bytes, _Along] = field(default_factory=OrderedDict)
+    known: OrderedDict[bytes, _Direction] = field(default_factory=OrderedDict)
 
     @property
     def cost(self) -> float:
         """The time [s] that the next question is expected to take; 0 if none was asked."""
         return float(np.median(self.times)) if self.times else 0.0
 
-    def ask(self, way: Float) -> _Along:
+    def ask(self, way: Float) -> _Direction:
         """Return the answer along ``way`` (12,), and remember it."""
         start = time.perf_counter()
         found = self.groups.load_factor((self.columns @ way)[:, None])
-        along = _Along(float(found.lower[0]), float(found.upper[0]), found.moving[0])
+        along = _Direction(float(found.lower[0]), float(found.upper[0]), found.moving[0])
         self.times.append(time.perf_counter() - start)
         self.known[_key(way)] = along
         while len(self.known) > REMEMBERED:
@@ -135,7 +134,7 @@ class _Asked:
 
 
 @dataclass(eq=False)
-class _Watched:
+class _WatchedGroup:
     """A group that stands, with the ``names`` of its bodies, of which some may be only ``balanced``.
 
     ``holds`` asks the default engine, and ``moves`` the one that proves motions. ``last`` is the share that a unit of
@@ -144,8 +143,8 @@ class _Watched:
 
     names: tuple[str, ...]
     balanced: tuple[str, ...]
-    holds: _Asked
-    moves: _Asked
+    holds: _GroupAnswers
+    moves: _GroupAnswers
     last: float = np.inf
 
 
@@ -192,7 +191,7 @@ class Monitor:
         if not self._names:
             raise SceneError(message("monitor", "nothing that it watches can move", "needs movable bodies"))
         self._assembly = given
-        self._watched: dict[tuple[Same, bytes], _Watched] = {}
+        self._watched: dict[tuple[Same, bytes], _WatchedGroup] = {}
         self._tried = -np.inf  # when a question was last asked
         self._prepare(self._solves)
 
@@ -278,7 +277,7 @@ class Monitor:
         least = max(_share(size, one.upper) for one in (known, proof) if one is not None)
         return _answer(used, least, known.moving or (() if proof is None else proof.moving), "")
 
-    def _used(self, way: Float, size: float, until: float) -> tuple[float, _Watched | None, list[_Watched]]:
+    def _used(self, way: Float, size: float, until: float) -> tuple[float, _WatchedGroup | None, list[_WatchedGroup]]:
         """Return the largest share that a group uses of what it withstands at ``size`` times the direction ``way``.
 
         Also returns that group, and those that are left as the time is over. Those that used most the last time are
@@ -306,12 +305,13 @@ class Monitor:
     def _follow(self, poses: Mapping[str, ArrayLike]) -> None:
         """Prepare anew the groups of bodies that are displaced."""
         scene, tolerances = self._assembly.scene, self._assembly.tolerances
-        after = scene.moved(poses)
-        moved = [
-            body.name
-            for body, before in ((after.body(name), scene.body(name)) for name in poses)
-            if _displaced(before.pose, body.pose, body.size) > STILL * tolerances.base(body, body)
-        ]
+        after, moved = scene.moved(poses), []
+        for name in poses:  # how far points of a body are displaced that are no farther from its origin than its size
+            now, before = after.body(name), scene.body(name)
+            turned = np.linalg.norm(now.pose[:3, :3] - before.pose[:3, :3])
+            displaced = np.linalg.norm(now.pose[:3, 3] - before.pose[:3, 3]) + now.size * turned
+            if displaced > STILL * tolerances.base(now, now):
+                moved.append(name)
         if moved:
             self._assembly = self._assembly.moved({name: poses[name] for name in moved})
             self._prepare(0)
@@ -323,7 +323,10 @@ class Monitor:
         columns, times = motion_columns(assembly, self._pivot), {w.names: w.holds.times for w in self._watched.values()}
         holding, moving = (prepared(engine_of(name), assembly, standing) for name in (DEFAULT_ENGINE, CERTAIN_ENGINE))
         numbers = [k for k, names in enumerate(assembly.groups) if not self._names.isdisjoint(names)]
-        watched: dict[tuple[Same, bytes], _Watched] = {}
+        rng = np.random.default_rng(0)
+        x = motion_coordinates(*(deviation * rng.normal(size=(solves, 3)) for deviation in LIKELY))
+        likely = x / np.linalg.norm(x, axis=1, keepdims=True)
+        watched: dict[tuple[Same, bytes], _WatchedGroup] = {}
         self._unsure: list[Group] = []
         for k in reported("monitor", numbers):
             group = holding.group(k)
@@ -336,9 +339,12 @@ class Monitor:
             if known is None:
                 own = np.zeros_like(columns)
                 own[rows] = columns[rows]
-                holds, moves = _Asked(holding, own, times.get(group.names, deque(maxlen=RECENT))), _Asked(moving, own)
-                known = _Watched(group.names, group.verdict.balanced, holds, moves)
-                for way in _likely(solves):
+                holds, moves = (
+                    _GroupAnswers(holding, own, times.get(group.names, deque(maxlen=RECENT))),
+                    _GroupAnswers(moving, own),
+                )
+                known = _WatchedGroup(group.names, group.verdict.balanced, holds, moves)
+                for way in likely:
                     holds.ask(way)
                     moves.ask(way)
             watched[key] = known
@@ -355,21 +361,6 @@ def _key(way: Float) -> bytes:
 def _share(size: float, factor: float) -> float:
     """Return which share of a ``factor`` this ``size`` is: of 0 it is more than all."""
     return size / factor if factor > 0 else np.inf
-
-
-def _likely(count: int) -> Float:
-    """Return the directions (count, 12) of likely motions, the same each time."""
-    rng = np.random.default_rng(0)
-    x = motion_coordinates(*(deviation * rng.normal(size=(count, 3)) for deviation in LIKELY))
-    return np.asarray(x / np.linalg.norm(x, axis=1, keepdims=True))
-
-
-def _displaced(before: Float, after: Float, size: float) -> float:
-    """Return a bound of how far [m] the points of a body of this ``size`` [m] are displaced from one pose to another.
-
-    It holds for points no farther from the origin of the body than its size.
-    """
-    return float(np.linalg.norm(after[:3, 3] - before[:3, 3]) + size * np.linalg.norm(after[:3, :3] - before[:3, :3]))
 
 
 def _answer(most: float, least: float, moving: tuple[str, ...], reason: str, *, late: bool = False) -> Monitored:

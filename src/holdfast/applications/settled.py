@@ -184,19 +184,15 @@ def settle(
         return _judged(scene, result, done, deep, limits, gap, engine), done
 
     found, done = attempt({}, frozenset())
-    stressed = _self_stressed(found, done)
+    groups = () if found.stability is None else found.stability.groups
+    loose = {name for g in groups if g.verdict.status is not Status.STABLE for name in g.bodies}
+    # those that came to rest in the motion but do not stand, as self-stress held them
+    stressed = frozenset(names for names, motion in done.items() if motion.end is End.REST and loose & set(names))
     if stressed:
         again, _ = attempt({group: motion for group, motion in done.items() if group not in stressed}, stressed)
         if again.status is Status.STABLE:
             return again
     return found
-
-
-def _self_stressed(found: Settled, done: Done) -> frozenset[tuple[str, ...]]:
-    """Return the groups that came to rest in the motion but do not stand, as self-stress held them."""
-    groups = () if found.stability is None else found.stability.groups
-    loose = {name for g in groups if g.verdict.status is not Status.STABLE for name in g.bodies}
-    return frozenset(names for names, motion in done.items() if motion.end is End.REST and loose & set(names))
 
 
 def _brought_to_rest(
@@ -232,7 +228,10 @@ def _brought_to_rest(
                 )
         done = {group: motion for group, motion in done.items() if group in groups}
         result = start.moved({p.start.name: p.body.pose for m in done.values() for p in m.bodies if not p.start.fixed})
-        merged = _merged(result, groups, MEETING * limits.reach)
+        home = {name: k for k, group in enumerate(groups) for name in group}
+        movable = [(a.name, b.name) for a, b in neighbours(result, MEETING * limits.reach) if not (a.fixed or b.fixed)]
+        meeting = [(a, b) for a, b in movable if home[a] != home[b]]
+        merged = joined([body.name for body in result.movable], [*_links(groups), *meeting])
         if merged == groups:
             return result, done
         groups = merged
@@ -288,14 +287,6 @@ def _judged(
 def _among(overlaps: Iterable[Overlap], group: Iterable[str]) -> list[Overlap]:
     inside = set(group)
     return [o for o in overlaps if inside & set(o.bodies)]
-
-
-def _merged(scene: Scene, groups: tuple[tuple[str, ...], ...], gap: float) -> tuple[tuple[str, ...], ...]:
-    """Return the groups, joined where their bodies are within ``gap`` [m] of each other."""
-    home = {name: k for k, group in enumerate(groups) for name in group}
-    movable = [(a.name, b.name) for a, b in neighbours(scene, gap) if not (a.fixed or b.fixed)]
-    meeting = [pair for pair in movable if home[pair[0]] != home[pair[1]]]
-    return joined([body.name for body in scene.movable], [*_links(groups), *meeting])
 
 
 def _links(groups: Iterable[tuple[str, ...]]) -> list[tuple[str, str]]:

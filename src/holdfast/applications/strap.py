@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.applications.strap_files import strap_entries
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.on_surface import check_on_surface
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, checked_truth, frozen
-from holdfast.base.errors import SceneError, located, message
+from holdfast.base.errors import SceneError, located, message, nearest_of
+from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.kinds import shaped
 from holdfast.base.ranges import FORCE, FRICTION, LENGTH, PLACE, STIFFNESS
 from holdfast.base.rigid import tangents
@@ -34,10 +34,15 @@ from holdfast.geometry.distance import winding_number
 from holdfast.geometry.hull import convex_hull
 from holdfast.queries.request import Load, checked_assembly
 from holdfast.scene.body import Body
+from holdfast.scene.formats.source import from_json, from_yaml
 from holdfast.scene.scene import Scene
 
 BENT = 1e-6  # sine of the angle above which a strap counts as bent at a point
 DEPTH = 1e-3  # depth inside a bend at which the body must be, as a share of the body's size
+FIELDS = ("route", "pretension", "mu", "closed", "spring")
+NEEDED = ("route", "pretension")
+MOST_BYTES = 10_000_000  # largest size of a file with straps
+FORM = "needs a list of {route: [[BODY, X, Y, Z], ...], pretension: N}, optionally mu, closed, spring"
 
 
 @archived
@@ -233,3 +238,40 @@ def _cross_section(body: Body, up: Float, level: float) -> Float:
     crossing = (a <= 0) & (b > 0)
     share = a[crossing] / (a[crossing] - b[crossing])
     return np.asarray(low[crossing] + share[:, None] * (high - low)[crossing])
+
+
+def strap_entries(path: str | os.PathLike[str]) -> tuple[dict[str, Any], ...]:
+    """Return the arguments of ``Strap`` by name for each strap in a file, whose form ``Strap.from_file`` describes.
+
+    Raises SceneError for any other content.
+    """
+    file = checked_path(path, "straps")
+    content = read_ordinary(file, "straps", most=MOST_BYTES, too_large="take fewer straps")
+    with located(str(file)):
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            raise SceneError(message("straps", "the file is not a text", FORM)) from None
+        data = (from_json if file.suffix.lower() == ".json" else from_yaml)(text, str(file))
+        if not isinstance(data, list):
+            raise SceneError(message("straps", f"the file holds a {type(data).__name__}", FORM))
+        entries = []
+        for number, entry in enumerate(data, 1):
+            with located(f"strap {number}"):
+                entries.append(_entry(entry))
+        return tuple(entries)
+
+
+def _entry(entry: Any) -> dict[str, Any]:  # noqa: ANN401 - plain data, checked here
+    if not isinstance(entry, dict) or any(name not in entry for name in NEEDED):
+        raise SceneError(message("strap", f"is {quoted(entry, 80)}", FORM))
+    unknown = [name for name in entry if name not in FIELDS]
+    if unknown:
+        raise SceneError(message("strap", f"has a field {quoted(unknown[0])}", nearest_of(unknown[0], FIELDS)))
+    points = entry["route"]
+    if not isinstance(points, list) or any(not isinstance(p, list) or len(p) != 4 for p in points):
+        raise SceneError(message("strap: route", f"is {quoted(points, 80)}", FORM))
+    if not isinstance(entry.get("closed", False), bool):
+        raise SceneError(message("strap: closed", f"is {quoted(entry['closed'])}", "needs true or false"))
+    given = {name: value for name, value in entry.items() if name != "route" and value is not None}
+    return {"route": [(str(body), place) for body, *place in points], **given}

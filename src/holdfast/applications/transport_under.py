@@ -17,14 +17,7 @@ from holdfast.base.field_hints import hinting
 from holdfast.base.kinds import shaped
 from holdfast.base.public import Summary
 from holdfast.engines.answers import Undecided
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    Load,
-    checked_assembly,
-    checked_loads,
-    engine_of,
-)
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, checked_loads, engine_of
 from holdfast.queries.result import vector_text
 from holdfast.queries.sampled import Sampled
 from holdfast.queries.sampler import Sample, sampler

@@ -10,8 +10,7 @@ import typer
 
 from holdfast.applications.carrying.carry import carry as carried
 from holdfast.applications.carrying.carry import unknown_profile
-from holdfast.applications.carrying.profile import Profile
-from holdfast.applications.carrying.standards import STANDARDS
+from holdfast.applications.carrying.profile import STANDARDS, Profile
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, check_suffix, engine_with
 from holdfast.cli.output import out, print_json
 from holdfast.cli.scenes import AssemblyGiven, takes_scene

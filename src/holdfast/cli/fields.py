@@ -16,7 +16,7 @@ from holdfast.base.text import quoted
 from holdfast.cli.assignments import numbers
 
 if TYPE_CHECKING:
-    from holdfast.applications.placement.options import Weights
+    from holdfast.applications.placement.conditions import Weights
 
 FLAT = "X0,Y0,X1,Y1 or X0,Y0,Z0,X1,Y1,Z1"
 SOLID = "X0,Y0,Z0,X1,Y1,Z1"
@@ -50,7 +50,7 @@ def _corners(option: str, text: str) -> list[list[float]]:
 
 
 def _weights(option: str, text: str) -> Weights:
-    from holdfast.applications.placement.options import Weights  # here, for commands that place nothing
+    from holdfast.applications.placement.conditions import Weights  # here, for commands that place nothing
 
     form = "ROBUSTNESS,LEVEL,STEADINESS"
     found = numbers(option, text, form)

@@ -9,10 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from holdfast.applications.placement.conditions import Approach, Search, Where
-from holdfast.applications.placement.place_all import place_all
-from holdfast.applications.placement.placed_friction import with_own
-from holdfast.applications.placement.plan import plan_placement
+from holdfast.applications.placement.conditions import Approach, Search, Where, with_own
+from holdfast.applications.placement.plan import place_all, plan_placement
 from holdfast.applications.placement.result import Placement
 from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.caution import doubts

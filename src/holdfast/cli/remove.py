@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from holdfast.applications.disassembly.order import can_remove
 from holdfast.applications.disassembly.removal import Answer
-from holdfast.applications.disassembly.removal_check import can_remove
 from holdfast.cli.common import EXIT, AsJson, EngineName, Hands, Nodes, Proof, certify, engine_with
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene

@@ -7,8 +7,7 @@ from typing import Annotated
 import typer
 
 from holdfast.applications.pushing.result import Effect
-from holdfast.applications.pushing.safe import DOUBT, safe_pushes
-from holdfast.applications.pushing.tool import Tool
+from holdfast.applications.pushing.safe import DOUBT, Tool, safe_pushes
 from holdfast.cli.common import EXIT, AsJson, EngineName, Nodes, SaveAnswer, engine_with
 from holdfast.cli.output import out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene

@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from holdfast.applications.inertia import inertial_loads
-from holdfast.applications.transport import transport_limits
+from holdfast.applications.transport import inertial_loads, transport_limits
 from holdfast.cli.common import (
     AsJson,
     EngineName,

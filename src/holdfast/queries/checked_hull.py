@@ -87,23 +87,25 @@ def checked_hull(lower: Lower, near: Float, accuracy: float, solves: int, where:
         _raise(known, price, known, price)
         fresh = drawn(min(ROUND[size], solves // 2 - len(loads)))
         found = np.minimum(lower(fresh), FARTHEST)
-        value, told = 1 / hull_gauge(known, price, fresh)[0], found > 0
-        half, most = _short(value[told], found[told])
+        value, positive = 1 / hull_gauge(known, price, fresh)[0], found > 0
+        half, most = _short(value[positive], found[positive])
         loads, factor = np.vstack([loads, fresh]), np.concatenate([factor, found])
     known, price = _points(loads, factor)
     asked = factor > 0
     _raise(known, price, loads[asked], 1 / factor[asked])
     between = drawn(len(loads))
-    between[1::2] = _middles(known, price, between[1::2])
+    tight = _tight(known, price, hull_gauge(known, price, between[1::2])[1])
+    middles = tight.T.astype(float) @ (known / price[:, None])  # of the combinations that the rays go through
+    between[1::2] = middles / np.abs(middles).max(1, keepdims=True)
     found = np.minimum(lower(between), FARTHEST)
-    used, told = hull_gauge(known, price, between)[0], found > 0
-    excess = 1 / (used * found)[told] - 1
+    used, positive = hull_gauge(known, price, between)[0], found > 0
+    excess = 1 / (used * found)[positive] - 1
     by = max(float(excess.max(initial=0.0)), 0.0)
-    _raise(known, price, between[told], 1 / found[told])
+    _raise(known, price, between[positive], 1 / found[positive])
     price *= 1 + SCATTER
     report(where, solves, solves)
-    told = told & (np.arange(len(between)) % 2 == 0)  # as anybody would ask, not the middles
-    half, most = _short(1 / hull_gauge(known, price, between[told])[0], found[told])
+    positive = positive & (np.arange(len(between)) % 2 == 0)  # as anybody would ask, not the middles
+    half, most = _short(1 / hull_gauge(known, price, between[positive])[0], found[positive])
     hull = LoadHull(known, price, half, most, len(loads) + len(between))
     return CheckedHull(hull, len(between), int((excess > SUM).sum()), by, int((factor == 0).sum() + (found == 0).sum()))
 
@@ -127,13 +129,6 @@ def _points(loads: Float, factor: Float) -> tuple[Float, Float]:
 def _tight(known: Float, price: Float, facets: Float) -> Bool:
     """Tell which points (m,) make up the combinations of which these are the ``facets`` (n, d)."""
     return np.asarray(known @ facets.T >= price[:, None] - SLIGHT)
-
-
-def _middles(known: Float, price: Float, points: Float) -> Float:
-    """Return the middles (n, d) of the combinations that the rays to ``points`` (n, d) go through."""
-    tight = _tight(known, price, hull_gauge(known, price, points)[1])
-    found = tight.T.astype(float) @ (known / price[:, None])
-    return np.asarray(found / np.abs(found).max(1, keepdims=True))
 
 
 def _raise(known: Float, price: Float, points: Float, least: Float) -> None:

@@ -1,4 +1,7 @@
-"""Compute the robustness of all exposed surfaces to an inward push at one point of every surface cell."""
+"""Compute the robustness of all exposed surfaces to an inward push at one point of every surface cell.
+
+A cell is exposed if neither a contact nor another body covers it.
+"""
 
 from __future__ import annotations
 
@@ -12,25 +15,28 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Float, Objects, checked_number, checked_whole, objects
+from holdfast.base.arrays import Bool, Float, Objects, checked_number, checked_whole, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.painters import paint
 from holdfast.base.progress import reported
 from holdfast.base.public import Summary
 from holdfast.base.ranges import LENGTH
+from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import Table, Value
 from holdfast.certificates.certified import Certified
 from holdfast.certificates.question import Question
+from holdfast.contacts.interface import Patch
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.contract import EXACT, Within
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.mechanism import Mode
 from holdfast.engines.verdict import Status, Verdict
-from holdfast.geometry.cells import Cells
-from holdfast.queries.exposed import exposed_cells
-from holdfast.queries.imperfect_bounds import covering
+from holdfast.geometry.cells import Cells, blocked, surface_cells
+from holdfast.geometry.polygon import inside, shapely_polygon
+from holdfast.geometry.spatial import search_tree
+from holdfast.queries.lower_bounds import covering
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -313,6 +319,11 @@ def expected_points(assembly: Assembly, names: Sequence[str], spacing: float) ->
     return _area(assembly, names) / spacing**2
 
 
+def spacing_for(assembly: Assembly, names: Sequence[str], count: float) -> float:
+    """Return the spacing [m] at which the surfaces of these bodies have about so many points."""
+    return float(np.sqrt(_area(assembly, names) / count))
+
+
 def _area(assembly: Assembly, names: Sequence[str]) -> float:
     return float(sum(assembly.scene.body(name).surface_world.area for name in names))
 
@@ -324,3 +335,45 @@ def check_count(assembly: Assembly, names: Sequence[str], spacing: float) -> Non
         problem = f"spacing {spacing:g} m gives about {expected:,.0f} points on {area:.3g} m²"
         remedy = f"use {np.sqrt(area / MAX_POINTS) * 1.05:.2g} m or more, or name fewer bodies"
         raise SceneError(message("robustness_map", problem, remedy))
+
+
+def exposed_cells(assembly: Assembly, name: str, spacing: float) -> tuple[Cells, Cells]:
+    """Divide the surface of a body into cells, and return the exposed and the covered ones.
+
+    ``spacing`` [m] is the distance between neighbouring cells. A cell is covered if it lies on a contact patch, or if
+    another body is less than half a spacing away in front of it.
+    """
+    cells = surface_cells(assembly.scene.body(name).surface_world, spacing)
+    under = np.zeros(len(cells.points), dtype=bool)
+    for interface in assembly.interfaces:
+        if name in interface.bodies:
+            gap = assembly.tolerances.base(*(assembly.scene.body(other) for other in interface.bodies))
+            under |= covered(cells, interface.patches, gap)
+    for other in assembly.bodies:
+        if other.name != name:
+            under |= blocked(cells, other.surface_world, spacing / 2)
+    return cells.chosen(~under), cells.chosen(under)
+
+
+def covered(cells: Cells, patches: Sequence[Patch], gap: float) -> Bool:
+    """Return for each of the C cells whether its point lies on a contact face: a boolean array (C,).
+
+    A point lies on a face patch if it is within ``gap`` [m] of the patch's plane and inside its outline, and if the
+    cell is roughly parallel to the patch. Contacts along lines and at points cover nothing. A merged patch covers the
+    points that are near one of its ``spots``: nearer than the side of a square with the area of that spot.
+    """
+    result = np.zeros(len(cells.points), dtype=bool)
+    for patch in patches:
+        if patch.spots is not None:
+            distance, spot = search_tree(patch.spots.points).query(cells.points)
+            along = np.abs((cells.normals * patch.spots.normals[spot]).sum(1)) > 0.9
+            result |= along & (distance <= gap + np.sqrt(patch.spots.shares[spot]))
+            continue
+        if patch.kind != "face":
+            continue
+        arm = cells.points - patch.polygon[0]
+        near = (np.abs(arm @ patch.normal) <= gap) & (np.abs(cells.normals @ patch.normal) > 0.9)
+        if near.any():
+            outline = shapely_polygon(patch.rings).buffer(-COORDINATES * patch.size)
+            result[near] |= inside(outline, arm[near] @ patch.frame.T)
+    return result

@@ -23,8 +23,7 @@ from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
-from holdfast.queries.crushing import Pressed, unless_crushed
-from holdfast.queries.imperfect_bounds import covering
+from holdfast.queries.lower_bounds import Pressed, covering, unless_crushed
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     DEFAULT_ENGINE,
@@ -143,11 +142,13 @@ def robustness(
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {quoted(body)}")
     method = engine_of(engine)
     standing = checked_loads(standing)
-    held = total_wrench(assembly, standing)
+    standing_wrench = total_wrench(assembly, standing)
     pressed = pressed_by(assembly, standing), pressed_by_pushes(assembly, [body], e)
-    found = asked(method, assembly, W, held, bounds=bounds, imperfect=imperfect, pressed=pressed)
+    found = load_factors(method, assembly, W, standing_wrench, bounds=bounds, imperfect=imperfect, pressed=pressed)
     found = replace(found, notes=(*found.notes, *pulls(assembly, body, p, e)))
-    return asking(Robustness(answers=found, body=body, points=p, directions=e), Question(assembly, held, None, W, p))
+    return asking(
+        Robustness(answers=found, body=body, points=p, directions=e), Question(assembly, standing_wrench, None, W, p)
+    )
 
 
 def load_factor(
@@ -173,14 +174,16 @@ def load_factor(
     moved = (
         None if acceleration is None else checked(acceleration, (3,), "load_factor: acceleration", within=ACCELERATION)
     )
-    held = total_wrench(assembly, standing)
+    standing_wrench = total_wrench(assembly, standing)
     pressed = pressed_by(assembly, standing), pressed_by(assembly, loads)[:, None]
-    found = asked(method, assembly, W, held, moved, bounds=bounds, imperfect=imperfect, pressed=pressed)
+    found = load_factors(
+        method, assembly, W, standing_wrench, moved, bounds=bounds, imperfect=imperfect, pressed=pressed
+    )
     point = np.array([loads[0].point]) if len(loads) == 1 and not np.any(loads[0].moment) else None
-    return asking(LoadFactor(answers=found), Question(assembly, held, moved, W, point))
+    return asking(LoadFactor(answers=found), Question(assembly, standing_wrench, moved, W, point))
 
 
-def asked(
+def load_factors(
     method: Engine,
     assembly: Assembly,
     W: Float,
@@ -196,7 +199,7 @@ def asked(
     ``standing`` (6J,) is the wrench of the standing loads. With ``bounds``, the upper bounds come from limit analysis
     with forces at the corners of the patches; these can replace the forces at any nodes inside the patches.
     ``imperfect`` is as in ``robustness``. With ``pressed``, no answer goes beyond where a body is crushed (see
-    crushing.py). Raises HoldfastError for ``bounds`` with an engine that only estimates.
+    lower_bounds.py). Raises HoldfastError for ``bounds`` with an engine that only estimates.
     """
     bounded = checked_truth(bounds, "bounds")
     covers = covering(imperfect, method, assembly, standing, acceleration)

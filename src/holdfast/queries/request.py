@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from holdfast.assembly.strengths import check_strengths
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes, checked_truth
 from holdfast.base.by_name import Registry
-from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.base.ranges import FORCE, PLACE
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import quoted
@@ -33,6 +34,7 @@ DEFAULT_ENGINE = "compliant"  # the engine of every query that does not name ano
 CERTAIN_ENGINE = "limit"  # the engine that proves above which load no equilibrium exists
 
 EngineChoice: TypeAlias = str | Engine
+T = TypeVar("T")
 
 
 @archived
@@ -78,6 +80,20 @@ def checked_assembly(value: object) -> Assembly:
         raise HoldfastError(message("assembly", f"got a {type(found).__name__}", remedy))
     check_strengths(found)
     return found
+
+
+def quiet() -> warnings.catch_warnings[None]:
+    """Return a context in which overlaps are not warned of: the answers name or count them."""
+    return warnings.catch_warnings(action="ignore", category=HoldfastWarning)
+
+
+def checked_options(value: T | None, kind: type[T], where: str, home: str = "holdfast.sets") -> T:
+    """Return ``value``, or ``kind()`` if it is None; raise SceneError if it is not a ``kind``, which is in ``home``."""
+    if value is None:
+        return kind()
+    if not isinstance(value, kind):
+        raise SceneError(message(where, f"is {quoted(value)}", f"needs {home}.{kind.__name__}(...)"))
+    return value
 
 
 def register_engine(name: str, make: Callable[[], Engine]) -> Callable[[], None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,9 +10,8 @@ import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly, checked_pose_sigma
 from holdfast.base.arrays import Float, objects
-from holdfast.base.errors import HoldfastError, HoldfastWarning, message
+from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
-from holdfast.base.text import quoted
 from holdfast.contacts.tolerances import plain_gap
 from holdfast.engines.amendments.absent_contacts import Absences
 from holdfast.engines.answers import Answers, joined
@@ -21,11 +19,10 @@ from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.imperfect_bounds import Covering, covering
-from holdfast.queries.intervals import Pair, friction_intervals, mass_intervals, width_notes
-from holdfast.queries.request import Load, total_wrench
+from holdfast.queries.lower_bounds import Covering, covering
+from holdfast.queries.request import Load, checked_options, quiet, total_wrench
 from holdfast.queries.result import Columns
-from holdfast.queries.uncertain import Uncertain
+from holdfast.queries.uncertain import Pair, Uncertain, friction_intervals, mass_intervals, width_notes
 
 EVEN = 0.5  # probability that an uncertain contact is absent from a sample, if poses are not sampled
 
@@ -116,8 +113,7 @@ class Sampler:
             poses[body.name] = pose
         metres, degrees = self.deviation or (0.0, 0.0)  # the relative deviation of two bodies is √2 times that of one
         wider = replace(given, tolerances=given.tolerances.widened(np.sqrt(2) * metres, np.sqrt(2) * degrees))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", HoldfastWarning)  # the notes count the overlaps
+        with quiet():
             found = wider.moved(poses)
         known = {frozenset(interface.bodies) for interface in given.interfaces}
         interfaces = tuple(i for i in found.interfaces if frozenset(i.bodies) in known)
@@ -164,15 +160,19 @@ class Sampler:
             overlapping += bool(sample.assembly.overlaps)
         report("samples", self.samples, self.samples)
         verdicts = [answers.verdict.status for answers in found]
-        known = (
-            *nominal.notes,
-            *self.notes,
-            *unchecked_limits(self.assembly.bodies),
-        )  # samples do not ask who is crushed
-        notes = (*known, *_sample_notes(found, 0 if self.deviation is None else overlapping))
+        # samples do not ask who is crushed
+        notes = [*nominal.notes, *self.notes, *unchecked_limits(self.assembly.bodies)]
+        if overlapping and self.deviation is not None:
+            share = f"{overlapping} of {len(found)} samples have bodies that overlap by more than the tolerance"
+            notes.append(f"{share}: contacts there may be missing, which lowers their answers")
+        unknown = [answers.undecided.reasons[0] for answers in found if answers.undecided.count]
+        if unknown:
+            notes.append(f"{len(unknown)} of {len(found)} samples have undecided answers; the first: {unknown[0]}")
         table = joined([nominal.answers.rows(slice(0)), *found])
         return {
-            "answers": replace(table, notes=notes, lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound),
+            "answers": replace(
+                table, notes=tuple(notes), lower_bound=nominal.lower_bound, upper_bound=nominal.upper_bound
+            ),
             "nominal": nominal.answers.force,
             "nominal_status": nominal.status,
             "stands": verdicts.count(Status.STABLE) / self.samples,
@@ -182,14 +182,14 @@ class Sampler:
         }
 
 
-def sampler(assembly: Assembly, uncertain: object, engine: Engine, standing: Sequence[Load], where: str) -> Sampler:
+def sampler(
+    assembly: Assembly, uncertain: Uncertain | None, engine: Engine, standing: Sequence[Load], where: str
+) -> Sampler:
     """Return the sampler of what is ``uncertain``: an Uncertain, or None for the existence of contacts alone.
 
     Raises HoldfastError, with ``where`` in its message, for what this assembly does not allow.
     """
-    asked = Uncertain() if uncertain is None else uncertain
-    if not isinstance(asked, Uncertain):
-        raise HoldfastError(message(f"{where}: uncertain", f"is {quoted(asked)}", "needs holdfast.sets.Uncertain(...)"))
+    asked = checked_options(uncertain, Uncertain, f"{where}: uncertain")
     return Sampler(
         assembly,
         engine,
@@ -203,16 +203,6 @@ def sampler(assembly: Assembly, uncertain: object, engine: Engine, standing: Seq
         asked.seed,
         width_notes(assembly, asked.mu_range),
     )
-
-
-def _sample_notes(answers: Sequence[Answers], overlapping: int) -> Iterator[str]:
-    """Yield notes on the answers of all samples; ``overlapping`` counts the samples with overlapping bodies."""
-    if overlapping:
-        share = f"{overlapping} of {len(answers)} samples have bodies that overlap by more than the tolerance"
-        yield f"{share}: contacts there may be missing, which lowers their answers"
-    unknown = [answer.undecided.reasons[0] for answer in answers if answer.undecided.count]
-    if unknown:
-        yield f"{len(unknown)} of {len(answers)} samples have undecided answers; the first: {unknown[0]}"
 
 
 def _deviation(assembly: Assembly, pose_sigma: float | tuple[float, float], where: str) -> tuple[float, float]:

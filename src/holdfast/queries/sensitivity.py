@@ -21,7 +21,6 @@ from holdfast.base.text import quoted
 from holdfast.base.values import Table
 from holdfast.engines.capabilities import GRADIENTS
 from holdfast.engines.groups import prepared
-from holdfast.queries.intervals import Pair
 from holdfast.queries.request import (
     CERTAIN_ENGINE,
     Load,
@@ -32,6 +31,7 @@ from holdfast.queries.request import (
     total_wrench,
 )
 from holdfast.queries.result import NAMED, SHOWN, Single, gives_way
+from holdfast.queries.uncertain import Pair
 from holdfast.scene.scene import Scene
 
 

@@ -197,7 +197,7 @@ def admissible_wrenches(
     limits = wrench_box(assembly, box, where)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
-    found = _Question(where, assembly, columns, limits, tuple(checked_loads(standing)), exists)
+    found = _SetQuestion(where, assembly, columns, limits, tuple(checked_loads(standing)), exists)
     return found.answer(accuracy, solves, units, frame)
 
 
@@ -254,7 +254,7 @@ def sustainable_accelerations(
     default = ACCELERATION_BOUND * float(np.linalg.norm(assembly.scene.gravity))
     limit = default if box is None else checked_number(box, f"{where}: box", above=0, within=ACCELERATION)
     columns = np.column_stack([body_forces(-assembly.mass[:, None] * axis) for axis in np.eye(3)])
-    found = _Question(where, assembly, columns, np.full(3, limit), tuple(checked_loads(standing)), exists)
+    found = _SetQuestion(where, assembly, columns, np.full(3, limit), tuple(checked_loads(standing)), exists)
     return found.answer(accuracy, solves, ("m/s²",) * 3, "world axes, of the support")
 
 
@@ -263,7 +263,7 @@ def _satisfied(half_spaces: tuple[Float, Float], points: Float) -> Bool:
     return np.asarray(largest_row(A / b[:, None], points) <= 1 + COORDINATES)
 
 
-class _Found(NamedTuple):
+class _FoundSet(NamedTuple):
     """What an engine found of a set, in units of its box: both polyhedra, the vertices, and what ``LoadSet`` says."""
 
     inner: Float
@@ -275,7 +275,7 @@ class _Found(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class _Question:
+class _SetQuestion:
     """Which loads ``columns`` (6J, d) @ x, in the ``box`` (d,), an assembly takes beside the ``standing`` ones."""
 
     where: str
@@ -313,7 +313,7 @@ class _Question:
         """The numbers of the bodies that are loaded."""
         return [int(k) for k in np.flatnonzero(self.columns.reshape(-1, 6, len(self.box)).any((1, 2)))]
 
-    def _existing(self, wanted: float, most: int | None, units: tuple[str, ...] = ()) -> _Found:
+    def _existing(self, wanted: float, most: int | None, units: tuple[str, ...] = ()) -> _FoundSet:
         """Return the set for which an equilibrium exists; without ``units``, no note says where it is not accurate."""
         groups = prepared(engine_of(CERTAIN_ENGINE), self.assembly, total_wrench(self.assembly, self.standing))
         state, rows = groups.together(self._loaded, self.where)
@@ -321,9 +321,9 @@ class _Question:
         found = sets.load_set(self.columns[rows] * self.box, wanted, most, self.where)
         why = (_why_wide(found, self.box, units),) if units and found.accuracy > wanted else ()
         notes = (*notes_of(state, self.assembly), *why)
-        return _Found(found.inner, found.outer, found.vertices, found.accuracy, found.solves, notes)
+        return _FoundSet(found.inner, found.outer, found.vertices, found.accuracy, found.solves, notes)
 
-    def _holding(self, engine: Engine, wanted: float, most: int | None) -> _Found:
+    def _holding(self, engine: Engine, wanted: float, most: int | None) -> _FoundSet:
         """Return the set that holds by ``lower``, inside of that for which an equilibrium exists."""
         groups = prepared(engine, self.assembly, total_wrench(self.assembly, self.standing))
         lower = lower_of(groups, self._loaded, self.columns * self.box, self.where)
@@ -333,7 +333,7 @@ class _Question:
         reach /= np.maximum(np.abs(reach).max(1, keepdims=True), 1.0)  # within the box
         around, outer = hull_of(reach, self.where), self._existing(OUTSIDE, most).outer
         notes = (*groups.notes, *unchecked_limits(self.assembly.bodies), *hull.notes(ASKED[size]))
-        return _Found(drawn_in(around), outer, reach[around.vertices], hull.hull.accuracy, hull.hull.solves, notes)
+        return _FoundSet(drawn_in(around), outer, reach[around.vertices], hull.hull.accuracy, hull.hull.solves, notes)
 
 
 def lower_of(groups: Groups, loaded: list[int], columns: Float, where: str) -> Callable[[Float], Float]:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -22,23 +23,11 @@ from holdfast.base.kinds import check_kinds, fits, shaped
 from holdfast.base.progress import reported
 from holdfast.base.public import Summary
 from holdfast.base.values import Table
-from holdfast.engines.answers import Answers
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.capabilities import WORST_CASES, Corner
-from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.limit.box_corners import change_at, corners_of, least_of
 from holdfast.engines.verdict import Status
-from holdfast.queries.intervals import (
-    ComRange,
-    MassRange,
-    MuRange,
-    Pair,
-    com_boxes,
-    friction_intervals,
-    mass_intervals,
-    width_notes,
-)
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
     Load,
@@ -50,6 +39,16 @@ from holdfast.queries.request import (
     total_wrench,
 )
 from holdfast.queries.result import Forces, amount, least
+from holdfast.queries.uncertain import (
+    ComRange,
+    MassRange,
+    MuRange,
+    Pair,
+    com_boxes,
+    friction_intervals,
+    mass_intervals,
+    width_notes,
+)
 from holdfast.scene.scene import Scene
 
 GUARANTEE = (
@@ -158,88 +157,48 @@ def worst_case(
     nominal = robustness(assembly, body, points, directions, standing=loads, engine=engine)
     intervals = friction_intervals(assembly, mu_range, where)
     near = next((group for group in assembly.groups if body in group), ())  # other groups do not affect the answer
-    region = _Region(
-        where,
-        assembly,
-        {name: ends for name, ends in mass_intervals(assembly, mass_range, where).items() if name in near},
-        {name: half for name, half in com_boxes(assembly, com_range, where).items() if name in near},
-        total_wrench(assembly, loads),
-        push_columns(assembly, body_number(assembly, body), nominal.points, nominal.directions),
-    )
+    masses = {name: ends for name, ends in mass_intervals(assembly, mass_range, where).items() if name in near}
+    coms = {name: half for name, half in com_boxes(assembly, com_range, where).items() if name in near}
+    wrench = total_wrench(assembly, loads)
+    W = push_columns(assembly, body_number(assembly, body), nominal.points, nominal.directions)
     ends = [{pair: mu[k] for pair, mu in intervals.items()} for k in ((0,) if exists or mu_range is None else (0, 1))]
     rough = [(end, assembly if mu_range is None else assembly.with_friction(end)) for end in ends]
-    found = region.existing(engine, *rough[0]) if exists else region.holding(engine, rough, nominal.answers)
-    weakest = found.cases[found.worst[int(found.answers.ranking[0])]]
+    if exists:
+        mu, roughest = rough[0]
+        prove, prepare = WORST_CASES.of(engine, engine=engine.name, where=where), partial(prepared, engine, roughest)
+        proved = prove.weakest(roughest, wrench, W, masses=masses, coms=coms, prepare=prepare, where=where)
+        answers, worst, guarantee = proved.answers, proved.corner, proved.guarantee
+        cases = [(mu, corner) for corner in proved.corners]
+    else:
+        asked = [(mu, there, corner) for mu, there in rough for corner in corners_of(assembly, masses, coms, where)]
+        tables = (
+            prepared(engine, there, wrench + change_at(assembly, corner)).load_factor(W)
+            for _, there, corner in reported("worst case", asked)
+        )
+        answers, worst = least_of(chain(tables, (nominal.answers,)), "lower")
+        cases = [*((mu, corner) for mu, _, corner in asked), _as_given(assembly, masses, coms, where)]
+        guarantee = GUARANTEE.format(engine=engine.name, count=len(cases))
+    mu, _ = cases[worst[int(answers.ranking[0])]]
     # the corners do not ask who is crushed
     notes = (*nominal.notes, *width_notes(assembly, mu_range), *unchecked_limits(assembly.bodies))
     return WorstCase(
-        answers=replace(found.answers, verdict=nominal.verdict, notes=notes),
+        answers=replace(answers, verdict=nominal.verdict, notes=notes),
         body=body,
         nominal=nominal.force,
         nominal_status=nominal.status,
-        mu=Table(weakest[0]),
-        masses=objects([Table(found.cases[k][1].masses) for k in found.worst]),
-        coms=objects([Table(found.cases[k][1].coms) for k in found.worst]),
-        corners=len(found.cases),
-        guarantee=found.guarantee,
+        mu=Table(mu),
+        masses=objects([Table(cases[k][1].masses) for k in worst]),
+        coms=objects([Table(cases[k][1].coms) for k in worst]),
+        corners=len(cases),
+        guarantee=guarantee,
     )
 
 
-Case: TypeAlias = tuple[dict[Pair, float], Corner]  # the friction of all pairs, and a corner of masses and centres
-
-
-class _Worst(NamedTuple):
-    """The worst ``answers`` of all ``cases``, the number of its case for each row, and what was proved or asked."""
-
-    answers: Answers
-    worst: tuple[int, ...]
-    cases: list[Case]
-    guarantee: str
-
-
-@dataclass(frozen=True, eq=False)
-class _Region:
-    """Uncertain ``masses`` and ``coms`` of an assembly under ``standing`` loads (6J,), and pushes ``W`` (6J, n)."""
-
-    where: str
-    assembly: Assembly
-    masses: dict[str, tuple[float, float]]
-    coms: dict[str, Float]
-    standing: Float
-    W: Float
-
-    def existing(self, engine: Engine, mu: dict[Pair, float], rough: Assembly) -> _Worst:
-        """Return up to where an equilibrium exists in all of the region, where friction is ``mu`` at the least."""
-        found = WORST_CASES.of(engine, engine=engine.name, where=self.where).weakest(
-            rough,
-            self.standing,
-            self.W,
-            masses=self.masses,
-            coms=self.coms,
-            prepare=lambda load: prepared(engine, rough, load),
-            where=self.where,
-        )
-        return _Worst(found.answers, found.corner, [(mu, corner) for corner in found.corners], found.guarantee)
-
-    def holding(self, engine: Engine, rough: list[tuple[dict[Pair, float], Assembly]], nominal: Answers) -> _Worst:
-        """Return what holds at all ends of the region, friction as in each of ``rough``, and with the values given."""
-        corners = corners_of(self.assembly, self.masses, self.coms, self.where)
-        asked = [(mu, there, corner) for mu, there in rough for corner in corners]
-        tables = (
-            prepared(engine, there, self.standing + change_at(self.assembly, corner)).load_factor(self.W)
-            for _, there, corner in reported("worst case", asked)
-        )
-        answers, worst = least_of(chain(tables, (nominal,)), "lower")
-        given = {pair: mu for pair, (mu, _) in friction_intervals(self.assembly, None, self.where).items()}
-        cases: list[Case] = [(mu, corner) for mu, _, corner in asked]
-        cases.append((given, _as_given(self.assembly, self.masses, self.coms)))
-        return _Worst(answers, worst, cases, GUARANTEE.format(engine=engine.name, count=len(cases)))
-
-
-def _as_given(assembly: Assembly, masses: Iterable[str], coms: Iterable[str]) -> Corner:
-    """Return the known masses and centres of mass of these bodies."""
+def _as_given(
+    assembly: Assembly, masses: Iterable[str], coms: Iterable[str], where: str
+) -> tuple[dict[Pair, float], Corner]:
+    """Return the friction of all pairs, and the masses and centres of these bodies, as they were given."""
+    given = {pair: mu for pair, (mu, _) in friction_intervals(assembly, None, where).items()}
     centres = {name: assembly.com[assembly.index[name]].tolist() for name in coms}
-    return Corner(
-        {name: float(assembly.mass[assembly.index[name]]) for name in masses},
-        {name: (x, y, z) for name, (x, y, z) in centres.items()},
-    )
+    own = {name: float(assembly.mass[assembly.index[name]]) for name in masses}
+    return given, Corner(own, {name: (x, y, z) for name, (x, y, z) in centres.items()})

@@ -11,7 +11,7 @@ import holdfast as hf
 from bench.scenes.dense_pallet import pallet
 from bench.scenes.random_pushes import columns, random_pushes
 from holdfast.engines.groups import prepared
-from holdfast.queries.exposed import exposed_cells
+from holdfast.queries.map import exposed_cells
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 

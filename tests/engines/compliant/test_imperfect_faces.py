@@ -19,7 +19,7 @@ from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.random_faces import Faces
 from holdfast.engines.compliant.rough import Rough
 from holdfast.engines.groups import prepared
-from holdfast.queries.imperfect_bounds import covering
+from holdfast.queries.lower_bounds import covering
 from holdfast.queries.request import push_columns
 
 POINTS = np.array([[-0.05, 0, 0.05], [-0.05, 0.045, 0.02], [-0.05, 0.03, 0.08]])

@@ -31,7 +31,6 @@ from holdfast.base.text import listed, quoted
 from holdfast.base.values import Table
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.queries.intervals import Pair
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -42,6 +41,7 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
+from holdfast.queries.uncertain import Pair
 from holdfast.scene.scene import Scene
 
 BEGIN = 0.3  # coefficient where scans begin, whatever the file says: they reach from 0.06 to 1.5, all dry materials
@@ -130,7 +130,12 @@ def friction_from(
         )
         known = {k: (best[n], *ends[n]) for n, k in enumerate(depends) if np.isfinite(ends[n]).any()}
         undecided = "" if known else "the pushes exclude no coefficient of friction"
-    notes = (*notes, *_plateaus([pairs[k][0] for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]))
+    open_ = [" and ".join(pairs[k][0]) for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]
+    if open_:  # where ``mu`` is no more likely than its neighbours
+        note = (
+            f"of {listed(open_, NAMED)} the interval alone says something: it is open, and mu any of its likely values"
+        )
+        notes = (*notes, note)
     off = fit.predicted(best) - fit.force
     spread = fit.scatter(off) if used.any() else scatter or 0.0
     if scatter is None and not undecided and spread > WIDE:
@@ -152,13 +157,6 @@ def friction_from(
         engine=method.name,
         notes=notes,
     )
-
-
-def _plateaus(several: Sequence[tuple[str, str]]) -> list[str]:
-    """Return a note on pairs whose interval is open, where ``mu`` is no more likely than its neighbours, if any."""
-    named = listed([" and ".join(pair) for pair in several], NAMED)
-    note = f"of {named} the interval alone says something: it is open, and mu any of its likely values"
-    return [note] if several else []
 
 
 def _checked(assembly: Assembly, measured: Iterable[Sequence[Any]]) -> _Pushes:
@@ -204,7 +202,7 @@ class _Forces:
 
     assembly: Assembly
     engine: Engine
-    held: Float
+    standing: Float
     pushes: _Pushes
 
     def log(self, mu: dict[Pair, float]) -> Float:
@@ -212,7 +210,7 @@ class _Forces:
         a, pushes = self.assembly.with_friction(mu), self.pushes
         ones = zip(pushes.bodies, pushes.points, pushes.directions, strict=True)
         W = np.hstack([push_columns(a, a.index[name], p[None], e[None]) for name, p, e in ones])
-        found = prepared(self.engine, a, self.held).load_factor(W)
+        found = prepared(self.engine, a, self.standing).load_factor(W)
         force = np.log(np.clip(found.force / a.weight, 1 / REACH, REACH)) + np.log(a.weight)
         return np.where(found.decided, force, np.nan)
 
@@ -232,9 +230,9 @@ class _Forces:
             for row, step in enumerate(STEPS):
                 scans[k, row] = base if step == 0 else self.beside(pairs, at, k, step)
             for column in scans[k].T:
-                told = np.isfinite(column)
-                if told.any():
-                    column[~told] = np.interp(STEPS[~told], STEPS[told], column[told])
+                known = np.isfinite(column)
+                if known.any():
+                    column[~known] = np.interp(STEPS[~known], STEPS[known], column[known])
         return base, scans
 
 

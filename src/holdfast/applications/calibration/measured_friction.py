@@ -12,8 +12,8 @@ from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.text import listed
 from holdfast.base.values import Table
-from holdfast.queries.intervals import Pair
 from holdfast.queries.result import SHOWN
+from holdfast.queries.uncertain import Pair
 
 
 @archived

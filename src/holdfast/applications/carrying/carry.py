@@ -11,10 +11,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.carrying.profile import Profile
+from holdfast.applications.carrying.profile import STANDARDS, Profile
 from holdfast.applications.carrying.result import Carried, moved
-from holdfast.applications.carrying.standards import STANDARDS
-from holdfast.applications.inertia import inertial_wrenches
+from holdfast.applications.transport import inertial_wrenches
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message, nearest_of
@@ -26,7 +25,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
-from holdfast.queries.push import asked
+from holdfast.queries.push import load_factors
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
@@ -64,7 +63,7 @@ def carry(
     The ``standing`` loads, such as those of straps, act throughout and are not multiplied. ``bounds`` and ``imperfect``
     have the same meaning as in ``robustness``.
 
-    Every time is judged on its own, from rest, by the inertial loads at that time (``inertia.py``) and by gravity in
+    Every time is judged on its own, from rest, by the inertial loads at that time (``transport.py``) and by gravity in
     the axes of the turned carrier. This is quasi-static: there is no bouncing or rocking, and no earlier slip.
 
     Raises HoldfastError for a profile that cannot be read.
@@ -137,8 +136,14 @@ class _Question:
         usual = self.assembly.scene.gravity
         shifted = np.linalg.norm(gravity - usual, axis=1) > COORDINATES * np.linalg.norm(usual)
         gravity = np.where(shifted[:, None], gravity, usual)
-        scale = _sizes(motion)
-        rows, number = _distinct(motion, gravity, scale)
+        # Where the carrier does not turn, loads are proportional to accelerations: times whose accelerations differ by
+        # a factor, such as those of one ramp, need one answer
+        accelerations = np.hstack([motion.acceleration, motion.angular_acceleration])
+        largest = np.abs(accelerations).max(1)
+        scale = np.where(motion.angular_velocity.any(1) | (largest == 0), 1.0, largest)
+        moves = np.hstack([accelerations / scale[:, None], motion.angular_velocity, gravity]).round(DIGITS)
+        _, rows, number = np.unique(moves + 0.0, axis=0, return_index=True, return_inverse=True)
+        number = number.ravel()
         parts, order, doubts = [], [], np.full(len(rows), "", dtype=object)
         fields, of = np.unique(gravity[rows], axis=0, return_inverse=True)
         begin = of.ravel()[0]  # joined answers have the verdict of the first part: that at the first time
@@ -151,7 +156,9 @@ class _Question:
                 doubts[mine] = f"undecided as the carrier stands at {when}: {parts[-1].verdict.reason}"
         place = np.empty(len(rows), dtype=np.int64)
         place[np.concatenate(order)] = np.arange(len(rows))
-        return _doubted(_divided(joined(parts).rows(place[number]), scale), doubts[number])
+        found = joined(parts).rows(place[number])
+        divided = {name: getattr(found, name) / scale for name in ("force", "lower", "upper")}
+        return _doubted(replace(found, **divided), doubts[number])
 
     def _asked(self, motion: Profile, rows: Int, scale: Float, gravity: Float) -> Answers:
         """Return the answers for times at which gravity (3,) is the same, with loads divided by ``scale`` (n,).
@@ -165,7 +172,7 @@ class _Question:
         a, alpha = (values / scale[:, None] for values in chosen)
         W = inertial_wrenches(here, a, alpha, motion.angular_velocity[rows], motion.pivot)
         pressed = self.pressed, np.zeros((len(here.bodies), len(rows)))
-        found = asked(
+        found = load_factors(
             self.method, here, W, self.standing, bounds=self.bounds, imperfect=self.imperfect, pressed=pressed
         )
         verdict = prepared(self.method, here, self.standing).verdict()
@@ -193,27 +200,6 @@ class _Question:
         return late, names
 
 
-def _sizes(motion: Profile) -> Float:
-    """Return the scales (n,) of the accelerations at each time, by which loads and answers can be normalised.
-
-    Where the carrier does not turn, the inertial loads are proportional to the accelerations, and the scale is their
-    largest component. It is 1 where the carrier turns or does not accelerate.
-    """
-    largest = np.abs(np.hstack([motion.acceleration, motion.angular_acceleration])).max(1)
-    return np.where(motion.angular_velocity.any(1) | (largest == 0), 1.0, largest)
-
-
-def _distinct(motion: Profile, gravity: Float, scale: Float) -> tuple[Int, Int]:
-    """Return the numbers (m,) of times with distinct loads, and for each time (n,) the index of its equal among them.
-
-    Times with equal accelerations divided by ``scale`` (n,), such as those of one ramp, need only one answer.
-    """
-    moves = np.hstack([motion.acceleration, motion.angular_acceleration]) / scale[:, None]
-    rows = np.hstack([moves, motion.angular_velocity, gravity]).round(DIGITS)
-    _, first, number = np.unique(rows + 0.0, axis=0, return_index=True, return_inverse=True)
-    return first, number.ravel()
-
-
 def _doubted(answers: Answers, doubts: Objects) -> Answers:
     """Return the answers, undecided where ``doubts`` (n,) holds a reason why the rest state is undecided.
 
@@ -225,9 +211,3 @@ def _doubted(answers: Answers, doubts: Objects) -> Answers:
     force, lower = (np.where(unknown, 0.0, values) for values in (answers.force, answers.lower))
     notes = dict.fromkeys((*answers.notes, *(d for d in doubts[unknown] if answers.verdict.reason not in d)))
     return replace(answers, force=force, lower=lower, status=status, notes=tuple(notes))
-
-
-def _divided(answers: Answers, by: Float) -> Answers:
-    """Return the answers with the factor and bounds of each row divided by its number in ``by`` (n,)."""
-    columns = {name: getattr(answers, name) / by for name in ("force", "lower", "upper")}
-    return replace(answers, **columns)

@@ -19,8 +19,7 @@ from numpy.typing import ArrayLike
 from holdfast.applications.carrying.carry import carry
 from holdfast.applications.carrying.profile import Profile
 from holdfast.applications.carrying.result import Carried
-from holdfast.applications.inertia import checked_margin
-from holdfast.applications.transport import transport_limits
+from holdfast.applications.transport import checked_margin, transport_limits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked, checked_number
 from holdfast.base.errors import HoldfastError, message
@@ -83,7 +82,15 @@ def fastest_carry(
     axes = _axes(points)
     flat = (points - points[0]) @ axes.T
     limits = _limits(given, axes, standing, engine, imperfect) / (1 - unused)
-    motion = _joined([_piece(piece, limits, most) for piece in _split(flat)], axes)
+    along = np.diff(flat, axis=0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    corners = np.flatnonzero((along[1:] * along[:-1]).sum(1) < CORNER) + 1
+    ends = [0, *corners.tolist(), len(flat) - 1]
+    pieces = [_piece(flat[i : j + 1], limits, most) for i, j in pairwise(ends)]
+    begin = np.cumsum([0.0, *(piece[0] for piece in pieces)])
+    times = np.concatenate([start + piece[1] for start, piece in zip(begin, pieces, strict=False)])
+    times[0], times[-1] = 0.0, begin[-1]
+    motion = Profile(times, np.vstack([piece[2] for piece in pieces]) @ axes, name="fastest along a path")
     missed = float(np.linalg.norm(motion.course()[1][-1] - (points[-1] - points[0])))
     if missed > MISSED * np.linalg.norm(np.diff(points, axis=0), axis=1).sum():
         problem = f"bend so sharply that the motion would end {missed:.2g} m from the last one"
@@ -148,15 +155,6 @@ def _limits(
     return np.asarray(sides[:, :-1] / -sides[:, -1:])
 
 
-def _split(points: Float) -> list[Float]:
-    """Return the pieces of a path (n, d) between its ends and its corners."""
-    along = np.diff(points, axis=0)
-    along /= np.linalg.norm(along, axis=1)[:, None]
-    corners = np.flatnonzero((along[1:] * along[:-1]).sum(1) < CORNER) + 1
-    ends = [0, *corners.tolist(), len(points) - 1]
-    return [points[i : j + 1] for i, j in pairwise(ends)]
-
-
 def _piece(points: Float, limits: Float, speed: float) -> Piece:
     """Return the fastest motion from rest to rest along the smooth curve through points (n, d)."""
     from scipy.interpolate import CubicSpline  # here, because importing it takes long
@@ -215,11 +213,3 @@ def _largest(g: Float, h: Float, r: Float) -> float:
     ends = np.concatenate([r[level], np.subtract.outer(end[up], end[down]).ravel()])
     closing = slopes > 0
     return float((ends[closing] / slopes[closing]).min())
-
-
-def _joined(pieces: list[Piece], axes: Float) -> Profile:
-    """Return the profile of pieces one after another, with accelerations along the axes (d, 3)."""
-    begin = np.cumsum([0.0, *(piece[0] for piece in pieces)])
-    time = np.concatenate([start + piece[1] for start, piece in zip(begin, pieces, strict=False)])
-    time[0], time[-1] = 0.0, begin[-1]
-    return Profile(time, np.vstack([piece[2] for piece in pieces]) @ axes, name="fastest along a path")

@@ -1,16 +1,23 @@
-"""The motion of a carrier over time: accelerations in its own axes, from arrays, from CSV files or by name."""
+"""The motion of a carrier over time: accelerations in its own axes, from arrays, from CSV files or by name.
+
+Named ones are accelerations that cargo has to withstand, as public sources state them; they imply no claim of
+compliance. Every number is from a source that could be read, which the entry names. The coefficients of EN 12195-1 for
+rail and sea and those of IATA for unit load devices are missing because no public source was found; give them as a
+table of your own (``Profile.from_table``).
+"""
 
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from holdfast.applications.carrying.reading import COLUMNS, table_of
-from holdfast.applications.carrying.standards import STANDARDS
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_direction, checked_number
 from holdfast.base.errors import HoldfastError, located, message, nearest_of
@@ -20,11 +27,150 @@ from holdfast.base.ranges import ACCELERATION, PLACE, SCALE, TURNING, Range
 from holdfast.base.text import quoted
 from holdfast.base.values import Value, seal
 
+COLUMNS = ("t", "ax", "ay", "az", "alphax", "alphay", "alphaz", "omegax", "omegay", "omegaz")
+NEEDED = 4  # number of columns that every table must have
+G = 9.80665  # [m/s²] standard gravity, the unit in which most sources state accelerations
+
+Side = Literal["forwards", "backwards", "left", "right", "up", "down"]
 WIDTHS = (4, 7, 10)  # numbers of columns: without rotation, with angular acceleration, and also with angular velocity
 MOST_BYTES = 200_000_000  # largest size of a CSV file
 PULSE = (0.0, 0.05, 0.35, 0.4)  # [s] corners of a trapezoidal pulse of acceleration in a named profile
 PERIOD = 0.5  # [s] from the beginning of one pulse to that of the next
 DURATION = Range(0.0, 1e9, "s")
+
+
+def table_of(content: bytes) -> Float:
+    """Return the rows of a CSV file with columns in the order of COLUMNS.
+
+    If the first row names the columns, the result has all COLUMNS, with zeros in those that the file lacks. Otherwise
+    it has the columns of the file. Raises HoldfastError if a row does not hold numbers, or if the first row names other
+    columns.
+    """
+    try:
+        lines = content.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise HoldfastError(message("profile", "is not a text", "needs a CSV file")) from None
+    numbered = [(k, line.strip()) for k, line in enumerate(lines, 1) if line.strip() and line.strip()[0] != "#"]
+    if not numbered:
+        raise HoldfastError(message("profile", "has no rows", f"needs rows of {', '.join(COLUMNS[:NEEDED])}"))
+    first = _cells(numbered[0][1])
+    try:
+        float(first[0])
+        names = None
+    except ValueError:
+        names = _names(first)
+    body = numbered if names is None else numbered[1:]
+    table = np.zeros((len(body), len(first)))
+    for row, (number, line) in enumerate(body):
+        cells = _cells(line)
+        if len(cells) != len(first):
+            raise HoldfastError(message("profile", f"row {number} has {len(cells)} cells", f"needs {len(first)}"))
+        try:
+            table[row] = [float(cell) for cell in cells]
+        except ValueError:
+            problem = f"row {number} is {quoted(line, 60)}"
+            raise HoldfastError(message("profile", problem, "needs numbers")) from None
+    if names is None:
+        return table
+    ordered = np.zeros((len(table), len(COLUMNS)))
+    ordered[:, [COLUMNS.index(name) for name in names]] = table
+    return ordered
+
+
+def _cells(line: str) -> list[str]:
+    """Return the cells of a row, separated by semicolons, commas, tabs or spaces.
+
+    Between semicolons, numbers may have a decimal comma.
+    """
+    if ";" in line:
+        return [cell.strip().replace(",", ".") for cell in line.split(";")]
+    return [cell.strip() for cell in line.split(",")] if "," in line else line.split()
+
+
+def _names(cells: list[str]) -> list[str]:
+    """Return the names of the columns, without units in brackets and without anything that is not a letter."""
+    names = [re.sub(r"[^a-z]", "", re.sub(r"[\[(].*", "", cell.lower())) for cell in cells]
+    names = ["t" if name == "time" else name for name in names]
+    unknown = [cell for cell, name in zip(cells, names, strict=True) if name not in COLUMNS]
+    if unknown:
+        problem = f"has a column {quoted(unknown[0])}"
+        raise HoldfastError(message("profile", problem, f"known: {', '.join(COLUMNS)}"))
+    missing = [name for name in COLUMNS[:NEEDED] if name not in names]
+    if missing or len(set(names)) < len(names):
+        problem = f"has no column {missing[0]}" if missing else "names a column twice"
+        raise HoldfastError(message("profile", problem, f"needs {', '.join(COLUMNS[:NEEDED])}, each once"))
+    return names
+
+
+@dataclass(frozen=True)
+class Standard:
+    """The accelerations of one standard.
+
+    ``cargo`` holds pairs of the side to which cargo is thrown, seen from the driver, and the acceleration [m/s²]; the
+    carrier accelerates the other way. ``sources`` are the pages from which the numbers were taken.
+    """
+
+    title: str
+    sources: tuple[str, ...]
+    cargo: tuple[tuple[Side, float], ...]
+
+
+def _all_round(forwards: float, backwards: float, sideways: float) -> tuple[tuple[Side, float], ...]:
+    return ("forwards", forwards), ("backwards", backwards), ("left", sideways), ("right", sideways)
+
+
+_BENCH = (
+    "https://en.wikipedia.org/wiki/Acceleration_test (0.3 s or longer, reached within 50 ms; mostly 0.5 g)",
+    "http://www.safeloadtesting.com/stability-testing/ (k g for at least 0.3 s, reached within 0.05 s)",
+)
+_ANNEX_13 = (
+    "https://puc.overheid.nl/doc/PUC_2092_14/2, table 2 (basic acceleration data of annex 13, before corrections for "
+    "length, speed and metacentric height; transverse figures include gravity parallel to the deck)",
+)
+
+STANDARDS: Mapping[str, Standard] = {
+    "eumos40509_0.5g": Standard(
+        "acceleration bench in the manner of EUMOS 40509, 0.5 g", _BENCH, (("backwards", 0.5 * G),)
+    ),
+    "eumos40509_0.8g": Standard(
+        "acceleration bench in the manner of EUMOS 40509, 0.8 g",
+        (*_BENCH, "https://www.safeloadtesting.com/en/acceleration-test/ (0.8 g in the direction of travel)"),
+        (("backwards", 0.8 * G),),
+    ),
+    "road": Standard(
+        "road, as in EN 12195-1: 0.8 g forwards, 0.5 g backwards and sideways, 1 g downwards throughout",
+        (
+            "https://tis-gdv.de/tis/ls/ls_im_strassenverkehr/kapitel01.html (GDV: consensus in Germany and elsewhere)",
+            "https://www.kuljettaja.net/hakemisto/kiihtyvyyskerroin/ (the same numbers, as those of SFS-EN 12195-1)",
+        ),
+        _all_round(0.8 * G, 0.5 * G, 0.5 * G),
+    ),
+    "rail_aar": Standard(
+        "rail, loading restraint factors recommended by the Association of American Railroads",
+        ("TM 55-3930-660-14, appendix B: https://constructionforklifts.tpub.com/TM-55-3930-660-14/",),
+        (*_all_round(3 * G, 3 * G, 2 * G), ("up", 2 * G), ("down", 2 * G)),
+    ),
+    "sea_msc": Standard(
+        "sea, design factors of the Military Sealift Command for severe conditions",
+        ("TM 55-3930-660-14, appendix B: https://constructionforklifts.tpub.com/TM-55-3930-660-14/",),
+        (*_all_round(0.7 * G, 0.7 * G, 1.2 * G), ("up", 0.2 * G), ("down", 0.2 * G)),
+    ),
+    "sea_on_deck": Standard(
+        "sea, CSS Code annex 13, on deck high, the worst place along the ship",
+        _ANNEX_13,
+        (*_all_round(3.8, 3.8, 7.4), ("up", 9.2), ("down", 9.2)),
+    ),
+    "sea_tween_deck": Standard(
+        "sea, CSS Code annex 13, tween deck amidships",
+        _ANNEX_13,
+        (*_all_round(2.0, 2.0, 5.4), ("up", 4.3), ("down", 4.3)),
+    ),
+    "air_emergency": Standard(
+        "air, ultimate inertia forces of an emergency landing, 14 CFR 25.561",
+        ("http://federal.elaws.us/cfr/title-14/section-25.561 (b)(3)",),
+        (*_all_round(9 * G, 1.5 * G, 3 * G), ("up", 3 * G), ("down", 6 * G)),
+    ),
+}
 
 
 @archived

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from holdfast.applications.carrying.profile import Profile
-from holdfast.applications.inertia import speed_within
+from holdfast.applications.transport import speed_within
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, frozen

@@ -3,24 +3,26 @@
 Bodies are put in from the top, so a build order is an order of removals reversed, with one condition fewer: neighbours
 that could clamp a body while it is pulled out do not matter while it is set down. The search is that of disassembly
 (order_search.py).
+
+In every state, the smallest push is sought that moves something. A body that is put in affects the bodies that it
+touches: only these are pushed again, and most pushes need no full answer, since a load path up to the smallest push
+known so far shows that a push is no weaker.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.disassembly.hands import held_still, propped
+from holdfast.applications.disassembly.hands import held_still
 from holdfast.applications.disassembly.least_hold import HandHold, handled, hands_column
-from holdfast.applications.disassembly.order import SHOWN, SOLVES, check_stands
-from holdfast.applications.disassembly.order_search import everything
+from holdfast.applications.disassembly.order import SHOWN, SOLVES, planned
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
-from holdfast.applications.disassembly.weakest import WeakestPoints
-from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_whole
 from holdfast.base.errors import no_truth
@@ -34,15 +36,17 @@ from holdfast.certificates.certified import CertifiedStates
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim
 from holdfast.engines.contract import Engine
+from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.map import MapPoint
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.queries.map import MapPoint, exposed_cells, map_point, spacing_for
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
 from holdfast.queries.result import amount
 from holdfast.scene.scene import Scene
 
 PUSHES = 200  # approximate number of points on all bodies of a state
 NOTHING = float("nan")
 SAFE = "everything stands with it, and while its weight is set down"
+CLOSE = 0.97  # pushes that hold at this share of the smallest known push get no full answer
 
 
 @archived
@@ -202,22 +206,14 @@ def build_order(
     undecided.
     """
     assembly = checked_assembly(assembly)
-    method = engine_of(engine)
-    checked_whole(solves, "build_order: solves", 0, MANY)
     checked_whole(pushes, "build_order: pushes", 0, MANY)
-    checked_whole(hands, "build_order: hands", 0, len(assembly.movable))
-    direction = checked_direction(lift, "build_order: lift")
-    placings = Placings(assembly, method, direction)
-    check_stands(placings)
-    props: tuple[str, ...] = ()
-    plan = everything(placings, solves)
-    if hands and not plan.reached:
-        plan, props = propped(placings, hands, frozenset(), solves)
-        pushes = 0
+    placings = Placings(assembly, engine_of(engine), checked_direction(lift, "build_order: lift"))
+    plan, props = planned(placings, frozenset(), solves, hands, "build_order")
+    pushes = pushes if props is None else 0
     steps = plan.steps[::-1]
     there = frozenset(placings.names) - {step.body for step in steps}
     stuck = tuple(placings.answer(name, there, exit_first=False) for name in placings.names if name in there)
-    weakest = WeakestPoints(method, pushes)
+    weakest = WeakestPoints(placings.engine, pushes)
     made = []
     for step in reported("states of the building", steps):
         there |= {step.body}
@@ -225,12 +221,94 @@ def build_order(
         made.append(BuildStep(step.body, step.reason, step.hold, point, step.holds))
     return BuildOrder(
         assembly=assembly,
-        method=method,
-        lift=direction,
+        method=placings.engine,
+        lift=placings.lift,
         steps=tuple(made),
         reached=plan.reached and not props,
         proven=plan.proven,
         stuck=stuck,
         hands=hands,
-        falsework=props,
+        falsework=props or (),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """What is known of one body: all pushes on it hold at ``force`` [N], and the weakest ``point`` with an answer."""
+
+    force: float
+    point: MapPoint | None
+
+    @property
+    def settled(self) -> bool:
+        """Whether no push on the body is much weaker than its ``point``."""
+        return self.point is not None and self.force >= CLOSE * self.point.force
+
+
+@dataclass(eq=False)
+class WeakestPoints:
+    """The weakest points of the states of a building: call ``after`` for each body that is put in, in order.
+
+    The spacing of points is chosen so that there are about ``pushes`` on all bodies.
+    """
+
+    engine: Engine
+    pushes: int
+    _known: dict[str, _Known] = field(default_factory=dict)
+
+    def after(self, state: Assembly, name: str) -> MapPoint | None:
+        """Return the weakest point of a ``state`` into which ``name`` was put last; None if no surface is exposed.
+
+        If no push is decided, the status of the point is UNDECIDED.
+        """
+        pairs = (interface.bodies for interface in state.interfaces if name in interface.bodies)
+        others = dict.fromkeys(b if a == name else a for a, b in pairs)
+        near = [name, *(other for other in others if state.index[other] != FIXED)]
+        spacing = spacing_for(state, [body.name for body in state.movable], self.pushes)
+        asked = prepared(self.engine, state)
+        for each in near:
+            self._known.pop(each, None)
+        for each in near:
+            self._known[each] = _pushed(asked, each, spacing, self._least)
+        for each, known in list(self._known.items()):
+            if not known.settled and known.force < CLOSE * self._least:  # it may be the weakest now
+                self._known[each] = _pushed(asked, each, spacing, self._least)
+        points = [known.point for known in self._known.values() if known.point is not None]
+        return min(points, key=_rank, default=None)
+
+    @property
+    def _least(self) -> float:
+        """The smallest push [N] that is known to move something; inf if there is none."""
+        found = (known.point for known in self._known.values())
+        return min((p.force for p in found if p is not None and p.status is not Status.UNDECIDED), default=np.inf)
+
+
+def _pushed(asked: Groups, name: str, spacing: float, least: float) -> _Known:
+    """Find the weakest push on a body, or show that none is much weaker than ``least`` [N].
+
+    Pushes with a long lever arm about the centre of mass come first, since they turn the body. If no push can be
+    excluded by a short load path, all are answered at once.
+    """
+    cells = exposed_cells(asked.assembly, name, spacing)[0]
+    number = asked.assembly.index[name]
+    columns = push_columns(asked.assembly, number, cells.points, -cells.normals)
+    arm = np.linalg.norm(columns[6 * number + 3 : 6 * number + 6], axis=0)
+    rows = np.argsort(-arm, kind="stable")
+    points: list[MapPoint] = []
+    screened = np.inf
+    while len(rows):
+        several = 1
+        if least < screened:
+            held = asked.held(CLOSE * least * columns[:, rows])
+            rows, screened, several = rows[~held], least, 1 if held.any() else len(rows)
+        answers = asked.load_factor(columns[:, rows[:several]])
+        points += [
+            map_point(answers, k, name, cells.points[row], cells.normals[row]) for k, row in enumerate(rows[:several])
+        ]
+        least = min([least, *(p.force for p in points if p.status is not Status.UNDECIDED)])
+        rows = rows[several:]
+    return _Known(CLOSE * least, min(points, key=_rank, default=None))
+
+
+def _rank(point: MapPoint) -> tuple[bool, float]:
+    return point.status is Status.UNDECIDED, point.force

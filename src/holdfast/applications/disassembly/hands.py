@@ -11,15 +11,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from holdfast.applications.disassembly.least_hold import HandHold, least_holds
-from holdfast.applications.disassembly.order_search import Plan, from_the_top
+from holdfast.applications.disassembly.order_search import Plan, depth_first, from_the_top
 from holdfast.applications.disassembly.removal import SHARES, Answer, Removal, Removals, pressing_on
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
-from holdfast.base.progress import report
 from holdfast.engines.answers import Claim
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.crushing import verdict_on_bearing
+from holdfast.queries.lower_bounds import verdict_on_bearing
 from holdfast.scene.hold import holds_among
 
 MOST_TRIED = 8  # bodies that hands are tried at in one step: those held already, the neighbours, those that would move
@@ -118,12 +116,10 @@ class Hands:
                 return False
             rest = removals.reduced(part)
             load = pressing_on(rest, name, whole, forces)
-            if not all(self._rests(rest, (1 - share) * load) for share in SHARES):
+            states = (prepared(self.plain.engine, rest, (1 - share) * load) for share in SHARES)
+            if any(verdict_on_bearing(state).status is not Status.STABLE for state in states):
                 return False
         return True
-
-    def _rests(self, rest: Assembly, load: Float) -> bool:
-        return verdict_on_bearing(prepared(self.plain.engine, rest, load)).status is Status.STABLE
 
     def least(self, present: State, held: State) -> tuple[HandHold, ...]:
         """Return the least holds of the bodies that are held, in a state that stands with them."""
@@ -133,15 +129,13 @@ class Hands:
     def choices(self, name: str, present: State, before: State, hands: int) -> Iterator[State]:
         """Yield sets of bodies to hold once a body is gone: as few as can be, those first that would move first."""
         rest = present - {name}
-        joined = [pair for pair in self.plain.joined if name in pair]
-        beside = [b if a == name else a for a, b in joined]
         moving = [
             mover
             for part in self.plain.parts(rest)
             if (mechanism := self.plain.verdict(part).mechanism) is not None
             for mover in mechanism.moving
         ]
-        wanted = dict.fromkeys([*sorted(before), *beside, *moving])
+        wanted = dict.fromkeys([*sorted(before), *self.plain.beside[name], *moving])
         tried = [each for each in wanted if each in rest][:MOST_TRIED]
         for count in range(min(hands, len(tried)) + 1):
             yield from map(frozenset, itertools.combinations(tried, count))
@@ -153,11 +147,16 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
     The search is depth-first and remembers dead ends. It stops after ``budget`` states were checked.
     """
     asked, order, whole = Hands(plain), from_the_top(plain), frozenset(plain.names)
-    dead: set[tuple[State, State]] = set()
-    taken: list[Move] = []
+    wanted, dead = goals or whole, set[tuple[State, State]]()
 
-    def moves(present: State, before: State) -> Iterator[Move]:
-        last = {name for pair in plain.joined if taken and taken[-1].removal.body in pair for name in pair}
+    def left(taken: tuple[Move, ...]) -> State:
+        return whole - {move.removal.body for move in taken}
+
+    def moves(taken: tuple[Move, ...]) -> Iterator[Move]:
+        present, before = left(taken), taken[-1].after if taken else frozenset[str]()
+        if not wanted & present:
+            return
+        last = plain.beside[taken[-1].removal.body] if taken else ()
         for name in sorted(order, key=lambda name: name not in last):  # beside the last one, hands stay where they are
             if name not in present or plain.exits.blockers(name, present):
                 continue
@@ -168,30 +167,20 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
                     found = asked.removal(name, present, before, after)
                     if found.answer is Answer.SAFE:
                         yield Move(found, before, after)
+        dead.add((present, before))
 
-    tries = [moves(whole, frozenset())]
     longest: tuple[Move, ...] = ()
-    while tries:
-        left = whole - {move.removal.body for move in taken}
-        if not (goals or whole) & left:
-            found = _with_strength(asked, whole, taken)
-            steps = tuple(move.removal for move in found)
-            return Plan(steps, True, not goals, float(len(goals or whole))), found
-        move = next(tries[-1], None)
-        if move is not None:
-            taken.append(move)
-            report("bodies taken out", len(taken), len(whole))
-            tries.append(moves(left - {move.removal.body}, move.after))
-            continue
-        longest = max(longest, tuple(taken), key=len)
-        tries.pop()
-        dead.add((left, taken[-1].after if taken else frozenset()))
-        taken = taken[:-1]
+    for taken in depth_first(moves, len(whole)):
+        reached = not wanted & left(taken)
+        longest = taken if reached else max(longest, taken, key=len)
+        if reached:
+            break
     found = _with_strength(asked, whole, longest)
-    return Plan(tuple(move.removal for move in found), False, False, float(len(goals or whole))), found
+    steps = tuple(move.removal for move in found)
+    return Plan(steps, reached, reached and not goals, float(len(wanted))), found
 
 
-def _with_strength(asked: Hands, whole: State, taken: list[Move] | tuple[Move, ...]) -> tuple[Move, ...]:
+def _with_strength(asked: Hands, whole: State, taken: tuple[Move, ...]) -> tuple[Move, ...]:
     """Return the moves with the least holds of what is held once each is done."""
     found, present = [], whole
     for move in taken:
@@ -211,20 +200,12 @@ def propped(plain: Removals, hands: int, goals: State, budget: int) -> tuple[Pla
     for more in range(1, PROPS + 1):
         plan = with_hands(plain, hands + more, goals, budget)[0]
         if plan.reached:
-            props = _props([{hold.body for hold in step.holds} for step in plan.steps], hands)
-            steps = tuple(replace(step, holds=_marked(step.holds, props)) for step in plan.steps)
+            held = [{hold.body for hold in step.holds} for step in plan.steps]
+            props = set[str]()  # at most ``hands`` others are held at any time; those that are held longest come first
+            while short := [names - props for names in held if len(names - props) > hands]:
+                each = sorted(set().union(*short))
+                props.add(max(each, key=lambda name: sum(name in names for names in short)))
+            marked = (tuple(replace(hold, prop=hold.body in props) for hold in step.holds) for step in plan.steps)
+            steps = tuple(replace(step, holds=holds) for step, holds in zip(plan.steps, marked, strict=True))
             return replace(plan, steps=steps, proven=False), tuple(sorted(props))
     return first, ()
-
-
-def _marked(holds: tuple[HandHold, ...], props: set[str]) -> tuple[HandHold, ...]:
-    return tuple(replace(hold, prop=hold.body in props) for hold in holds)
-
-
-def _props(held: list[set[str]], hands: int) -> set[str]:
-    """Return bodies such that at most ``hands`` others are held at any time, beginning with those held longest."""
-    props: set[str] = set()
-    while short := [names - props for names in held if len(names - props) > hands]:
-        each = sorted(set().union(*short))
-        props.add(max(each, key=lambda name: sum(name in names for names in short)))
-    return props

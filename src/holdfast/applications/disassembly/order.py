@@ -1,21 +1,21 @@
-"""Find an order in which an assembly can be taken apart, body by body, without anything falling."""
+"""Decide whether one body may be taken out, and find an order in which an assembly can be taken apart, body by body."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.disassembly.hands import held_still, propped
+from holdfast.applications.disassembly.hands import Hands, held_still, propped
 from holdfast.applications.disassembly.least_hold import handled, hands_column
-from holdfast.applications.disassembly.order_search import everything, fewest
-from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals
-from holdfast.assembly.assembly import Assembly
+from holdfast.applications.disassembly.order_search import Plan, everything, fewest
+from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals, gives_way_in
+from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_items, checked_whole
 from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message, no_truth
@@ -25,12 +25,12 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import MANY
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value
-from holdfast.certificates.certified import CertifiedStates
+from holdfast.certificates.certified import CertifiedStates, asking
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim, Undecided
 from holdfast.engines.contract import FORCES_ONLY, Engine
 from holdfast.engines.verdict import Status
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, body_number, checked_assembly, engine_of
 from holdfast.scene.scene import Scene
 
 SHOWN = 8  # largest number of body names in one line
@@ -232,28 +232,20 @@ def disassembly_order(
     undecided. Raises SceneError if the goal is empty, unknown or fixed.
     """
     assembly = checked_assembly(assembly)
-    method = engine_of(engine)
-    checked_whole(solves, "disassembly_order: solves", 0, MANY)
-    checked_whole(hands, "disassembly_order: hands", 0, len(assembly.movable))
-    direction = checked_direction(lift, "disassembly_order: lift")
     goals = _goals(assembly, goal)
-    removals = Removals(assembly, method, direction)
-    check_stands(removals)
-    props: tuple[str, ...] = ()
-    plan = fewest(removals, frozenset(goals), solves) if goals else everything(removals, solves)
-    if hands and not plan.reached:
-        plan, props = propped(removals, hands, frozenset(goals), solves)
+    removals = Removals(assembly, engine_of(engine), checked_direction(lift, "disassembly_order: lift"))
+    plan, props = planned(removals, frozenset(goals), solves, hands, "disassembly_order")
     found = Disassembly(
         assembly=assembly,
-        method=method,
-        lift=direction,
+        method=removals.engine,
+        lift=removals.lift,
         goal=goals,
         steps=plan.steps,
         reached=plan.reached and not props,
         proven=plan.proven,
         fewest=plan.bound,
         hands=hands,
-        falsework=props,
+        falsework=props or (),
     )
     vars(found)["removals"] = removals  # fills the cached property, so that nothing is computed twice
     return found
@@ -275,14 +267,72 @@ def _goals(assembly: Assembly, goal: str | Iterable[str] | None) -> tuple[str, .
     return tuple(dict.fromkeys(names))
 
 
-def check_stands(removals: Removals) -> None:
-    """Raise UnstableError if the whole assembly does not stand, and SolverError if that is undecided."""
+def planned(
+    removals: Removals, goals: frozenset[str], solves: int, hands: int, where: str
+) -> tuple[Plan, tuple[str, ...] | None]:
+    """Return an order in which the ``goals``, or all, come out, and the bodies to prop; None if it needs no hands.
+
+    Raises UnstableError if the whole assembly does not stand, SolverError if that is undecided, and HoldfastError, with
+    ``where`` in its message, for limits out of range.
+    """
+    checked_whole(solves, f"{where}: solves", 0, MANY)
+    checked_whole(hands, f"{where}: hands", 0, len(removals.names))
     for part in [*removals.parts(removals.names), frozenset(removals.names)]:  # several may lie on one fixed body
         verdict = removals.verdict(part)
-        where = f"scene {removals.assembly.scene.name!r}"
+        scene = f"scene {removals.assembly.scene.name!r}"
         if verdict.status is Status.UNSTABLE:
             problem = f"does not stand ({verdict.reason})"
-            raise UnstableError(message(where, problem, "only what stands can be taken apart"))
+            raise UnstableError(message(scene, problem, "only what stands can be taken apart"))
         if verdict.status is Status.UNDECIDED:
             problem = f"is undecided ({verdict.reason})"
-            raise SolverError(message(where, problem, "only what stands for certain can be taken apart"))
+            raise SolverError(message(scene, problem, "only what stands for certain can be taken apart"))
+    plan = fewest(removals, goals, solves) if goals else everything(removals, solves)
+    return propped(removals, hands, goals, solves) if hands and not plan.reached else (plan, None)
+
+
+def can_remove(
+    assembly: Assembly | Scene,
+    body: str,
+    *,
+    lift: ArrayLike = (0.0, 0.0, 1.0),
+    hands: int = 0,
+    engine: EngineChoice = DEFAULT_ENGINE,
+) -> Removal:
+    """Decide whether ``body`` may be taken out now, along the direction ``lift`` (3,), while all others stay.
+
+    It may (``safe``) if four conditions hold: its straight way out is free of all other bodies; the others stand
+    without it; nothing else moves while its weight is taken; and nothing comes along with it. If it may not, ``moving``
+    names the bodies that would move and ``blockers`` those in the way. What is not known is undecided, with the reason.
+    If it may not although its way out is free, up to so many ``hands`` are tried at other bodies: ``holds`` of the
+    answer says which of them to hold, and with which least force and moment, so that it may.
+
+    Apart from the way out, only the body's own group counts: the movable bodies that touch it directly or through
+    others. If that group does not stand in the first place, the body may not be taken out. Raises SceneError if the
+    body is fixed or unknown.
+    """
+    assembly = checked_assembly(assembly)
+    if body_number(assembly, body) == FIXED:
+        raise SceneError(message(f"removal of {quoted(body)}", "the body is fixed", "name a movable body"))
+    checked_whole(hands, "can_remove: hands", 0, len(assembly.movable))
+    removals = Removals(assembly, engine_of(engine), checked_direction(lift, "can_remove: lift"))
+    whole = frozenset(removals.names)
+    part = removals.part_of(body, whole)
+    states = [Question.of(removals.reduced(names)) for names in (part, part - {body})]
+    return asking(_answer(removals, body, whole, hands), *states)
+
+
+def _answer(removals: Removals, body: str, whole: frozenset[str], hands: int) -> Removal:
+    verdict = removals.verdict(removals.part_of(body, whole))
+    blockers = removals.exits.blockers(body, whole)
+    if verdict.status is Status.UNSTABLE:
+        moving, what = gives_way_in([verdict])
+        reason = f"it does not stand as it is: {what}"
+        return Removal(body, Answer.UNSAFE, reason, blockers=blockers, moving=moving)
+    if verdict.status is Status.UNDECIDED and not blockers:
+        return Removal(body, Answer.UNDECIDED, f"whether it stands as it is: {verdict.reason}")
+    found = removals.answer(body, whole, exit_first=False)
+    if found.answer is Answer.SAFE or blockers or not hands:
+        return found
+    holds = Hands(removals).remedy(body, whole, hands)
+    reason = f"{found.reason}; it may with hands: {listed([hold.text for hold in holds])}" if holds else found.reason
+    return replace(found, holds=holds, reason=reason)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TypeVar
 
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.assembly.assembly import FIXED
 from holdfast.base.progress import report
+
+M = TypeVar("M")
 
 
 @dataclass(frozen=True)
@@ -26,50 +29,58 @@ class Plan:
     bound: float
 
 
+def depth_first(moves: Callable[[tuple[M, ...]], Iterator[M]], count: int) -> Iterator[tuple[M, ...]]:
+    """Yield each way, of at most ``count`` moves, when nothing goes on from it; ``moves`` yields what follows a way."""
+    way: tuple[M, ...] = ()
+    open_ = [moves(way)]
+    while open_:
+        move = next(open_[-1], None)
+        if move is None:
+            yield way
+            open_.pop()
+            way = way[:-1]
+        else:
+            way = (*way, move)
+            report("bodies taken out", len(way), count)
+            open_.append(moves(way))
+
+
 def everything(removals: Removals, budget: int) -> Plan:
     """Take out all bodies one by one, the highest along the lift first.
 
     The search is depth-first: if no body can be taken out, it goes back one step and remembers the dead end.
     """
-    whole = frozenset(removals.names)
-    order = from_the_top(removals)
+    whole, order = frozenset(removals.names), from_the_top(removals)
     dead: set[frozenset[str]] = set()
     doubts: dict[str, frozenset[str]] = {}
-    undecided = False
-    steps: list[Removal] = []
-    states: list[frozenset[str]] = [whole]
-    tries: list[Iterator[str]] = [_candidates(order, whole, doubts)]
-    longest: tuple[Removal, ...] = ()
-    while states[-1]:
-        found, spent = None, False
-        for name in tries[-1]:
-            if states[-1] - {name} in dead:
+    undecided = spent = False
+
+    def safe(steps: tuple[Removal, ...]) -> Iterator[Removal]:
+        nonlocal undecided, spent
+        remaining = whole - {step.body for step in steps}
+        for name in _candidates(order, remaining, doubts):
+            if remaining - {name} in dead:
                 continue
             spent = removals.asked >= budget
             if spent:
-                break
-            removal = removals.answer(name, states[-1])
+                return
+            removal = removals.answer(name, remaining)
             undecided = undecided or removal.answer is Answer.UNDECIDED
             if removal.answer is Answer.SAFE:
-                found = removal
-                break
-            doubts[name] = frozenset((*removal.moving, *(n for n, _ in removal.blockers))) & states[-1]
-        if found is not None:
-            steps.append(found)
-            states.append(states[-1] - {found.body})
-            tries.append(_candidates(order, states[-1], doubts))
-            report("bodies taken out", len(steps), len(whole))
-            continue
-        if len(steps) >= len(longest):
-            longest = tuple(steps)
-        dead.add(states[-1])
-        if not steps or spent:
-            closed = not steps and not undecided and not spent
-            return Plan(longest, False, closed, float("inf") if closed else float(len(whole)))
-        states.pop()
-        tries.pop()
-        steps.pop()
-    return Plan(tuple(steps), True, True, float(len(whole)))
+                yield removal
+            else:
+                doubts[name] = frozenset((*removal.moving, *(n for n, _ in removal.blockers))) & remaining
+        dead.add(remaining)
+
+    longest: tuple[Removal, ...] = ()
+    for steps in depth_first(safe, len(whole)):
+        if len(steps) == len(whole):
+            return Plan(steps, True, True, float(len(whole)))
+        longest = steps if len(steps) >= len(longest) else longest
+        if spent:
+            break
+    closed = not undecided and not spent
+    return Plan(longest, False, closed, float("inf") if closed else float(len(whole)))
 
 
 def from_the_top(removals: Removals) -> list[str]:
@@ -124,22 +135,16 @@ def necessary(removals: Removals, goals: frozenset[str], remaining: frozenset[st
 
 def hanging_without(removals: Removals, name: str, remaining: frozenset[str]) -> set[str]:
     """Return the bodies that would hang in the air without ``name``, through which all their support leads."""
-    beside: dict[str, list[str]] = {}
-    index = removals.assembly.index
-    reached = [hold.body for hold in removals.assembly.scene.holds if hold.body in remaining and hold.body != name]
-    for a, b in removals.joined:
-        for one, other in ((a, b), (b, a)):
-            if one in remaining and one != name:
-                beside.setdefault(one, []).append(other)
-                if index[other] == FIXED:
-                    reached.append(one)
-    held = set(reached)
+    index, present = removals.assembly.index, remaining - {name}
+    reached = [hold.body for hold in removals.assembly.scene.holds if hold.body in present]
+    reached += [one for one in present if any(index[other] == FIXED for other in removals.beside[one])]
+    carried = set(reached)
     while reached:
-        for other in beside.get(reached.pop(), ()):
-            if other in remaining and other != name and other not in held:
-                held.add(other)
+        for other in removals.beside[reached.pop()]:
+            if other in present and other not in carried:
+                carried.add(other)
                 reached.append(other)
-    return set(remaining) - held - {name}
+    return set(present) - carried
 
 
 def _orderable(before: dict[str, set[str]]) -> bool:
@@ -229,7 +234,9 @@ class _Best:
     def _grow(self, remaining: frozenset[str], needed: frozenset[str], steps: tuple[Removal, ...]) -> None:
         """Add every body that could be next to the queue; a body in ``needed`` does not increase the count."""
         for name in (n for n in self.removals.names if n in remaining):
-            if any(blocker in remaining or blocker not in self.whole for blocker, _ in self._ahead(name)):
+            if any(
+                blocker in remaining or blocker not in self.whole for blocker, _ in self.removals.exits.in_the_way(name)
+            ):
                 continue
             count = len(steps) + 1 + len(needed - {name})
             entry = (
@@ -243,9 +250,6 @@ class _Best:
             )
             heapq.heappush(self.heap, entry)
 
-    def _ahead(self, name: str) -> Iterable[tuple[str, float]]:
-        return self.removals.exits.in_the_way(name)
-
     def _given_up(self, bound: float) -> Plan:
         """Return the order of the greedy search, as the best-first search found no better one."""
         if self.first is None:
@@ -255,13 +259,9 @@ class _Best:
 
 def _hops(removals: Removals, goals: frozenset[str]) -> dict[str, int]:
     """Return the number of contacts on the shortest path from each body to a goal; near bodies are tried first."""
-    beside: dict[str, set[str]] = {}
-    for a, b in removals.joined:
-        beside.setdefault(a, set()).add(b)
-        beside.setdefault(b, set()).add(a)
     found, edge, far = dict.fromkeys(goals, 0), set(goals), 0
     while edge:
         far += 1
-        edge = {n for name in edge for n in beside.get(name, ()) if n not in found and removals.assembly.index[n] >= 0}
+        edge = {n for name in edge for n in removals.beside[name] if n not in found and removals.assembly.index[n] >= 0}
         found |= dict.fromkeys(edge, far)
     return found

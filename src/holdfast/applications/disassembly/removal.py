@@ -1,4 +1,4 @@
-"""Decide whether one body may be taken out now, while the other bodies stand and do not move.
+"""Decide for a body in any state of an assembly whether it may be taken out while the others stand and do not move.
 
 The gripper holds the body at its centre of mass. Its force rises from 0 to the body's weight, against gravity, and then
 pulls along the lift direction. Let the contact forces f balance the assembly, and let f' balance the rest without the
@@ -19,7 +19,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from holdfast.applications.disassembly.exits import Exits
 from holdfast.applications.disassembly.least_hold import HandHold
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.connected import components
@@ -36,7 +35,8 @@ from holdfast.engines.capabilities import RELEASES
 from holdfast.engines.contract import FORCES_ONLY, Engine
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import ContactForces, Status, Verdict
-from holdfast.queries.crushing import verdict_on_bearing
+from holdfast.geometry.sweep import Swept, hit_distance
+from holdfast.queries.lower_bounds import verdict_on_bearing
 from holdfast.queries.request import CERTAIN_ENGINE, engine_of
 from holdfast.queries.result import vector_text
 from holdfast.scene.hold import hold_ends
@@ -50,6 +50,45 @@ TAKEN = 0.9
 SHARES = (0.3, 0.6, 0.9)  # shares of the weight at which stability is checked along the way
 SAFE = "the rest stands without it and while its weight is taken"  # the reason of a SAFE answer
 CACHED = 8  # largest number of prepared states in memory
+
+
+class Exits:
+    """The obstacles on each body's straight way out along the unit vector ``direction`` (3,), with their distances [m].
+
+    Bodies stay in place until they are taken out, so each pair is checked only once. Two surfaces may overlap by the
+    contact tolerance of their pair, so a wall along which a body slides is not an obstacle.
+    """
+
+    def __init__(self, assembly: Assembly, direction: Float) -> None:
+        self.assembly, self.direction = assembly, direction
+        self._found: dict[str, tuple[tuple[str, float], ...]] = {}
+
+    @cached_property
+    def _swept(self) -> dict[str, Swept]:
+        return {body.name: Swept(body.reduced_world, self.direction) for body in self.assembly.bodies}
+
+    def in_the_way(self, name: str) -> tuple[tuple[str, float], ...]:
+        """Return all bodies that ``name`` would hit on its way out, each with its distance [m], the nearest first."""
+        if name not in self._found:
+            bodies, index = self.assembly.bodies, list(self._swept).index(name)
+            swept = self._swept.values()
+            low, high = np.array([s.low for s in swept]), np.array([s.high for s in swept])  # across and along the way
+            beside = ((low[:, :2] < high[index, :2]) & (low[index, :2] < high[:, :2])).all(1)
+            ahead = high[:, 2] >= low[index, 2] - self.assembly.tolerances.widest(self.assembly.scene)
+            found = []
+            for k in np.flatnonzero(beside & ahead).tolist():
+                if k != index:
+                    tolerance = self.assembly.tolerances.between(bodies[index], bodies[k]).depth
+                    distance = hit_distance(self._swept[name], self._swept[bodies[k].name], tolerance)
+                    if np.isfinite(distance):
+                        found.append((bodies[k].name, distance))
+            self._found[name] = tuple(sorted(found, key=lambda hit: hit[1]))
+        return self._found[name]
+
+    def blockers(self, name: str, remaining: Collection[str]) -> tuple[tuple[str, float], ...]:
+        """Return those of the bodies ``in_the_way`` that are fixed or among ``remaining``."""
+        index = self.assembly.index
+        return tuple(hit for hit in self.in_the_way(name) if hit[0] in remaining or index[hit[0]] == FIXED)
 
 
 @archived
@@ -201,6 +240,15 @@ class Removals:
         """Pairs of bodies that touch, or that may touch once the bodies between them are gone."""
         return [*(i.bodies for i in self.assembly.interfaces), *self.assembly.occluded]
 
+    @cached_property
+    def beside(self) -> dict[str, list[str]]:
+        """The bodies that each body is ``joined`` with."""
+        found: dict[str, list[str]] = {body.name: [] for body in self.assembly.bodies}
+        for a, b in self.joined:
+            found[a].append(b)
+            found[b].append(a)
+        return found
+
     def _blocked(self, blockers: tuple[tuple[str, float], ...]) -> str:
         words = [f"{name} after {distance * 1e3:.3g} mm" if distance > 0 else name for name, distance in blockers]
         return f"its way out along {vector_text(self.lift)} is blocked: {listed(words)}"
@@ -215,12 +263,8 @@ class Removals:
         for verdict in verdicts:
             if verdict.status is Status.UNDECIDED:
                 return Removal(name, Answer.UNDECIDED, f"whether the rest stands without it: {verdict.reason}")
-        return self._taken(name, part)
-
-    def _taken(self, name: str, part: frozenset[str]) -> Removal:
-        """Decide whether anything moves while the body's weight is taken upwards and when the body comes off."""
-        assembly, weight = self.reduced(part), self.force(name, part, self.up)
-        if self.engine.claim is Claim.HOLDS:
+        if self.engine.claim is Claim.HOLDS:  # may something move while its weight is taken upwards?
+            assembly, weight = self.reduced(part), self.force(name, part, self.up)
             loads = ((f"with {share:.0%} of its weight taken", share * weight) for share in SHARES)
             found = self._under(name, assembly, loads)
             if found is not None:

@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from holdfast.applications.pattern_search import AROUND, around
 from holdfast.applications.placement.margins import (
+    AROUND,
+    around,
     clearance,
     contacts_of,
     edge_margin,
@@ -25,7 +26,7 @@ from holdfast.base.ranges import BETWEEN, LENGTH
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
-from holdfast.queries.poses.decisions import quiet
+from holdfast.queries.request import quiet
 from holdfast.scene.halfspace import HalfSpace
 
 WAYS = AROUND + 2  # of one body: slides, and turns both ways
@@ -58,7 +59,7 @@ class Moves(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class Surroundings:
     """How one body stands: on which ``carriers``, what it has ``touched``, and its distances [m]."""
 
     carriers: frozenset[str]
@@ -106,7 +107,7 @@ class Freedom:
         return found
 
     @cached_property
-    def at_first(self) -> Mapping[str, Standing]:
+    def at_first(self) -> Mapping[str, Surroundings]:
         """How each body, and what it carries, stands before it is moved."""
         return {name: self._standing(self.assembly, name) for load in self.loads.values() for name in load}
 
@@ -170,13 +171,13 @@ class Freedom:
                 found[name] = [body.name for body in self.assembly.bodies if body.name not in {*near, *load}]
         return found
 
-    def _standing(self, assembly: Assembly, name: str) -> Standing:
+    def _standing(self, assembly: Assembly, name: str) -> Surroundings:
         scene = assembly.scene
         placed, own = scene.body(name), contacts_of(name, assembly.interfaces)
         carriers = supporting_bodies(name, own, scene.up)
         beneath = [scene.body(other) for other in carriers]
         bounded = not any(isinstance(body.shape, HalfSpace) for body in beneath)
-        return Standing(
+        return Surroundings(
             carriers=frozenset(carriers),
             touched=frozenset(other for interface in own for other in interface.bodies if other != name),
             edge=edge_margin(placed, beneath, own, scene.up) if bounded else np.inf,

@@ -26,9 +26,8 @@ from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.limit_state import factors_on
 from holdfast.engines.verdict import Status
-from holdfast.queries.poses.decisions import quiet
-from holdfast.queries.push import asked
-from holdfast.queries.request import CERTAIN_ENGINE, body_numbers, checked_assembly, engine_of
+from holdfast.queries.push import load_factors
+from holdfast.queries.request import CERTAIN_ENGINE, body_numbers, checked_assembly, engine_of, quiet
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
@@ -73,7 +72,7 @@ def gradients(
         [body.name for body in assembly.bodies] if bodies is None else list(body_numbers(assembly, list(bodies), WHERE))
     )
     parameters = Parameters(answer, question, loads, frozenset(names))
-    return _Rows(parameters, engine_of(answer.engine)).all()
+    return _DerivedRows(parameters, engine_of(answer.engine)).all()
 
 
 def _question(answer: Derived) -> tuple[Question, Float]:
@@ -88,7 +87,7 @@ def _question(answer: Derived) -> tuple[Question, Float]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
+class _DerivedRows:
     """All rows of an answer, whose engine is ``method``."""
 
     parameters: Parameters
@@ -145,7 +144,7 @@ class _Rows:
         value = np.where(kinks, np.where(before * after > 0, least, 0.0), middle)
         count = int((self.known & ~own).sum())
         how = f"engine {self.method.name} gives no multipliers there"
-        told = f"{count:,} rows are differences of answers, good to about 1e-3: {how}"
+        note = f"{count:,} rows are differences of answers, good to about 1e-3: {how}"
         return Derivatives(
             engine=self.method.name,
             force=frozen(self.force),
@@ -163,7 +162,7 @@ class _Rows:
                 )
                 for row, place in np.argwhere(kinks).tolist()
             ),
-            notes=(told,) if count else (),
+            notes=(note,) if count else (),
         )
 
     def _table(self, each: Float) -> Slopes:
@@ -246,16 +245,16 @@ class _Rows:
         step = STEP * float(self.parameters.units[place])
         found = []
         for sign in (-1.0, 1.0):
-            assembly, W, held = self.parameters.changed(place, sign * step, rows)
-            there = self._answers(assembly, W, held)
+            assembly, W, standing = self.parameters.changed(place, sign * step, rows)
+            there = self._answers(assembly, W, standing)
             jump = sign * np.where(there > self.force[rows], np.inf, -np.inf)
             finite = np.isfinite(there) & (there > 0)
             found.append(np.where(finite, (there - self.force[rows]) / (sign * step), jump))
         return found[0], found[1]
 
-    def _answers(self, assembly: Assembly, W: Float, held: Float) -> Float:
+    def _answers(self, assembly: Assembly, W: Float, standing: Float) -> Float:
         """Return the answers (k,) for loads W (6J, k) on a changed assembly under a standing wrench (6J,)."""
         carried = self.parameters.question.acceleration
         if not isinstance(self.method, Limit):
-            return np.asarray(asked(self.method, assembly, W, held, carried, bounds=False).force)
-        return factors_on(assembly, assembly.weight_wrench(carried) + held, W)
+            return np.asarray(load_factors(self.method, assembly, W, standing, carried, bounds=False).force)
+        return factors_on(assembly, assembly.weight_wrench(carried) + standing, W)

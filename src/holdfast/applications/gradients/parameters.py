@@ -79,13 +79,9 @@ class Parameters:
     def _first(self) -> dict[tuple[Kind, frozenset[str]], int]:
         return {(one.kind, one.of): place for place, one in reversed(list(enumerate(self.every)))}
 
-    def place(self, kind: Kind, names: Iterable[str]) -> int | None:
-        """The place of the first parameter of a kind of some bodies, if they are derived by."""
-        return self._first.get((kind, frozenset(names)))
-
     def add(self, total: Float, kind: Kind, names: Iterable[str], slope: Float | float) -> None:
         """Add the derivatives by all parameters of a kind of some bodies to ``total`` (P,), if they are derived by."""
-        first = self.place(kind, names)
+        first = self._first.get((kind, frozenset(names)))
         if first is not None:
             total[first : first + np.size(slope)] += slope
 
@@ -144,10 +140,10 @@ class Parameters:
     def changed(self, place: int, step: float, rows: Bool) -> tuple[Assembly, Float, Float]:
         """Return the assembly, the loads (6J, k) of some ``rows`` (n,) and the standing wrench after a change."""
         one, assembly = self.every[place], self.assembly
-        held, W = self.question.standing.copy(), self.loads[:, rows]
+        standing, W = self.question.standing.copy(), self.loads[:, rows]
         if one.kind == "friction":
             pair = next(pair for pair in self.pairs if frozenset(pair) == one.of)
-            return assembly.with_friction({pair: max(self._mu(one.of) + step, 0.0)}), W, held
+            return assembly.with_friction({pair: max(self._mu(one.of) + step, 0.0)}), W, standing
         (name,) = one.of
         index, body = assembly.index[name], assembly.scene.body(name)
         own = slice(6 * index, 6 * index + 6)
@@ -155,19 +151,19 @@ class Parameters:
             mass = float(body.mass or 0.0)
             if isinstance(self.answer, TransportLimits):
                 W[own] *= (mass + step) / mass
-            return assembly.with_masses({name: mass + step}), W, held
+            return assembly.with_masses({name: mass + step}), W, standing
         twist = np.eye(6)[one.way] * step
         if one.kind == "push":
-            return assembly, self._pushed(assembly, rows, np.zeros(6), body.pose[:3, 3], twist), held
+            return assembly, self._pushed(assembly, rows, np.zeros(6), body.pose[:3, 3], twist), standing
         moved = assembly.moved({name: displaced(body.pose, twist, body.pose[:3, 3])})
         if index != FIXED:
             away = assembly.com[index] - moved.com[index]
-            held[own][3:] += cross(away, held[own][:3])  # loads stay in place
+            standing[own][3:] += cross(away, standing[own][:3])  # loads stay in place
             if isinstance(self.answer, LoadFactor):
                 W[own][3:] += cross(away, W[own][:3].T).T
             elif isinstance(self.answer, Robustness) and name == self.answer.body:
                 W = self._pushed(moved, rows, twist, body.pose[:3, 3], np.zeros(6))
-        return moved, W, held
+        return moved, W, standing
 
     def _pushed(self, assembly: Assembly, rows: Bool, twist: Float, origin: Float, shift: Float) -> Float:
         """Return the loads (6J, k) of pushes after a motion about ``origin``, and a shift of point and direction."""

@@ -12,8 +12,8 @@ from holdfast.base.arrays import Bool, Float, checked_number, frozen
 from holdfast.base.kinds import shaped
 from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.values import Table, Value
-from holdfast.queries.intervals import Pair
 from holdfast.queries.result import SHOWN
+from holdfast.queries.uncertain import Pair
 
 
 @archived

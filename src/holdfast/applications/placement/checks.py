@@ -1,4 +1,7 @@
-"""Decide whether an object may be placed in a pose: first by geometry, then by whether everything stands."""
+"""Decide whether an object may be placed in a pose: first by geometry, then by whether everything stands.
+
+Geometry includes a straight way in for the object and its gripper, and the way back for the gripper.
+"""
 
 from __future__ import annotations
 
@@ -9,31 +12,12 @@ from functools import cached_property
 import manifold3d
 import numpy as np
 
-from holdfast.applications.placement.margins import clearance, edge_margin, supporting_bodies, way_back
-from holdfast.applications.placement.options import Options
-from holdfast.applications.placement.refusals import (
-    AWAY,
-    BALANCED,
-    CRUSHED,
-    FALLEN,
-    FORBIDDEN,
-    GRIPPED,
-    HANGS,
-    KEPT_OUT,
-    MARGINAL,
-    OUTSIDE,
-    OVERLAPS,
-    REFUSED,
-    SHUT_IN,
-    TURNED,
-    UNSUPPORTED,
-    UNSURE,
-)
-from holdfast.applications.placement.way_in import WayIn
+from holdfast.applications.placement.conditions import Options
+from holdfast.applications.placement.margins import around, clearance, edge_margin, supporting_bodies, way_back
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, unit
 from holdfast.base.progress import keep_to_time
-from holdfast.base.rigid import transform
+from holdfast.base.rigid import tangents, transform
 from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.contact_search import find_contacts
 from holdfast.contacts.interface import Interface
@@ -43,9 +27,25 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.solid import hull_solid
+from holdfast.geometry.surface import Surface
+from holdfast.geometry.sweep import Swept, first_hit, hit_distance
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
+from holdfast.scene.shapes import Box
 
+TURNS = 4  # number of headings of a gripper that are tried, a quarter turn apart
+OVERLAPS, FALLS, OUTSIDE = "overlaps the scene", "slides or falls off", "outside the region"
+TURNED, UNSUPPORTED, SHUT_IN = "not in an allowed orientation", "not on enough of the supports", "no way in"
+FORBIDDEN, KEPT_OUT = "touches what it must not", "reaches into a region to keep out of"
+HANGS, BALANCED = "juts out over an edge", "is only balanced"
+AWAY, GRIPPED = "not next to what it should be next to", "no room for the gripper"
+CRUSHED = "crushes a body"
+FALLEN, UNSURE, REFUSED = "does not stand with it", "undecided with it", "refused by the second engine"
+MARGINAL = "would not stand if it were heavier by the margin"
+STAGES = (
+    *(FALLS, OVERLAPS, OUTSIDE, TURNED, KEPT_OUT, AWAY, UNSUPPORTED, HANGS, FORBIDDEN, SHUT_IN, GRIPPED),
+    *(UNSURE, FALLEN, BALANCED, CRUSHED, REFUSED, MARGINAL),
+)  # in the order of the checks: an attempt with a later fault passed more of them
 BESIDE = 0.5  # largest distance between bodies next to each other, as a share of the object's size
 
 
@@ -66,12 +66,6 @@ class Checks:
     def frozen(self) -> tuple[Body, ...]:
         """The bodies of the scene, all made fixed, because contacts are only searched between them and the object."""
         return tuple(replace_fixed(body) for body in self.assembly.bodies)
-
-    @cached_property
-    def way_in(self) -> WayIn:
-        """The check that the object and the gripper can get to a pose."""
-        options = self.options
-        return WayIn(self.frozen, self.assembly.tolerances, self.up, options.approach, options.cone, options.gripper)
 
     @property
     def up(self) -> Float:
@@ -114,8 +108,12 @@ class Checks:
         fault = self.misplaced(placed)
         if fault:
             return fault, placed, ()
-        if options.next_to is not None and not self._beside(placed, options.next_to):
-            return AWAY, placed, ()
+        if options.next_to is not None:  # near it, with overlapping ranges of height
+            other, near = self.assembly.scene.body(options.next_to), BESIDE * placed.size
+            ours, theirs = placed.surface_world.vertices @ self.up, other.surface_world.vertices @ self.up
+            level = min(ours.max(), theirs.max()) - max(ours.min(), theirs.min())
+            if level <= COORDINATES * placed.size or clearance(placed, [other], 2 * near) > near:
+                return AWAY, placed, ()
         beside = Scene([*self.frozen, placed], options.friction, self.assembly.scene.gravity)
         if find_overlaps(beside, self.assembly.tolerances, drawn=True):  # the pose is chosen, not measured
             return OVERLAPS, placed, ()
@@ -129,9 +127,9 @@ class Checks:
             return HANGS, placed, contacts
         if touched.intersection(options.avoid):
             return FORBIDDEN, placed, ()
-        if not self.way_in.object_fits(placed):
+        if options.approach is not None and not any(self._open(placed, way) for way in self._ways):
             return SHUT_IN, placed, ()
-        if not self.way_in.gripper_fits(placed):
+        if not self._gripper_fits(placed):
             return GRIPPED, placed, ()
         return "", placed, contacts
 
@@ -233,13 +231,62 @@ class Checks:
                 return True
         return False
 
-    def _beside(self, placed: Body, name: str) -> bool:
-        """Return whether the object is next to a body: near it, with overlapping ranges of height."""
-        other = self.assembly.scene.body(name)
-        ours, theirs = placed.surface_world.vertices @ self.up, other.surface_world.vertices @ self.up
-        level = min(ours.max(), theirs.max()) - max(ours.min(), theirs.min())
-        near = BESIDE * placed.size
-        return bool(level > COORDINATES * placed.size) and clearance(placed, [other], 2 * near) <= near
+    @cached_property
+    def _ways(self) -> tuple[Float, ...]:
+        """The unit directions (3,) of straight ways in that are tried, the axis of the cone first."""
+        axis, cone = -self.up if self.options.approach is None else self.options.approach, self.options.cone
+        if cone == 0:
+            return (axis,)
+        ring = around(np.array(tangents(axis)))
+        rings = [np.cos(lean) * axis + np.sin(lean) * ring for lean in (cone / 2, cone)]
+        return (axis, *unit(np.vstack(rings)))
+
+    def _gripper_fits(self, placed: Body) -> bool:
+        """Return whether there is a straight way in that is free for both the object and the gripper's box."""
+        if self.options.gripper is None:
+            return True
+        ways = [way for way in self._ways if self.options.approach is None or self._open(placed, way)]
+        boxes = self._gripper_boxes(placed, *self.options.gripper)
+        return any(self._room_for(box, way) for way in ways for box in boxes)
+
+    def _open(self, placed: Body, way: Float) -> bool:
+        """Return whether the object hits nothing on its straight way out, the reverse of the way in."""
+        going, depths = Swept(placed.reduced_world, -way), self.assembly.tolerances
+        hits = (
+            hit_distance(going, Swept(body.reduced_world, -way), depths.between(body, placed).depth)
+            for body in self.frozen
+        )
+        return not any(map(np.isfinite, hits))
+
+    def _gripper_boxes(self, placed: Body, low: Float, high: Float) -> list[Surface]:
+        """Return the gripper's box at the end of the way in, once for each heading.
+
+        Its corners ``low`` and ``high`` (3,) [m] are relative to the middle of the object's top: the third coordinate
+        is along ``up``, and the first along the first of the object's axes that is roughly level.
+        """
+        vertices = placed.surface_world.vertices
+        level = placed.pose[:3, :3].T - np.outer(placed.pose[:3, :3].T @ self.up, self.up)
+        first = unit(level[int(np.argmax(np.linalg.norm(level, axis=1) > 0.5))])
+        axes = np.array([first, np.cross(self.up, first), self.up])
+        seen = vertices @ axes.T
+        middle = np.array([*(seen.min(0) + seen.max(0))[:2] / 2, seen[:, 2].max()]) @ axes
+        box = Box(high - low).surface
+        local = box.vertices + (low + high) / 2
+        angles = 2 * np.pi * np.arange(TURNS) / TURNS
+        turns = [np.array([[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0], [0, 0, 1]]) for a in angles]
+        return [Surface(middle + local @ turn @ axes, box.faces) for turn in turns]
+
+    def _room_for(self, box: Surface, way: Float) -> bool:
+        """Return whether a box that moves along ``way`` (3,) from outside the scene hits no body on the way."""
+        ahead = box.vertices @ way
+        for body in self.frozen:
+            theirs = body.reduced_world.vertices @ way
+            back = max(float(ahead.max() - theirs.min()), 0.0) + float(np.ptp(ahead))
+            start = Surface(box.vertices - back * way, box.faces)
+            tolerance = self.assembly.tolerances.of(body)
+            if first_hit(start, body.reduced_world, way, tolerance) < back - tolerance:
+                return False
+        return True
 
 
 def replace_fixed(body: Body) -> Body:

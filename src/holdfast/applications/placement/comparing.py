@@ -1,26 +1,146 @@
-"""Compare stable poses, and shift the best few to where there is more room."""
+"""The state of a search for a place; compare the stable poses that it found, and shift the best to where there is room.
+
+Steps that become shorter shift a pose: a pattern search, after Hooke and Jeeves (J. ACM 8, 1961).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Literal, TypeVar
 
 import numpy as np
 
-from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.margins import contacts_of, normals_into, rests_on
-from holdfast.applications.placement.place_search import Clock
+from holdfast.applications.placement.checks import STAGES, Checks
+from holdfast.applications.placement.margins import (
+    AROUND,
+    around,
+    contacts_of,
+    normals_into,
+    rests_on,
+    supporting_bodies,
+)
 from holdfast.applications.placement.rating import MOST_RATED, Rating, least_push, weakest_of
-from holdfast.applications.placement.refine import refined
 from holdfast.applications.placement.result import Candidate
-from holdfast.applications.standing_faces import UPRIGHT, Face, rolls_on
+from holdfast.applications.resting_poses import UPRIGHT, Face, rolls_on
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
 from holdfast.base.progress import OutOfTimeError, reported, until
+from holdfast.base.rigid import tangents
+from holdfast.contacts.interface import Interface
 from holdfast.engines.groups import prepared
 from holdfast.queries.map import RobustnessMap
+from holdfast.scene.body import Body
+
+# shares of the time limit after which each stage of a plan must end
+SHARES: Mapping[str, float] = MappingProxyType(
+    {"map": 0.2, "coarse map": 0.25, "search": 0.55, "compare": 0.7, "refine": 0.8, "end": 0.92}
+)
+FIRST_STEP, LAST_STEP = 4.0, 0.05  # lengths of the longest and the shortest step, as shares of the object's size
+GAIN = 0.1  # smallest gain of room for which a step is made, as a share of the step
+
+Place = tuple[Float, Assembly, float]  # a pose (4, 4), the assembly with the object there, the room around it
+T = TypeVar("T")
 
 REFINED = 3  # number of the best poses that are refined
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A time limit of ``seconds`` (None: no limit) from ``start`` [s] of ``time.perf_counter`` on."""
+
+    start: float
+    seconds: float | None
+
+    @classmethod
+    def started(cls, seconds: float | None) -> Clock:
+        """Return a clock that begins now."""
+        return cls(time.perf_counter(), seconds)
+
+    @property
+    def elapsed(self) -> float:
+        """The time since the start [s]."""
+        return time.perf_counter() - self.start
+
+    def by(self, stage: str, share: float = 1.0) -> float:
+        """Return the time [s of perf_counter] by which a stage must end, or a ``share`` of the time up to its end."""
+        return np.inf if self.seconds is None else self.start + share * SHARES[stage] * self.seconds
+
+
+@dataclass(eq=False)
+class Trials:
+    """The state of a search.
+
+    ``found`` holds the stable poses on flat faces, and ``rolling`` those in which the object balances on one facet of a
+    round side, each with the assembly after the placement. ``tried`` counts the attempts, and ``faults`` counts the
+    failed ones by their fault; ``nearest`` is the failed attempt that passed the most checks. ``first`` [s] is the time
+    until the first stable pose. ``out_of_time`` is True if the search ended at the time limit.
+    """
+
+    found: list[tuple[Candidate, Assembly]] = field(default_factory=list)
+    rolling: list[tuple[Candidate, Assembly]] = field(default_factory=list)
+    tried: int = 0
+    faults: Counter[str] = field(default_factory=Counter)
+    nearest: Candidate | None = None
+    first: float | None = None
+    out_of_time: bool = False
+
+    def failed(self, candidate: Candidate) -> None:
+        """Count an attempt that failed."""
+        self.faults[candidate.fault] += 1
+        if self.nearest is None or STAGES.index(candidate.fault) > STAGES.index(self.nearest.fault):
+            self.nearest = candidate
+
+    @property
+    def stable(self) -> list[tuple[Candidate, Assembly]]:
+        """The stable poses on flat faces or, if there are none, those from which the object would roll."""
+        return self.found or self.rolling
+
+
+def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ...]) -> tuple[Float, Assembly]:
+    """Return a pose with more room, and the assembly with the object in it, by a pattern search over horizontal steps.
+
+    The longest steps lead across neighbours to other free places. The object keeps its orientation, its height and its
+    supports, and everything stands at each step; contacts at its sides may open. ``after`` is the assembly with the
+    object at ``pose`` (4, 4), where it rests on the bodies ``beneath``.
+    """
+    ways = around(np.array(tangents(checks.up)))
+    name, size = checks.body.name, checks.body.size
+    carriers = supporting_bodies(name, after.interfaces, checks.up)
+
+    def room(at: Float) -> tuple[float, Body, tuple[Interface, ...]]:
+        fault, placed, contacts = checks.fits(at)
+        if fault or supporting_bodies(name, contacts, checks.up) != carriers:
+            return -1.0, placed, contacts
+        return min(checks.room(placed, contacts, beneath)), placed, contacts
+
+    def better(place: Place, way: int, step: float) -> Place | None:
+        new = place[0].copy()
+        new[:3, 3] += step * ways[way]
+        found, placed, contacts = room(new)
+        if found <= place[2] + GAIN * step:
+            return None
+        stands = checks.judged(checks.with_object(placed, contacts))[1]
+        return None if stands is None else (new, stands, found)
+
+    start = pose, after, room(pose)[0]
+    return pattern_search(start, better, AROUND, first=FIRST_STEP * size, last=LAST_STEP * size)[:2]
+
+
+def pattern_search(start: T, better: Callable[[T, int, float], T | None], ways: int, *, first: float, last: float) -> T:
+    """Return the best state that steps of lengths from ``first`` down to ``last`` lead to.
+
+    ``better(state, way, step)`` returns the state one step away along one of so many ``ways``, or None unless that is
+    better. The step is halved when no way is better.
+    """
+    state, step = start, first
+    while step >= last:
+        found = next((new for way in range(ways) if (new := better(state, way, step)) is not None), None)
+        state, step = (state, step / 2) if found is None else (found, step)
+    return state
 
 
 @dataclass(frozen=True, eq=False)

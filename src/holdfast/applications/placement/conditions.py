@@ -6,21 +6,33 @@ The options of the command ``place`` are the fields of these classes, with help 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TypeVar
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.placement.options import Weights, checked_gripper
-from holdfast.base.arrays import Float, checked_direction, checked_number, checked_truth, checked_whole
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import (
+    Float,
+    checked,
+    checked_direction,
+    checked_items,
+    checked_number,
+    checked_truth,
+    checked_whole,
+)
 from holdfast.base.errors import SceneError, message
-from holdfast.base.ranges import BETWEEN, LENGTH, MANY, MOST_SEED, SCALE
+from holdfast.base.ranges import BETWEEN, EXPONENT, FRICTION, LENGTH, MANY, MOST_SEED, SCALE
+from holdfast.base.rigid import checked_pose, tangents
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
+from holdfast.engines.imperfect import Imperfect
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
+from holdfast.scene.body import Body
+from holdfast.scene.friction import Friction, number_between, refuse_strengths
 
-T = TypeVar("T")
+UPRIGHT, ANY = "upright", "any"  # words for orientations
 
 SECONDS = 60.0  # [s] default time limit of a search
 ATTEMPTS = 400  # default limit on the number of attempts of a search
@@ -28,6 +40,170 @@ CANDIDATES = 8  # default number of stable poses that are compared
 SPACING = 0.01  # [m] distance between the points of a robustness map
 MASS_MARGIN = 0.1  # share of its weight by which the object may be heavier than stated
 TILT = 5.0  # [deg]
+
+
+@dataclass(frozen=True)
+class Weights:
+    """The exponents that bias the choice of a placement; 0 means no influence.
+
+    ``robustness`` applies to R / (R + weight of the object) at a point of the scene, ``level`` to the vertical
+    component of the normal there, and ``steadiness`` to the tilt at which the object still stands on a face. Raises
+    HoldfastError if an exponent is negative.
+    """
+
+    robustness: float = 2.0
+    level: float = 1.0
+    steadiness: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("robustness", "level", "steadiness"):
+            checked_number(getattr(self, name), f"Weights: {name}", minimum=0, within=EXPONENT)
+
+
+@dataclass(frozen=True, eq=False)
+class Options:
+    """The checked options of a placement; Where, Approach and Search describe them.
+
+    ``cone`` is in radians, and ``box`` (2, 3) [m] may be infinite.
+    """
+
+    box: Float
+    supports: tuple[str, ...]
+    least_supports: int
+    avoid: tuple[str, ...]
+    orientations: Float | None
+    free_yaw: bool
+    lean_degrees: float
+    approach: Float | None
+    weights: Weights
+    friction: Friction
+    mass_margin: float
+    spacing: float
+    imperfect: Imperfect | None = None
+    prefer_upright: bool = True
+    keep_out: tuple[Float, ...] = ()
+    next_to: str | None = None
+    cone: float = 0.0
+    gripper: Float | None = None
+
+    @property
+    def from_afar(self) -> bool:
+        """Whether the object must start above the scene, because its way in is checked."""
+        return self.approach is not None or self.gripper is not None
+
+
+def checked_region(region: object, up: Float, where: str = "Where: box") -> Float:
+    """Return the low and the high corner (2, 3) [m] of the region.
+
+    A region (2, 2) is horizontal and reaches from minus to plus infinity along the vertical.
+    """
+    if region is None:
+        return np.array([[-np.inf] * 3, [np.inf] * 3])
+    try:
+        box = np.array(region, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(message(where, f"is {quoted(region)}", "needs the low and the high corner of a box")) from None
+    if box.shape == (2, 2):
+        if np.abs(up[:2]).max() > 1e-9:
+            raise SceneError(message(where, "has two coordinates, but up is not z", "give three"))
+        box = np.column_stack([box, [-np.inf, np.inf]])
+    if box.shape != (2, 3) or np.isnan(box).any():
+        raise SceneError(message(where, f"has shape {box.shape}", "needs (2, 2) or (2, 3): low and high corner [m]"))
+    if not (box[0] < box[1]).all():
+        raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
+    return box
+
+
+def names_of(assembly: Assembly, names: Sequence[str] | None, option: str) -> tuple[str, ...]:
+    """Return the names as a tuple, those of all bodies for None; raises SceneError for one that no body has."""
+    if names is None:
+        return tuple(body.name for body in assembly.bodies)
+    found = checked_items(names, f"Where: {option}", "names of bodies")
+    if option == "supports" and not found:
+        raise SceneError(message(f"Where: {option}", f"is {quoted(names)}", "needs a list of names of bodies"))
+    return tuple(assembly.scene.body(name).name for name in found)
+
+
+def checked_orientations(value: Any, up: Float) -> Float | None:  # noqa: ANN401
+    """Return the allowed rotations (k, 3, 3), or None if every rotation is allowed.
+
+    "upright" allows those in which the object's own third axis points along ``up`` (3,).
+    """
+    if value is None or (isinstance(value, str) and value == ANY):
+        return None
+    where = "Approach: orientations"
+    if isinstance(value, str):
+        if value != UPRIGHT:
+            raise SceneError(
+                message(where, f"is {quoted(value)}", f"needs {UPRIGHT!r}, {ANY!r} or rotations (k, 3, 3)")
+            )
+        return np.array([np.column_stack([*tangents(up), up])])
+    single = np.asarray(value, dtype=object).ndim == 2
+    turns = checked([value] if single else value, (None, 3, 3), where)
+    if not len(turns):
+        raise SceneError(message(where, "is empty", "give rotations (k, 3, 3), or None for any"))
+    poses = np.tile(np.eye(4), (len(turns), 1, 1))
+    poses[:, :3, :3] = turns
+    return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
+
+
+def checked_keep_out(value: Any, up: Float) -> tuple[Float, ...]:  # noqa: ANN401
+    """Return the regions to keep out of, each with its low and high corner (2, 3) [m]."""
+    where = "Where: keep_out"
+    regions = checked_items(value, where, "regions, each with a low and a high corner")
+    if any(region is None for region in regions):
+        raise SceneError(message(where, "holds None, which is everywhere", "give regions, or leave it out"))
+    return tuple(checked_region(region, up, f"{where}[{k}]") for k, region in enumerate(regions))
+
+
+def checked_gripper(value: Any) -> Float | None:  # noqa: ANN401
+    """Return the low and the high corner (2, 3) [m] of the gripper's box, or None."""
+    if value is None:
+        return None
+    where = "Approach: gripper"
+    box = checked(value, (2, 3), where, within=LENGTH)
+    if not (box[0] < box[1]).all():
+        raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
+    return box
+
+
+def friction_with(
+    assembly: Assembly, objects: Sequence[Body], given: Friction | float | None, supports: Sequence[str]
+) -> Friction:
+    """Return the friction table of the scene with ``objects``.
+
+    If ``given`` is a table, it is returned; otherwise the scene's own table is. If ``given`` is a number, it holds
+    between each object and every body with which the table does not pair it, in place of the table's default. Raises
+    SceneError if there is no coefficient between an object and one of the ``supports``.
+    """
+    table = given if isinstance(given, Friction) else assembly.scene.friction
+    refuse_strengths(table, "plan_placement", "leave out tension and cohesion")
+    bodies = [*assembly.bodies, *objects]
+    if given is not None and not isinstance(given, Friction):
+        table = with_own(table, bodies, objects, given)
+    materials = {body.name: body.material for body in bodies}
+    for one in objects:
+        for name in supports:
+            try:
+                table.between(one.name, name, materials)
+            except SceneError as error:
+                problem = f"the scene has no friction of {quoted(one.name)} with {quoted(name)}"
+                remedy = "say --object-friction MU (in Python friction=MU), or add the pair or a default to the scene"
+                raise SceneError(message("plan_placement", problem, remedy)) from error
+    return table
+
+
+def with_own(table: Friction, bodies: Sequence[Body], objects: Sequence[Body], mu: float) -> Friction:
+    """Return the table in which ``mu`` holds between ``objects`` and all ``bodies`` that it does not pair them with."""
+    coefficient = checked_number(mu, "plan_placement: friction", minimum=0, within=FRICTION)
+    materials = {body.name: body.material for body in bodies}
+    own = {
+        (one.name, other.name): coefficient
+        for one in objects
+        for other in bodies
+        if other is not one and number_between(table.pairs, one.name, other.name, materials) is None
+    }
+    return replace(table, pairs={**own, **table.pairs})
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -138,7 +314,7 @@ class Search(Value):
     seed: int = 0
     candidates: int = CANDIDATES
     spacing: float = SPACING
-    weights: Weights = Weights()  # noqa: RUF009 - a frozen value
+    weights: Weights = Weights()
     mass_margin: float = MASS_MARGIN
     confirm: EngineChoice | None = DEFAULT_ENGINE
 
@@ -161,13 +337,3 @@ class Search(Value):
     def limit(self) -> float | None:
         """The time limit [s], or None if there is none."""
         return SECONDS if self.seconds is None and self.solves is None else self.seconds
-
-
-def checked_value(value: T | None, kind: type[T], where: str) -> T:
-    """Return ``value``, or ``kind()`` if it is None; raise SceneError if it is not a ``kind``."""
-    if value is None:
-        return kind()
-    if not isinstance(value, kind):
-        name = kind.__name__
-        raise SceneError(message(where, f"is {quoted(value)}", f"needs holdfast.{name}(...)"))
-    return value

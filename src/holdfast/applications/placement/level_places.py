@@ -15,8 +15,8 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from holdfast.applications.placement.options import Options
-from holdfast.applications.standing_faces import Face
+from holdfast.applications.placement.conditions import Options
+from holdfast.applications.resting_poses import Face
 from holdfast.base.arrays import Float
 from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import tangents
@@ -120,7 +120,7 @@ def turns_of(faces: Sequence[Face], options: Options, up: Float, axes: Float) ->
 
 
 @dataclass(frozen=True, eq=False)
-class Outline:
+class SeenFromAbove:
     """The outline of a body of the scene that may be in the way, seen from above in level ``axes`` (2, 3)."""
 
     body: Body
@@ -159,7 +159,12 @@ class Outline:
 
 
 def level_places_for(
-    body: Body, turns: Sequence[Float], levels: Sequence[Level], others: Sequence[Outline], apart: float, inset: float
+    body: Body,
+    turns: Sequence[Float],
+    levels: Sequence[Level],
+    others: Sequence[SeenFromAbove],
+    apart: float,
+    inset: float,
 ) -> list[LevelPlace]:
     """Return the places of an object in all ``turns`` (3, 3) on all levels, at least ``apart`` [m] from other bodies.
 

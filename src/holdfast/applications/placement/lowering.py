@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import starmap
 
 import numpy as np
 from scipy import sparse
@@ -23,7 +22,7 @@ from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import tangents, transform
 from holdfast.conic.program import ConeKind, ConeProgram
 from holdfast.conic.solve import Outcome, solve
-from holdfast.contacts.features import Features, touching_features
+from holdfast.contacts.features import touching_features
 from holdfast.contacts.search_mesh import SearchMesh, moved_mesh, near_faces
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.surface import Surface
@@ -163,28 +162,16 @@ def touching(moved: Moved, pose: Float, stills: Sequence[Still], within: float) 
             other, mesh, pairs, gap=within, depth=within, angles=Angles(PARALLEL, PARALLEL),
             size=size, strict=NEGLIGIBLE * size,
         )  # fmt: skip
-        for place, normal, gap in starmap(_ends, zip(found, (True, False), strict=True)):
-            points.append(place)
-            normals.append(normal)
-            gaps.append(gap)
-            mu.append(np.full(len(gap), still.mu))
-    return _distinct(
-        Touches(np.vstack(points), np.vstack(normals), np.concatenate(gaps), np.concatenate(mu)), moved.size
-    )
-
-
-def _ends(features: Features, lines: bool) -> tuple[Float, Float, Float]:
-    """Return the points (n, 3) [m], normals (n, 3) and heights (n,) [m] of features; with ``lines``, two ends each."""
-    count = 2 if lines else 1
-    points = features.ends[:, :count].reshape(-1, 3)
-    return points, np.repeat(features.normals, count, axis=0), features.heights[:, :count].reshape(-1)
-
-
-def _distinct(touches: Touches, size: float) -> Touches:
-    """Remove duplicates: touches at the same place with the same normal, as flat faces of many triangles have."""
-    key = np.round(np.hstack([touches.points / (1e-4 * size), touches.normals / 1e-3])).astype(np.int64)
+        for features, ends in zip(found, (2, 1), strict=True):  # lines have two each
+            points.append(features.ends[:, :ends].reshape(-1, 3))
+            normals.append(np.repeat(features.normals, ends, axis=0))
+            gaps.append(features.heights[:, :ends].reshape(-1))
+            mu.append(np.full(len(gaps[-1]), still.mu))
+    places, ways = np.vstack(points), np.vstack(normals)
+    # flat faces of many triangles touch at the same place with the same normal several times
+    key = np.round(np.hstack([places / (1e-4 * moved.size), ways / 1e-3])).astype(np.int64)
     _, first = np.unique(key, axis=0, return_index=True)
-    return Touches(touches.points[first], touches.normals[first], touches.gaps[first], touches.mu[first])
+    return Touches(places[first], ways[first], np.concatenate(gaps)[first], np.concatenate(mu)[first])
 
 
 def _descent(moved: Moved, pose: Float, touches: Touches, up: Float, step: float) -> Float | None:
@@ -230,12 +217,7 @@ def _stepped(pose: Float, twist: Float, about: Float) -> Float:
         cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         turn = turn + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
     moved = np.eye(4)
-    moved[:3, :3] = _orthonormal(turn @ pose[:3, :3])
+    u, _, vt = np.linalg.svd(turn @ pose[:3, :3])
+    moved[:3, :3] = u @ vt  # the nearest rotation; many small ones accumulate a little shear
     moved[:3, 3] = about + turn @ (pose[:3, 3] - about) + twist[:3]
     return moved
-
-
-def _orthonormal(matrix: Float) -> Float:
-    """Return the nearest rotation; many small rotations accumulate a little shear."""
-    u, _, vt = np.linalg.svd(matrix)
-    return np.asarray(u @ vt)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from holdfast.applications.placement.support import STEEPEST
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, unit
 from holdfast.base.rigid import tangents
@@ -16,10 +15,18 @@ from holdfast.contacts.neighbours import box_distance
 from holdfast.contacts.overlap import distance
 from holdfast.scene.body import Body
 
+STEEPEST = 0.2  # cosine of the largest angle between up and the normal of a surface that can carry weight
 ALIKE = 0.9  # cosine of the largest angle between the normals of a contact and of the triangles of its top
 ROOM = 1.1  # an object may overhang if the tops are smaller than this multiple of it: exact fits are rarely found
 NOTHING = 1e-3  # overhang that is allowed for rounding and round faces, as a share of the object's size
+AROUND = 8  # number of directions of a step, and on each of two rings of the approach cone, besides its axis
 SLIT = 0.02  # width of gaps between tops that do not count as edges, as a share of the object's size
+
+
+def around(axes: Float) -> Float:
+    """Return the unit directions (AROUND, 3) of steps in the plane of two ``axes`` (2, 3)."""
+    angles = 2 * np.pi * np.arange(AROUND) / AROUND
+    return np.column_stack([np.cos(angles), np.sin(angles)]) @ axes
 
 
 def contacts_of(name: str, interfaces: Sequence[Interface]) -> list[Interface]:

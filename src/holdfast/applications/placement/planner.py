@@ -19,18 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.comparing import Compared, compared
-from holdfast.applications.placement.conditions import ATTEMPTS, CANDIDATES
+from holdfast.applications.placement.checks import FALLS, OVERLAPS, Checks
+from holdfast.applications.placement.comparing import Clock, Compared, Trials, compared
+from holdfast.applications.placement.conditions import ATTEMPTS, CANDIDATES, Options
 from holdfast.applications.placement.margins import normals_into
-from holdfast.applications.placement.options import Options
-from holdfast.applications.placement.place_search import Clock, Trials
-from holdfast.applications.placement.proposals import Proposals
 from holdfast.applications.placement.rating import UNASKED, least_push, unasked_map
-from holdfast.applications.placement.refusals import FALLS, OVERLAPS
 from holdfast.applications.placement.result import Candidate, Placement
-from holdfast.applications.placement.support import SupportPoints, scene_map, support_points, unmapped_points
-from holdfast.applications.standing_faces import Face, Standing, rolls_on
+from holdfast.applications.placement.support import Proposals, SupportPoints, scene_map, support_points, unmapped_points
+from holdfast.applications.resting_poses import Face, StandingFaces, rolls_on
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.caution import doubts
 from holdfast.base.progress import OutOfTimeError, report, until
@@ -78,8 +74,12 @@ class Planner:
         clock = Clock.started(seconds)
         try:
             with until(clock.by("search")):
-                if self.verdict.status is not Status.STABLE:
-                    return self._refused(clock)
+                verdict = self.verdict
+                if verdict.status is not Status.STABLE:
+                    moving = "" if verdict.mechanism is None else f": {verdict.mechanism.text}"
+                    words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
+                    reason = f"the scene {words} before anything is put down: {verdict.reason}{moving}"
+                    return self._without(verdict.status, reason, Trials(), clock, verdict)
                 support = self._support_in(clock)
         except OutOfTimeError:
             verdict = undecided(f"{SPENT} before it was known whether the scene stands")
@@ -90,7 +90,9 @@ class Planner:
                 Trials(), f"no exposed point of {listed(self.options.supports)} faces up{region}", clock
             )
         if not support.chance.any():
-            return self._nothing(Trials(), f"no support point certainly withstands a push{self._unknown()}", clock)
+            undecided_in = [found for found in vars(self).get("maps", []) if found.undecided.count]
+            unknown = "".join(f"; {found.undecided.text}" for found in undecided_in)
+            return self._nothing(Trials(), f"no support point certainly withstands a push{unknown}", clock)
         search = self._searched(
             self._proposals(support), [clock.by("search"), clock.by("end")], seed, candidates, attempts
         )
@@ -139,7 +141,7 @@ class Planner:
     @cached_property
     def faces(self) -> tuple[Face, ...]:
         """The faces of the object's convex hull."""
-        return Standing(self.body).faces()
+        return StandingFaces(self.body).faces()
 
     @cached_property
     def checks(self) -> Checks:
@@ -165,8 +167,7 @@ class Planner:
         return self._attempted(self.proposals, rng, points)
 
     def _proposals(self, support: SupportPoints) -> Proposals:
-        checks = self.checks
-        return Proposals(self.assembly, self.body, self.options, support, self.faces, checks.frozen, checks.free)
+        return Proposals(self.checks, support, self.faces)
 
     def _support_of(self, maps: list[RobustnessMap]) -> SupportPoints:
         options = self.options
@@ -273,17 +274,6 @@ class Planner:
             if chosen.own is not None:
                 return chosen.own, f"; {SPENT}: the map covers {self.body.name} only, at few points"
             return unasked_map(chosen.after, self.body.name, options.spacing, self.engine), f"; {UNASKED}"
-
-    def _unknown(self) -> str:
-        """Say how many answers of the scene's maps are undecided; "" if none is."""
-        return "".join(f"; {found.undecided.text}" for found in vars(self).get("maps", []) if found.undecided.count)
-
-    def _refused(self, clock: Clock) -> Placement:
-        verdict = self.verdict
-        moving = "" if verdict.mechanism is None else f": {verdict.mechanism.text}"
-        words = "does not stand" if verdict.status is Status.UNSTABLE else "is undecided"
-        reason = f"the scene {words} before anything is put down: {verdict.reason}{moving}"
-        return self._without(verdict.status, reason, Trials(), clock, verdict)
 
     def _nothing(self, search: Trials, why: str, clock: Clock) -> Placement:
         counts = ", ".join(f"{count} x {fault}" for fault, count in search.faults.most_common())

@@ -18,8 +18,7 @@ from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
-from holdfast.queries.exposed import exposed_cells
-from holdfast.queries.map import RobustnessMap, robustness_map
+from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map, spacing_for
 
 ROUGHLY = 3  # spacing of the coarse maps by which poses are compared, as a multiple of the spacing of the full map
 MOST_RATED = 150  # approximate largest number of points of such a map
@@ -108,15 +107,13 @@ def weakest_of(
     assembly: Assembly, names: Sequence[str], spacing: float, most: int, engine: Engine, imperfect: Imperfect | None
 ) -> RobustnessMap:
     """Return a coarse map of the bodies ``names``, with at most about ``most`` points, for comparing poses."""
-    area = sum(assembly.scene.body(name).surface_world.area for name in names)
-    step = max(ROUGHLY * spacing, float(np.sqrt(area / most)))
+    step = max(ROUGHLY * spacing, spacing_for(assembly, names, most))
     return robustness_map(assembly, names, spacing=step, engine=engine, imperfect=imperfect)
 
 
 def unasked_map(assembly: Assembly, name: str, spacing: float, engine: Engine) -> RobustnessMap:
     """Return a map of a few points of one body without answers, for a search that ran out of time."""
-    area = assembly.scene.body(name).surface_world.area
-    shown, hidden = exposed_cells(assembly, name, max(spacing, float(np.sqrt(area / MOST_RATED))))
+    shown, hidden = exposed_cells(assembly, name, max(spacing, spacing_for(assembly, [name], MOST_RATED)))
     verdict = prepared(engine, assembly).verdict()
     known = {"engine": engine.name, "claim": engine.claim, "notes": (UNASKED,)}
     return RobustnessMap(

@@ -1,10 +1,12 @@
 """Place several objects one after the other, in the best order found, so that everything stands after each step.
 
 A systematic search lists the level places of an object (``places``). If everything stands in none of them, the random
-search of ``plan_placement`` is used. A strategy (``choices``) determines the order and the place of each object.
-The two quick rules are tried first. Then, while there is time, places are compared by the pushes that the object and
-its supports withstand, in several orders and at several distances. The best attempt is the one that places most
-objects; among these, the one with the strongest weakest state, and then the one with the most room.
+search of ``plan_placement`` is used. A strategy determines the order of the objects and the rules that choose places by
+geometry alone, two of the packing literature: the place where most of the face is supported, or the lowest one that is
+farthest in a corner. Each rule is tried alone first. Then, while there is time, the places that the rules choose are
+compared by the pushes that the object and its supports withstand, for several faces, orders and distances. The best
+attempt is the one that places most objects; among these, the one with the strongest weakest state, and then the one
+with the most room.
 """
 
 from __future__ import annotations
@@ -14,31 +16,30 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import dropwhile, groupby, islice
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from holdfast.applications.placement.choices import COMPARING, RULED, Rule, Strategy
-from holdfast.applications.placement.comparing import Compared, rated
+from holdfast.applications.placement.comparing import Clock, Compared, rated
 from holdfast.applications.placement.level_places import (
     LevelPlace,
-    Outline,
+    SeenFromAbove,
     frame_of,
     level_places_for,
     levels_of,
     turns_of,
 )
-from holdfast.applications.placement.place_search import Clock
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.rating import TOPPLED
 from holdfast.applications.placement.result import Candidate
 from holdfast.applications.placement.several_result import PlacedObject
-from holdfast.applications.standing_faces import Face
+from holdfast.applications.resting_poses import Face
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
 from holdfast.base.progress import OutOfTimeError, report, until
 from holdfast.scene.body import Body
 
+Order = Callable[[Body], float]
+Rule = Callable[[LevelPlace], tuple[float, ...]]
 MOST_FACES = 3  # number of faces of an object on which it is placed
 MOST_REFUSED = 12  # number of places that are checked by one rule before it gives up a face
 # distances between objects, as multiples of ``apart``, with the share of the time by which a rule must end
@@ -47,6 +48,48 @@ SLACK = 1.5  # another attempt begins if the time left is this multiple of the l
 POINTS = 40  # approximate largest number of points of the maps by which places are compared
 RANDOM = 25  # default number of attempts of the random search
 _NONE = np.empty((0, 3))
+
+
+def base_area(body: Body) -> float:
+    """The product of the two longer sides of the body's own box [m²]."""
+    sides = np.sort(np.ptp(body.shape.surface.vertices, axis=0))
+    return float(sides[1] * sides[2])
+
+
+def weight(body: Body) -> float:
+    """The mass of the body [kg]."""
+    return body.mass or 0.0
+
+
+def bulk(body: Body) -> float:
+    """The volume of the body's own box [m³]."""
+    return float(np.prod(np.ptp(body.shape.surface.vertices, axis=0)))
+
+
+def highest_support(place: LevelPlace) -> tuple[float, ...]:
+    """Rank a place by the share of the face that is supported, the largest first, then by height, the lowest first."""
+    return (-round(place.support, 2), round(place.height, 4), *np.round(place.corner, 6).tolist())
+
+
+def bottom_left(place: LevelPlace) -> tuple[float, ...]:
+    """Rank a place by its height, the lowest first, then by its closeness to one corner, then by support."""
+    return (round(place.height, 4), *np.round(place.corner[::-1], 6).tolist(), -round(place.support, 2))
+
+
+class Strategy(NamedTuple):
+    """One strategy: objects come in decreasing ``order``, and the ``rules`` choose their places.
+
+    With one rule, the first place where everything stands is taken. With several, the first place of each rule is
+    compared, on each of several faces.
+    """
+
+    order: Order
+    rules: tuple[Rule, ...]
+
+
+RULES: Mapping[str, Rule] = MappingProxyType({"highest support": highest_support, "bottom-left": bottom_left})
+RULED = tuple(Strategy(base_area, (rule,)) for rule in RULES.values())
+COMPARING = tuple(Strategy(order, tuple(RULES.values())) for order in (base_area, weight, bulk))
 
 
 def worth(place: Compared) -> tuple[float, ...]:
@@ -99,7 +142,7 @@ class Placing:
     seed: int
     solves: int = RANDOM
     _faces: dict[str, tuple[Face, ...]] = field(default_factory=dict)
-    _outlines: dict[str, Outline] = field(default_factory=dict)
+    _outlines: dict[str, SeenFromAbove] = field(default_factory=dict)
 
     def best(self, assembly: Assembly, objects: Sequence[Body], clock: Clock) -> tuple[Try, int]:
         """Return the best of all attempts that there is time for, and their number.
@@ -156,7 +199,8 @@ class Placing:
             hurry = number > 0 and (now - begun) / number * (len(ordered) - number) > deadline - now
             try:
                 with until(deadline):
-                    found = self._placed(assembly, after, body, strategy.hurried() if hurry else strategy, apart, whole)
+                    rules = strategy.rules[:1] if hurry else strategy.rules
+                    found = self._placed(assembly, after, body, rules, apart, whole)
             except OutOfTimeError:
                 if not whole:
                     return None
@@ -177,9 +221,9 @@ class Placing:
         return Try(tuple(steps), after, tuple(left), apart)
 
     def _placed(
-        self, before: Assembly, assembly: Assembly, body: Body, strategy: Strategy, apart: float, whole: bool
+        self, before: Assembly, assembly: Assembly, body: Body, rules: Sequence[Rule], apart: float, whole: bool
     ) -> Compared | None:
-        """Return the best place of a strategy where everything stands, or None."""
+        """Return the best place that the rules choose where everything stands, or None."""
         asked = self.planner_of(assembly, body)
         if body.name not in self._faces:
             self._faces[body.name] = asked.faces
@@ -187,8 +231,8 @@ class Placing:
         found = list[Compared]()
         places = sorted(self.places(before, assembly, body, faces, apart, asked), key=lambda place: place.face)
         for _, alike in islice(groupby(places, key=lambda place: place.face), MOST_FACES):
-            found += self._standing(list(alike), asked, faces, strategy.rules)
-            if found and not strategy.compares:
+            found += self._standing(list(alike), asked, faces, rules)
+            if found and len(rules) == 1:
                 break
         if found:
             return max(found, key=worth)
@@ -228,12 +272,10 @@ class Placing:
         axes = frame_of(first, up)
         placed = [b for b in assembly.bodies if b.name not in before.index and not b.fixed]
         levels = levels_of(first + (placed if self.stack else []), up, axes)
-        outlines = [self._outline(b, up, axes) for b in asked.checks.frozen]
+        for b in asked.checks.frozen:
+            known = self._outlines.get(b.name)
+            if known is None or (known.body.pose != b.pose).any():
+                self._outlines[b.name] = SeenFromAbove(b, up, axes)
+        outlines = [self._outlines[b.name] for b in asked.checks.frozen]
         inset = 0.0 if self.stack else apart
         return level_places_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
-
-    def _outline(self, body: Body, up: Float, axes: Float) -> Outline:
-        known = self._outlines.get(body.name)
-        if known is None or (known.body.pose != body.pose).any():
-            known = self._outlines[body.name] = Outline(body, up, axes)
-        return known

@@ -1,24 +1,41 @@
-"""Find support points: points of the scene that can carry an object, weighted by the pushes that they withstand."""
+"""Propose poses: lay a face of the object on points of the scene that withstand large pushes, and lower it.
+
+Support points can carry an object. A pose lays one of its faces on one to three of them, with opposed normals.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from holdfast.applications.placement.options import Options, Weights
+from holdfast.applications.placement.checks import Checks
+from holdfast.applications.placement.conditions import Options, Weights
+from holdfast.applications.placement.lowering import Moved, Still, lowered
+from holdfast.applications.placement.margins import STEEPEST
+from holdfast.applications.resting_poses import Face
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Float, Objects, objects
+from holdfast.base.arrays import Bool, Float, Int, Objects, objects, unit
+from holdfast.base.errors import SceneError
 from holdfast.base.kinds import shaped
+from holdfast.base.rigid import tangents
 from holdfast.base.values import Value, seal
-from holdfast.queries.exposed import exposed_cells
-from holdfast.queries.map import RobustnessMap, robustness_map
+from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map, spacing_for
 from holdfast.queries.request import EngineChoice
+from holdfast.scene.scene import Scene
 
-STEEPEST = 0.2  # cosine of the largest angle between up and the normal of a surface that can carry weight
 MOST_FIXED = 3000  # largest number of points on fixed bodies, where no push needs an answer
+STEEPEST_LINE = 0.8  # sine of the largest slope of the line between two points that are used together
+STEEPEST_PLANE = 0.4  # cosine of the largest tilt of the plane of three points
+LEAST_APART = 0.15  # smallest distance between points that are used together, as a share of the object's size
+ALIGNED = 0.7  # share of the poses in which the face is aligned with an edge of the scene
+CLEARANCE = 0.02  # height above its place from which the object is lowered, as a share of its size
+SEVERAL = (0.5, 0.35, 0.15)  # probabilities of building a pose on one, two and three points
+UPRIGHT_SHARE = 0.5  # smallest share of proposals with the object upright, if it can stand upright
+ROUND_SHARE = 0.25  # largest share of proposals on facets of round sides, if the object also has flat faces
 
 
 @archived
@@ -50,12 +67,12 @@ def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: C
     """
     maps = []
     movable = [body.name for body in assembly.movable if body.name in names]
-    fixed = [body for body in assembly.bodies if body.fixed and body.name in names]
+    fixed = [body.name for body in assembly.bodies if body.fixed and body.name in names]
     if movable:
         maps.append(robustness_map(assembly, movable, spacing=spacing, engine=engine))
     if fixed:
-        step = max(spacing, float(np.sqrt(sum(body.surface_world.area for body in fixed) / MOST_FIXED)))
-        maps.append(robustness_map(assembly, [body.name for body in fixed], spacing=step, engine=engine))
+        step = max(spacing, spacing_for(assembly, fixed, MOST_FIXED))
+        maps.append(robustness_map(assembly, fixed, spacing=step, engine=engine))
     return maps
 
 
@@ -66,17 +83,16 @@ def support_points(
 
     ``weight`` [N] is the weight of the object, and ``up`` (3,) the unit vector opposite to gravity.
     """
-    return _chosen(
-        np.vstack([m.points for m in maps]),
-        np.vstack([m.normals for m in maps]),
-        np.concatenate([m.body for m in maps]),
-        np.concatenate([m.force for m in maps]),
-        np.concatenate([cells.areas for m in maps for cells in m.cells.values()]),
-        weight,
-        up,
-        weights,
-        region,
+    areas = np.concatenate([cells.areas for m in maps for cells in m.cells.values()])
+    every = SupportPoints(
+        points=np.vstack([m.points for m in maps]),
+        normals=np.vstack([m.normals for m in maps]),
+        body=np.concatenate([m.body for m in maps]),
+        force=np.concatenate([m.force for m in maps]),
+        area=areas,
+        chance=areas,
     )
+    return _chosen(every, weight, up, weights, region)
 
 
 def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
@@ -85,42 +101,214 @@ def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
     Their probabilities are those of points that withstand any push.
     """
     names = [body.name for body in assembly.bodies if body.name in options.supports]
-    area = sum(assembly.scene.body(name).surface_world.area for name in names)
-    step = max(options.spacing, float(np.sqrt(area / MOST_FIXED)))
+    step = max(options.spacing, spacing_for(assembly, names, MOST_FIXED))
     cells = {name: exposed_cells(assembly, name, step)[0] for name in names}
-    points = np.vstack([seen.points for seen in cells.values()])
-    return _chosen(
-        points,
-        np.vstack([seen.normals for seen in cells.values()]),
-        objects([name for name, seen in cells.items() for _ in seen.points]),
-        np.full(len(points), np.nan),
-        np.concatenate([seen.areas for seen in cells.values()]),
-        0.0,
-        assembly.scene.up,
-        options.weights,
-        options.box,
+    areas = np.concatenate([seen.areas for seen in cells.values()])
+    every = SupportPoints(
+        points=np.vstack([seen.points for seen in cells.values()]),
+        normals=np.vstack([seen.normals for seen in cells.values()]),
+        body=objects([name for name, seen in cells.items() for _ in seen.points]),
+        force=np.full(len(areas), np.nan),
+        area=areas,
+        chance=areas,
     )
+    return _chosen(every, 0.0, assembly.scene.up, options.weights, options.box)
 
 
-def _chosen(
-    points: Float,
-    normals: Float,
-    body: Objects,
-    force: Float,
-    area: Float,
-    weight: float,
-    up: Float,
-    weights: Weights,
-    region: Float,
-) -> SupportPoints:
-    level = normals @ up
-    kept = (level > STEEPEST) & ((points >= region[0]) & (points <= region[1])).all(1)
-    sure = ~np.isfinite(force)
-    share = np.where(sure, 1.0, force / (np.where(sure, 1.0, force) + weight))
-    chance = np.where(kept, area * share**weights.robustness * np.maximum(level, 0.0) ** weights.level, 0.0)[kept]
+def _chosen(every: SupportPoints, weight: float, up: Float, weights: Weights, region: Float) -> SupportPoints:
+    """Return those of the points that can carry weight and lie in the region, with their probabilities."""
+    level = every.normals @ up
+    kept = (level > STEEPEST) & ((every.points >= region[0]) & (every.points <= region[1])).all(1)
+    sure = ~np.isfinite(every.force)
+    share = np.where(sure, 1.0, every.force / (np.where(sure, 1.0, every.force) + weight))
+    chance = np.where(kept, every.area * share**weights.robustness * np.maximum(level, 0.0) ** weights.level, 0.0)[kept]
     total = chance.sum()
-    if total > 0:
-        chance = chance / total
-    return SupportPoints(
-        points=points[kept], normals=normals[kept], body=body[kept], force=force[kept], area=area[kept], chance=chance
-    )
+    columns = {name: getattr(every, name)[kept] for name in ("points", "normals", "body", "force", "area")}
+    return SupportPoints(**columns, chance=chance / total if total > 0 else chance)
+
+
+def choose_points(
+    support: SupportPoints, count: int, size: float, up: Float, apart: bool, rng: np.random.Generator
+) -> Int:
+    """Choose up to ``count`` points that an object of ``size`` [m] can span, and return their numbers.
+
+    With ``apart``, they belong to different bodies.
+    """
+    chosen = [int(rng.choice(len(support.chance), p=support.chance))]
+    while len(chosen) < count:
+        chance = support.chance.copy()
+        for k in chosen:
+            arm = support.points - support.points[k]
+            distance = np.linalg.norm(arm, axis=1)
+            near = (distance < size) & (distance > LEAST_APART * size) & (np.abs(arm @ up) < STEEPEST_LINE * distance)
+            if apart:
+                near &= support.body != support.body[k]
+            chance[~near] = 0
+        if len(chosen) == 2:
+            a, b = support.points[chosen]
+            normal = np.cross(b - a, support.points - a)
+            length = np.linalg.norm(normal, axis=1)
+            wide = length > LEAST_APART * size * np.linalg.norm(b - a)
+            chance[~(wide & (np.abs(normal @ up) > STEEPEST_PLANE * length))] = 0
+        if not chance.sum() > 0:
+            break
+        chosen.append(int(rng.choice(len(chance), p=chance / chance.sum())))
+    return np.array(chosen)
+
+
+def pose_on(points: Float, normal: Float, face: Face, along: Float, rng: np.random.Generator) -> Float:
+    """Return the pose (4, 4) with ``face`` on the plane of 1 to 3 points (n, 3) [m] with this ``normal`` (3,).
+
+    With several points, the centre of mass lies between them. A single point lies anywhere in the face, more likely
+    near the foot of the centre of mass. The longer side of the face points along ``along`` (3,).
+    """
+    if len(points) == 1:
+        corner = rng.dirichlet(np.ones(len(face.corners))) @ face.corners
+        on_face = face.foot + rng.random() ** 2 * (corner - face.foot)
+        on_scene = points[0]
+    else:
+        on_face, on_scene = face.foot, rng.dirichlet(np.full(len(points), 3.0)) @ points
+    body = np.column_stack([face.normal, face.along, np.cross(face.normal, face.along)])
+    world = np.column_stack([-normal, along, np.cross(-normal, along)])
+    turn = world @ body.T  # the face's normal to minus ``normal``, its longer side to ``along``
+    pose = np.eye(4)
+    pose[:3, :3] = turn
+    pose[:3, 3] = on_scene - turn @ on_face
+    return pose
+
+
+def plane_of(points: Float, normals: Float, up: Float) -> Float:
+    """Return the unit normal (3,) of the plane through 1 to 3 points (n, 3) with surface ``normals`` (n, 3).
+
+    With one point, it is the surface normal there. With two, the plane is as level as possible.
+    """
+    if len(points) == 1:
+        return np.asarray(normals[0])
+    along = unit(points[1] - points[0])
+    if len(points) == 2:
+        return unit(up - (up @ along) * along)
+    normal = unit(np.cross(along, points[2] - points[0]))
+    return normal if normal @ up > 0 else -normal
+
+
+def direction_in(points: Float, normal: Float, edges: Float, rng: np.random.Generator) -> Float:
+    """Choose a random unit direction (3,) in the plane for the longer side of the face.
+
+    In a share ALIGNED of the cases, it is along or across one of the ``edges`` (m, 3) of the scene or a line between
+    the points.
+    """
+    t1, t2 = tangents(normal)
+    if rng.random() > ALIGNED:
+        angle = rng.uniform(0, 2 * np.pi)
+        return np.asarray(np.cos(angle) * t1 + np.sin(angle) * t2)
+    lines = edges if len(points) == 1 else np.vstack([edges, unit(points[1:] - points[0])])
+    flat = lines - (lines @ normal)[:, None] * normal
+    flat = flat[np.linalg.norm(flat, axis=1) > 0.5]
+    way = unit(flat[rng.integers(len(flat))]) if len(flat) else t1
+    quarter = rng.integers(4)
+    across = np.cross(normal, way)
+    return np.asarray((way, across, -way, -across)[quarter])
+
+
+@dataclass(frozen=True, eq=False)
+class Proposals:
+    """A generator of random poses of one object in one scene.
+
+    ``checks`` are those of its poses; ``support`` holds the support points, and ``faces`` the faces of the object.
+    """
+
+    checks: Checks
+    support: SupportPoints
+    faces: tuple[Face, ...]
+
+    @cached_property
+    def moved(self) -> Moved:
+        """The object, prepared for the contact search in any pose."""
+        return Moved(self.checks.body)
+
+    @cached_property
+    def chances(self) -> Float:
+        """The probability (n,) of choosing each face.
+
+        It increases with the tilt at which the object still stands on the face. Facets of round sides have at most
+        ROUND_SHARE together; unless orientations are given, faces on which the object is upright have at least
+        UPRIGHT_SHARE.
+        """
+        tilt = np.array([face.tilt for face in self.faces])
+        chance = np.where(tilt > 0, np.maximum(tilt, 0.0) ** self.checks.options.weights.steadiness, 0.0)
+        if not chance.sum() > 0:
+            return np.full(len(tilt), 1 / len(tilt))
+        rolls = np.array([face.rolls for face in self.faces])
+        if chance[~rolls].sum() > 0:
+            chance = _at_most(chance, rolls, ROUND_SHARE)
+        if self.checks.options.prefer_upright:
+            upright = np.array([face.upright for face in self.faces])
+            if (chance[upright] > 0).any():
+                chance = _at_most(chance, ~upright, 1 - UPRIGHT_SHARE)
+        return np.asarray(chance / chance.sum())
+
+    @cached_property
+    def _stills(self) -> tuple[Still, ...]:
+        with_object = Scene([*self.checks.assembly.bodies, self.checks.body], self.checks.options.friction)
+
+        def mu(name: str) -> float | None:
+            try:
+                return with_object.mu(name, self.checks.body.name)
+            except SceneError:
+                return None
+
+        return tuple(Still(body, mu(body.name), self.checks.up) for body in self.checks.frozen)
+
+    @cached_property
+    def _edges(self) -> Float:
+        """The directions (n, 3) of the axes of all bodies of the scene."""
+        axes = [body.pose[:3, :3].T for body in self.checks.assembly.bodies]
+        return np.unique(np.round(np.vstack(axes), 6), axis=0)
+
+    def points(self, rng: np.random.Generator) -> Int:
+        """Choose the support points of a pose, and return their numbers."""
+        least = min(self.checks.options.least_supports, 3)
+        chance = np.array(SEVERAL[least - 1 :])
+        count = least + int(rng.choice(len(chance), p=chance / chance.sum()))
+        return choose_points(
+            self.support, count, self.moved.size, self.checks.up, self.checks.options.least_supports > 1, rng
+        )
+
+    def pose(self, places: Float, normals: Float, rng: np.random.Generator) -> Float:
+        """Return a pose (4, 4) in which a face of the object lies on points (k, 3) [m] with ``normals`` (k, 3)."""
+        normal = plane_of(places, normals, self.checks.up)
+        allowed = self.checks.options.orientations
+        if allowed is None:
+            face = self.faces[int(rng.choice(len(self.faces), p=self.chances))]
+            along = direction_in(places, normal, self._edges, rng)
+        else:
+            turn = allowed[rng.integers(len(allowed))]
+            face = min(self.faces, key=lambda f: float((turn @ f.normal) @ normal))
+            along = direction_in(places, normal, self._edges, rng)
+            if not self.checks.options.free_yaw:
+                level = turn @ face.along
+                along = unit(level - (level @ normal) * normal)
+        return pose_on(places, normal, face, along, rng)
+
+    def let_down(self, pose: Float) -> Float | None:
+        """Lower the object from just above ``pose`` (4, 4), or from above the scene if there is no room.
+
+        Returns the pose (4, 4) at rest, or None.
+        """
+        lifted = pose.copy()
+        lifted[:3, 3] += CLEARANCE * self.moved.size * self.checks.up
+        if self.checks.options.from_afar or not self.checks.free(lifted):
+            lowest = float((self.moved.surface(lifted).vertices @ self.checks.up).min())
+            top = max(
+                float((body.surface_world.vertices @ self.checks.up).max()) for body in self.checks.assembly.bodies
+            )
+            lifted[:3, 3] += max(top - lowest, 0.0) * self.checks.up
+        return lowered(self.moved, lifted, self._stills, self.checks.up)
+
+
+def _at_most(chance: Float, which: Bool, share: float) -> Float:
+    """Return the probabilities ``chance`` (n,), scaled so that those of ``which`` (n,) are at most ``share`` of all."""
+    some, rest = float(chance[which].sum()), float(chance[~which].sum())
+    if some <= share * (some + rest):
+        return chance
+    return np.where(which, chance * (share / (1 - share)) * rest / some, chance)

@@ -8,7 +8,6 @@ mechanism at the end of the load path. The assembly with the moved body must als
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,34 +16,78 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from holdfast.applications.pushing.result import Effect, SafePushes
-from holdfast.applications.pushing.tool import Tool, reached
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Bool, Float, checked_directions, checked_number, objects
-from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.progress import reported
 from holdfast.base.ranges import FORCE, LENGTH
+from holdfast.base.rounding import COORDINATES
 from holdfast.base.text import listed, quoted
+from holdfast.base.values import Value
 from holdfast.engines.answers import Answers, Claim, joined_notes
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.exposed import exposed_cells
-from holdfast.queries.push import asked
+from holdfast.geometry.clearance import rod_clearance
+from holdfast.queries.map import exposed_cells, spacing_for
+from holdfast.queries.push import load_factors
 from holdfast.queries.request import (
     DEFAULT_ENGINE,
     EngineChoice,
     body_number,
     checked_assembly,
+    checked_options,
     engine_of,
     push_columns,
+    quiet,
 )
 from holdfast.scene.scene import Scene
 
+LONG = 2.0  # length of the tool, in sizes of the assembly
 POINTS = 100  # approximate default number of surface points
 OBLIQUE = 30.0  # [deg] largest angle between a push and the inward normal: at a larger one, the tool might slip
 DOUBT = 0.2  # share by which friction may differ from the given coefficients
 PARTS = (0.5, 1.0)  # shares of the travel at which the assembly is checked
 SAME = 6  # decimals [m] to which equal poses agree
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tool(Value):
+    """The tool that pushes a body: a straight rod with a round tip.
+
+    - ``radius`` [m]: the radius of the rod, which must reach a point without touching another body.
+    - ``travel`` [m]: how far it pushes the body. Nothing else may move or be in the way until then.
+
+    Raises SceneError for a number out of range.
+    """
+
+    radius: float = 0.0
+    travel: float = 0.005
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        set_(self, "radius", checked_number(self.radius, "Tool: radius", minimum=0, within=LENGTH))
+        set_(self, "travel", checked_number(self.travel, "Tool: travel", above=0, within=LENGTH))
+
+
+def reached(assembly: Assembly, body: str, points: Float, normals: Float, directions: Float, radius: float) -> Bool:
+    """Return which of n pushes a rod with a round tip, both of ``radius`` [m], can make along its axis.
+
+    Its tip touches the ``body`` at ``points`` (n, 3) [m] from outside, on the side of the outward unit ``normals``
+    (n, 3), and the rod extends from there along minus ``directions`` (n, 3). It must not enter the pushed body, and
+    must be further from every other body than the contact tolerance of the two.
+    """
+    pushed = assembly.scene.body(body)
+    apart = assembly.tolerances.of(pushed) + pushed.shape.surface.sagitta
+    tip = points + (radius + apart) * normals
+    back = -LONG * assembly.size * directions
+    slack = COORDINATES * assembly.size
+    free = rod_clearance(tip, back, pushed.surface_world) >= max(radius - slack, slack)
+    for other in assembly.bodies:
+        if other.name != body:
+            needed = radius + assembly.tolerances.base(pushed, other)
+            free[free] = rod_clearance(tip[free], back[free], other.surface_world) >= needed - slack
+    return np.asarray(free)
 
 
 def safe_pushes(
@@ -71,21 +114,17 @@ def safe_pushes(
     assembly = checked_assembly(assembly)
     where = f"safe pushes on {quoted(body)}"
     most = checked_number(force, f"{where}: force", above=0, within=FORCE)
-    rod = Tool() if tool is None else tool
-    if not isinstance(rod, Tool):
-        raise SceneError(message(f"{where}: tool", f"is {quoted(tool)}", "needs holdfast.sets.Tool(...)"))
+    rod = checked_options(tool, Tool, f"{where}: tool")
     share = checked_number(doubt, f"{where}: doubt", minimum=0, below=1)
     method = engine_of(engine)
     if method.claim is not Claim.HOLDS:
         raise HoldfastError(message(where, f"engine {method.name!r} does not claim that it holds", "use 'compliant'"))
     if body_number(assembly, body) == FIXED:
         raise SceneError(message(where, "the body is fixed: no push moves it", "name a movable body"))
-    area = assembly.scene.body(body).surface_world.area
-    step = (
-        float(np.sqrt(area / POINTS))
-        if spacing is None
-        else checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH)
-    )
+    if spacing is None:
+        step = spacing_for(assembly, [body], POINTS)
+    else:
+        step = checked_number(spacing, f"{where}: spacing", above=0, within=LENGTH)
     points, normals, along = _candidates(assembly, body, step, directions, where)
     free = reached(assembly, body, points, normals, along, rod.radius)
     points, along = points[free], along[free]
@@ -136,11 +175,15 @@ class _Trials:
     def judged(self, points: Float, along: Float) -> tuple[list[Effect], list[str], Float, Float, tuple[str, ...]]:
         """Return effects and reasons, the least lower and the largest upper bounds (n,), and the notes."""
         columns = push_columns(self.assembly, self.assembly.index[self.body], points, along)
-        frictions = self._frictions()
+        mine = np.array([self.body in interface.bodies for interface in self.assembly.interfaces], dtype=bool)
+        cases = [(1.0, 1.0), (1 + self.doubt, 1 - self.doubt), (1 - self.doubt, 1 - self.doubt)]
+        mu = np.array(self.assembly.mu)
+        kinds = [self.assembly.with_mu((mu * np.where(mine, own, others)).tolist()) for own, others in cases]
+        frictions = kinds if self.doubt > 0 else kinds[:1]
         still = self._still(frictions, columns)
         rest = np.flatnonzero(~still)
         found = [
-            asked(self.engine, each, columns[:, rest], np.zeros(len(columns)), bounds=True)
+            load_factors(self.engine, each, columns[:, rest], np.zeros(len(columns)), bounds=True)
             for each in reported("pushes with other friction", frictions)
         ]
         lower, upper = np.full(len(points), self.force), np.full(len(points), np.inf)
@@ -172,14 +215,6 @@ class _Trials:
             if len(rows):
                 still[rows] = prepared(self.engine, each).held(self.force * columns[:, rows])
         return still
-
-    def _frictions(self) -> list[Assembly]:
-        """Return the assembly with the given friction, and with friction that differs by ``doubt``."""
-        mine = np.array([self.body in interface.bodies for interface in self.assembly.interfaces], dtype=bool)
-        mu = np.array(self.assembly.mu)
-        cases = [(1.0, 1.0), (1 + self.doubt, 1 - self.doubt), (1 - self.doubt, 1 - self.doubt)]
-        kinds = [self.assembly.with_mu((mu * np.where(mine, own, others)).tolist()) for own, others in cases]
-        return kinds if self.doubt > 0 else kinds[:1]
 
     def _effect(self, found: list[Answers], k: int, lower: float, upper: float) -> tuple[Effect, str]:
         """Judge one push by its bounds and by what gives way first, over all cases of friction."""
@@ -232,8 +267,7 @@ class _Trials:
         if not self.assembly.detected:
             return "it may touch others: the contacts were given, so new ones cannot be detected"
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", HoldfastWarning)
+            with quiet():
                 moved = self.assembly.moved({self.body: pose})
         except HoldfastError as error:
             return f"is not known: {error}"

@@ -1,4 +1,4 @@
-"""What is within reach of the moved bodies at each pose, and the small assemblies in which they are decided.
+"""Poses of some bodies, what is within reach of these at each, and the small assemblies in which they are decided.
 
 A verdict on a group of bodies depends on these bodies, on those that they touch, and on those within reach of them. So
 at each pose only the moved bodies and what they may touch have to be looked at; the rest stands or falls as before.
@@ -6,26 +6,159 @@ at each pose only the moved bodies and what they may touch have to be looked at;
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.connected import components
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float, Int, checked, checked_items, frozen
+from holdfast.base.errors import GeometryError, HoldfastError, SceneError, message
+from holdfast.base.parallel import answers_in_parallel, free_threads
+from holdfast.base.ranges import PLACE
+from holdfast.base.rigid import RIGID_TOLERANCE, checked_pose
+from holdfast.base.text import quoted
 from holdfast.contacts.neighbours import box_distance, neighbours
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, doubtful_gap
-from holdfast.queries.poses.given_poses import GivenPoses
-from holdfast.queries.poses.outlines import Outline, outlines_of, separation
+from holdfast.engines.contract import Engine
+from holdfast.engines.groups import prepared
+from holdfast.engines.joint_verdict import joint
+from holdfast.engines.rest import undecided
+from holdfast.engines.verdict import GroupVerdict, Status, Verdict
+from holdfast.queries.poses.outlines import PartHull, outlines_of, separation
+from holdfast.queries.request import quiet
 from holdfast.scene.body import Body
+
+STAGE = "poses"
+T = TypeVar("T")
 
 SLACK = 1.001  # factor on a reach, so that no rounding takes a body for out of reach
 
 
 @dataclass(frozen=True)
-class Piece:
+class Decided:
+    """The verdict on a group in short; ``moving`` are those that move if it is UNSTABLE, ``balanced`` are as there."""
+
+    names: tuple[str, ...]
+    status: Status
+    reason: str
+    moving: tuple[str, ...] = ()
+    balanced: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, group: GroupVerdict) -> Decided:
+        """Return a verdict in short."""
+        verdict, mechanism = group.verdict, group.verdict.mechanism
+        falls = verdict.status is Status.UNSTABLE and mechanism is not None
+        moving = mechanism.moving if falls and mechanism else ()
+        return cls(group.bodies, verdict.status, verdict.reason, moving, verdict.balanced)
+
+
+Groups = tuple[Decided, ...]
+
+
+def joined(groups: Groups) -> Decided:
+    """Return one verdict for all groups: the worst, with the reasons and the moving bodies of those that have it."""
+    if groups:
+        short = [
+            GroupVerdict(
+                bodies=group.names, verdict=Verdict(status=group.status, reason=group.reason, balanced=group.balanced)
+            )
+            for group in groups
+        ]
+        verdict = joint(short)
+    else:
+        verdict = undecided("nothing here can move: every body is fixed")
+    names = tuple(name for group in groups for name in group.names)
+    moving = tuple(name for group in groups if group.status is verdict.status for name in group.moving)
+    return Decided(names, verdict.status, verdict.reason, moving)
+
+
+@dataclass(frozen=True, eq=False)
+class GivenPoses:
+    """``poses`` (n, k, 4, 4), body frame to world, of the k bodies with these ``names``."""
+
+    names: tuple[str, ...]
+    poses: Float
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def __iter__(self) -> Iterator[dict[str, Float]]:
+        """Yield the poses of each row by name, as ``Assembly.moved`` takes them."""
+        return (self.row(number) for number in range(len(self)))
+
+    def of(self, name: str) -> Float:
+        """Return the poses (n, 4, 4) of one of the bodies."""
+        return self.poses[:, self.names.index(name)]
+
+    def row(self, number: int) -> dict[str, Float]:
+        """Return the poses of one row by name."""
+        return dict(zip(self.names, self.poses[number], strict=True))
+
+
+def given_poses(
+    assembly: Assembly, bodies: str | Sequence[str], poses: ArrayLike | Mapping[str, ArrayLike], where: str
+) -> GivenPoses:
+    """Check the names of the moved ``bodies`` and their ``poses``.
+
+    ``poses`` is (n, 4, 4) for one body; for k bodies it is (n, k, 4, 4), in the order of ``bodies``, or a mapping from
+    each name to (n, 4, 4). Raises SceneError for an unknown or repeated name or if the names of a mapping are others,
+    GeometryError if a pose is not rigid, and HoldfastError if the interfaces of the assembly were given.
+    """
+    if not assembly.detected:
+        problem = "its interfaces were given, and where bodies touch elsewhere cannot be told from them"
+        raise HoldfastError(message(where, problem, "assemble the scene without interfaces="))
+    names = [bodies] if isinstance(bodies, str) else checked_items(bodies, f"{where}: bodies", "names")
+    for name in names:
+        assembly.scene.body(name)
+    if not names or len(set(names)) < len(names):
+        problem = f"bodies is {quoted(names, 80)}"
+        raise SceneError(message(where, problem, "name at least one body, and each once"))
+    each = _by_body(names, poses, isinstance(bodies, str), where)
+    return GivenPoses(tuple(names), frozen(np.stack(each, axis=1)))
+
+
+def _by_body(names: Sequence[str], poses: ArrayLike | Mapping[str, ArrayLike], single: bool, where: str) -> list[Float]:
+    """Return the checked poses (n, 4, 4) of each body."""
+    if isinstance(poses, Mapping):
+        if set(poses) != set(names):
+            problem = f"poses are those of {quoted(sorted(map(str, poses)), 80)}"
+            raise SceneError(message(where, problem, f"needs those of {quoted(sorted(names), 80)}"))
+        each = [_rigid(poses[name], f"{where}: poses of {quoted(name)}") for name in names]
+    elif single:
+        each = [_rigid(poses, f"{where}: poses")]
+    else:
+        together = checked(poses, (None, len(names), 4, 4), f"{where}: poses", error=GeometryError)
+        each = [_rigid(together[:, k], f"{where}: poses of {quoted(name)}") for k, name in enumerate(names)]
+    counts = {len(own) for own in each}
+    if len(counts) > 1:
+        counted = ", ".join(f"{quoted(name)} {len(own)}" for name, own in zip(names, each, strict=True))
+        raise SceneError(message(where, f"poses differ in number: {counted}", "needs as many of each body"))
+    if counts == {0}:
+        raise SceneError(message(where, "got no poses", "needs at least one"))
+    return each
+
+
+def _rigid(value: Any, where: str) -> Float:  # noqa: ANN401 - anything a caller may pass
+    """Return poses (n, 4, 4) after checking all of them at once; the first that is not rigid raises GeometryError."""
+    poses = checked(value, (None, 4, 4), where, error=GeometryError)
+    turned = poses[:, :3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        defect = np.abs(np.swapaxes(turned, 1, 2) @ turned - np.eye(3)).max((1, 2))
+        fits = (defect <= RIGID_TOLERANCE) & (np.linalg.det(turned) > 0) & (poses[:, 3] == (0, 0, 0, 1)).all(1)
+        fits &= (np.abs(poses[:, :3, 3]) <= PLACE.largest).all(1)
+    for number in np.flatnonzero(~fits):
+        checked_pose(poses[number], f"{where}[{number}]")
+    return poses
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
     """Some ``moved`` bodies, the bodies ``beside`` them at some pose, and all ``others`` that are decided with them.
 
     The others are ``beside`` with all movable bodies that touch these or come within reach of them, and so on.
@@ -46,6 +179,8 @@ class Neighbourhoods:
 
     assembly: Assembly
     given: GivenPoses
+    engine: Engine
+    _made: dict[Neighbourhood, Assembly] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def rest(self) -> Assembly | None:
@@ -55,26 +190,31 @@ class Neighbourhoods:
         return self.assembly.without(*self.given.names)
 
     @cached_property
-    def outlines(self) -> dict[str, tuple[Outline, ...]]:
+    def rest_groups(self) -> Groups:
+        """The verdicts on the groups of ``rest``."""
+        return () if self.rest is None else tuple(map(Decided.of, prepared(self.engine, self.rest).verdicts))
+
+    @cached_property
+    def outlines(self) -> dict[str, tuple[PartHull, ...]]:
         """The outlines of the parts of every body."""
         return {body.name: outlines_of(body) for body in self.assembly.bodies}
 
     @cached_property
-    def parts(self) -> list[tuple[str, Outline]]:
+    def parts(self) -> list[tuple[str, PartHull]]:
         """All parts of all bodies, with the names of the bodies, in the order of the scene."""
         return [(body.name, part) for body in self.assembly.bodies for part in self.outlines[body.name]]
 
     @cached_property
-    def _found(self) -> tuple[list[tuple[Piece, ...]], Int]:
+    def _found(self) -> tuple[list[tuple[Neighbourhood, ...]], Int]:
         if self.rest is None:
             others = frozenset(body.name for body in self.assembly.bodies) - set(self.given.names)
-            return [(Piece(self.given.names, others, others),)], np.zeros(len(self.given), dtype=np.int64)
+            return [(Neighbourhood(self.given.names, others, others),)], np.zeros(len(self.given), dtype=np.int64)
         near = np.packbits(self._near.reshape(len(self.given), -1), axis=1)
         _, first, pattern = np.unique(near, axis=0, return_index=True, return_inverse=True)
         return [self._pieces(self._near[row]) for row in first], pattern.ravel()
 
     @property
-    def pieces(self) -> list[tuple[Piece, ...]]:
+    def pieces(self) -> list[tuple[Neighbourhood, ...]]:
         """The pieces of each pattern; each moved body is in one of them."""
         return self._found[0]
 
@@ -115,7 +255,7 @@ class Neighbourhoods:
         body = self.assembly.scene.body
         within = self.apart <= self._of_pairs(lambda one, two: self.reach(body(one), body(two)))
         for number, (its, _) in enumerate(self.parts):
-            near[:, :, self.order(its)] |= within[:, :, number]
+            near[:, :, self.order[its]] |= within[:, :, number]
         return near
 
     def _of_pairs(self, value: Callable[[str, str], float]) -> Float:
@@ -132,7 +272,7 @@ class Neighbourhoods:
         """Return the distance [m] beyond which two bodies neither touch nor are held by each other in doubt."""
         return SLACK * max(self.assembly.tolerances.between(a, b).gap, doubtful_gap(a, b))
 
-    def _pieces(self, near: Bool) -> tuple[Piece, ...]:
+    def _pieces(self, near: Bool) -> tuple[Neighbourhood, ...]:
         """Return the pieces of one pose, at which the moved bodies are ``near`` (k, B) others."""
         names, bodies = self.given.names, self.assembly.bodies
         beside = {
@@ -151,15 +291,12 @@ class Neighbourhoods:
             moved = tuple(names[k] for k in group)
             together = set[str]().union(*(beside[name] for name in moved))
             others = set[str]().union(*(joined[name] for name in moved)) - set(moved)
-            pieces.append(Piece(moved, frozenset(together - set(moved)), frozenset(others)))
+            pieces.append(Neighbourhood(moved, frozenset(together - set(moved)), frozenset(others)))
         return tuple(pieces)
 
-    def order(self, name: str) -> int:
-        """Return the place of a body in the scene."""
-        return self._order[name]
-
     @cached_property
-    def _order(self) -> dict[str, int]:
+    def order(self) -> dict[str, int]:
+        """The place of each body in the scene."""
         return {body.name: number for number, body in enumerate(self.assembly.bodies)}
 
     def _is_fixed(self, name: str) -> bool:
@@ -181,18 +318,40 @@ class Neighbourhoods:
         found: dict[str, frozenset[str]] = {}
         for group in components(len(movable), [pair for pair in ends if FIXED not in pair]):
             members = {movable[k].name for k in group}
-            held = {b.name for pair in close for a, b in (pair, pair[::-1]) if b.fixed and a.name in members}
-            found |= dict.fromkeys(members, frozenset(members | held))
+            holders = {b.name for pair in close for a, b in (pair, pair[::-1]) if b.fixed and a.name in members}
+            found |= dict.fromkeys(members, frozenset(members | holders))
         return found
 
-    def piece_on(self, name: str, its: str) -> Piece:
+    def piece_on(self, name: str, its: str) -> Neighbourhood:
         """Return the piece of one moved body beside one other body alone."""
-        return Piece((name,), frozenset({its}), frozenset(self._with_all_near({its})))
+        return Neighbourhood((name,), frozenset({its}), frozenset(self._with_all_near({its})))
 
-    def local(self, piece: Piece) -> Assembly:
-        """Return the assembly in which a piece is decided, with its moved bodies where they were."""
-        kept = {*piece.moved, *piece.others}
-        if not any(self._is_fixed(name) for name in kept):
-            kept |= {body.name for body in self.assembly.fixed}
-        gone = [body.name for body in self.assembly.bodies if body.name not in kept]
-        return self.assembly.without(gone) if gone else self.assembly
+    def local(self, piece: Neighbourhood) -> Assembly:
+        """Return the assembly in which a piece is decided, made once, with its moved bodies where they were."""
+        if piece not in self._made:
+            kept = {*piece.moved, *piece.others}
+            if not any(self._is_fixed(name) for name in kept):
+                kept |= {body.name for body in self.assembly.fixed}
+            gone = [body.name for body in self.assembly.bodies if body.name not in kept]
+            self._made[piece] = self.assembly.without(gone) if gone else self.assembly
+        return self._made[piece]
+
+    def at(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Assembly:
+        """Return the assembly of a piece with its moved bodies at ``poses`` (4, 4)."""
+        return self.local(piece).moved({name: poses[name] for name in piece.moved})
+
+    def decided(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Groups:
+        """Return the verdicts on the groups of a piece at ``poses`` (4, 4)."""
+        return tuple(map(Decided.of, prepared(self.engine, self.at(piece, poses)).verdicts))
+
+    def in_threads(self, asked: Sequence[tuple[int, Neighbourhood]], answer: Callable[[Assembly, int], T]) -> list[T]:
+        """Return an ``answer(assembly, row)`` for each (row, piece) that is ``asked``, computed in threads."""
+        for piece in dict.fromkeys(piece for _, piece in asked):
+            self.local(piece)
+
+        def ask(number: int) -> T:
+            row, piece = asked[number]
+            return answer(self.at(piece, self.given.row(row)), row)
+
+        with quiet():
+            return answers_in_parallel(STAGE, ask, min(free_threads(), max(len(asked), 1)), len(asked), len(self.given))

@@ -26,7 +26,7 @@ AXES = np.vstack([np.eye(3), -np.eye(3)])
 
 
 @dataclass(frozen=True, eq=False)
-class Outline:
+class PartHull:
     """The convex hull of a body or of one of its parts, in the frame of the body.
 
     It holds all points within ``radius`` [m] of the hull of ``corners`` (V, 3); the radius is 0 but for a ball, which
@@ -43,7 +43,7 @@ class Outline:
     unbounded: bool = False
 
     @classmethod
-    def of(cls, surface: Surface, pose: Float | None = None, radius: float = 0.0) -> Outline:
+    def of(cls, surface: Surface, pose: Float | None = None, radius: float = 0.0) -> PartHull:
         """Return the outline of a part with this ``surface`` at ``pose`` (4, 4); of a ball ``radius`` [m] is known.
 
         Without volume, a hull is known by its corners alone.
@@ -101,20 +101,20 @@ class Outline:
         return np.asarray((directions @ self.corners.T).max(-1) + self.radius * np.linalg.norm(directions, axis=-1))
 
 
-def outlines_of(body: Body) -> tuple[Outline, ...]:
+def outlines_of(body: Body) -> tuple[PartHull, ...]:
     """Return the outlines of the parts of a body."""
     if isinstance(body.shape, HalfSpace):
-        return (Outline(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0, 0.0]]), solid=True, unbounded=True),)
+        return (PartHull(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0, 0.0]]), solid=True, unbounded=True),)
     if isinstance(body.shape, Compound):
         return tuple(_outline(part.shape, part.pose) for part in body.shape.parts)
     return (_outline(body.shape),)
 
 
-def _outline(shape: Shape, pose: Float | None = None) -> Outline:
-    return Outline.of(shape.surface, pose, shape.radius if isinstance(shape, Sphere) else 0.0)
+def _outline(shape: Shape, pose: Float | None = None) -> PartHull:
+    return PartHull.of(shape.surface, pose, shape.radius if isinstance(shape, Sphere) else 0.0)
 
 
-def separation(one: Outline, poses: Float, other: Outline, others: Float, reach: float) -> Float:
+def separation(one: PartHull, poses: Float, other: PartHull, others: Float, reach: float) -> Float:
     """Return lower bounds (n,) [m] of the distance of two bodies at ``poses`` and ``others`` (n, 4, 4).
 
     They are sharp only where they matter: bounds above ``reach`` [m] may be anything above it. Negative bounds say that
@@ -131,7 +131,7 @@ def separation(one: Outline, poses: Float, other: Outline, others: Float, reach:
     return np.asarray(bound)
 
 
-def shared_ball(one: Outline, poses: Float, other: Outline, others: Float) -> Float:
+def shared_ball(one: PartHull, poses: Float, other: PartHull, others: Float) -> Float:
     """Return the radius (n,) [m] of a large ball that lies in both of two solid bodies; not positive if none was found.
 
     From the middle of the smaller body on, the centre of the ball moves away from the plane that limits it most.
@@ -149,7 +149,7 @@ def shared_ball(one: Outline, poses: Float, other: Outline, others: Float) -> Fl
     return found
 
 
-def _largest_ball(one: Outline, relative: Float, other: Outline) -> Float:
+def _largest_ball(one: PartHull, relative: Float, other: PartHull) -> Float:
     """Return the radius (n,) [m] of a ball in two convex bodies, ``one`` at ``relative`` (n, 4, 4) to ``other``."""
     turned, moved = relative[:, :3, :3], relative[:, :3, 3]
     normals = one.planes[:, :3] @ np.swapaxes(turned, 1, 2)  # of both bodies, in the frame of the other one
@@ -172,7 +172,7 @@ def _placed(poses: Float, point: Float) -> Float:
     return np.asarray(poses[:, :3, :3] @ point + poses[:, :3, 3])
 
 
-def _along_directions(one: Outline, poses: Float, other: Outline, others: Float) -> Float:
+def _along_directions(one: PartHull, poses: Float, other: PartHull, others: Float) -> Float:
     """Return the largest gap (n,) [m] between two hulls along any of their directions, in the frame of ``other``."""
     relative = np.linalg.inv(others) @ poses
     turned, moved = relative[:, :3, :3], relative[:, :3, 3]

@@ -21,12 +21,10 @@ from holdfast.engines.answers import Answers, Bound, Claim, joined_notes, weakes
 from holdfast.engines.bearing import limited
 from holdfast.engines.verdict import Status
 from holdfast.geometry.distance import distance_to_surface
-from holdfast.queries.poses.decisions import STAGE, Locals, quiet
-from holdfast.queries.poses.given_poses import GivenPoses, given_poses
-from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece
+from holdfast.queries.poses.neighbourhoods import STAGE, GivenPoses, Neighbourhood, Neighbourhoods, given_poses
 from holdfast.queries.poses.plain_cases import PlainCases
-from holdfast.queries.push import asked, robustness
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns
+from holdfast.queries.push import load_factors, robustness
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns, quiet
 from holdfast.queries.result import ROW_HEADS, amount, gives_way, places_of
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
@@ -176,7 +174,7 @@ def robustness_of_poses(
         with quiet():
             found = answers_in_parallel(STAGE, asked_alone, min(free_threads(), len(given)), len(given), len(given))
     else:
-        found = _Pushed(Locals(Neighbourhoods(assembly, given), method), name, p, e, bounds).rows()
+        found = _rows(Neighbourhoods(assembly, given, method), name, p, e, bounds)
     return RobustnessOfPoses(
         engine=method.name,
         claim=method.claim,
@@ -224,52 +222,33 @@ def _pushes(
     return p, e
 
 
-@dataclass(frozen=True, eq=False)
-class _Pushed:
-    """Pushes on one body at all poses: ``points`` and ``directions`` (n, 3), world frame."""
+def _rows(around: Neighbourhoods, name: str, points: Float, directions: Float, bounds: bool) -> list[Row]:
+    """Return the answers for one push on a body at each pose, in threads; all at once where no pose concerns it."""
 
-    local: Locals
-    name: str
-    points: Float
-    directions: Float
-    bounds: bool
+    def pushed(there: Assembly, rows: list[int]) -> Answers:
+        W = push_columns(there, there.index[name], points[rows], directions[rows])
+        return load_factors(around.engine, there, W, np.zeros(6 * len(there.movable)), bounds=bounds)
 
-    def rows(self) -> list[Row]:
-        """Return the answers for all poses, in threads; for a body that no pose concerns, all at once."""
-        around = self.local.around
-        count, plain = len(around.given), PlainCases(self.local)
-        found: dict[int, Row] = {}
-        left: list[tuple[int, Piece]] = []
-        untouched: list[int] = []
-        for number_, pieces in enumerate(around.pieces):
-            rows = np.flatnonzero(around.pattern == number_)
-            own = [piece for piece in pieces if self.name in (*piece.moved, *piece.others)]
-            if not own or around.assembly.index[self.name] == FIXED:
-                untouched += rows.tolist()
-                continue
-            for at, groups in plain.at_once(own[0], rows):
-                (group,) = (each for each in groups if self.name in each.names)
-                if group.status is not Status.STABLE:
-                    found |= dict.fromkeys(at.tolist(), Row.not_standing(group.status, group.moving))
-            left += [(row, own[0]) for row in rows.tolist() if row not in found]
-        left.sort(key=lambda entry: entry[0])
-        for piece in dict.fromkeys(piece for _, piece in left):
-            self.local.of(piece)
-
-        def ask(number: int) -> Row:
-            row, piece = left[number]
-            return Row.of(self._asked(self.local.at(piece, around.given.row(row)), [row]))
-
+    plain = {moved: PlainCases(around, moved) for moved in around.given.names}
+    found: dict[int, Row] = {}
+    left: list[tuple[int, Neighbourhood]] = []
+    untouched: list[int] = []
+    for number_, pieces in enumerate(around.pieces):
+        rows = np.flatnonzero(around.pattern == number_)
+        own = [piece for piece in pieces if name in (*piece.moved, *piece.others)]
+        if not own or around.assembly.index[name] == FIXED:
+            untouched += rows.tolist()
+            continue
+        for at, groups in plain[own[0].moved[0]].at_once(own[0], rows):
+            (group,) = (each for each in groups if name in each.names)
+            if group.status is not Status.STABLE:
+                found |= dict.fromkeys(at.tolist(), Row.not_standing(group.status, group.moving))
+        left += [(row, own[0]) for row in rows.tolist() if row not in found]
+    left.sort(key=lambda entry: entry[0])
+    each = around.in_threads(left, lambda there, row: Row.of(pushed(there, [row])))
+    found |= {row: answer for (row, _), answer in zip(left, each, strict=True)}
+    if untouched:
         with quiet():
-            each = answers_in_parallel(STAGE, ask, min(free_threads(), max(len(left), 1)), len(left), max(count, 1))
-            found |= {row: answer for (row, _), answer in zip(left, each, strict=True)}
-            if untouched:
-                table = self._asked(around.rest or around.assembly, untouched)
-                found |= {row: Row.of(table, k) for k, row in enumerate(untouched)}
-        return [found[row] for row in range(count)]
-
-    def _asked(self, assembly: Assembly, rows: list[int]) -> Answers:
-        """Return the answers for the pushes of some rows on the body in an assembly."""
-        W = push_columns(assembly, assembly.index[self.name], self.points[rows], self.directions[rows])
-        standing = np.zeros(6 * len(assembly.movable))
-        return asked(self.local.engine, assembly, W, standing, bounds=self.bounds)
+            table = pushed(around.rest or around.assembly, untouched)
+        found |= {row: Row.of(table, k) for k, row in enumerate(untouched)}
+    return [found[row] for row in range(len(around.given))]

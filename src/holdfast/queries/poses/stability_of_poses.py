@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import InitVar, dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,18 @@ from holdfast.base.public import MOST_ROWS, PublicValue, Summary, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import limited
+from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.poses.decisions import Decided, Groups, Locals, Whole, quiet
-from holdfast.queries.poses.given_poses import given_poses
-from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece
+from holdfast.queries.poses.neighbourhoods import (
+    Decided,
+    Groups,
+    Neighbourhood,
+    Neighbourhoods,
+    given_poses,
+    joined,
+)
 from holdfast.queries.poses.plain_cases import PlainCases
-from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, quiet
 from holdfast.queries.stability import Stability, stability
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
@@ -139,7 +146,7 @@ def stability_of_poses(
     if limited(assembly.bodies):  # who is crushed is asked of the whole scene
         found = [_with_bearing(asked(row), limited(assembly.bodies)) for row in range(len(given))]
     else:
-        found = decided(Locals(Neighbourhoods(assembly, given), method))
+        found = decided(Neighbourhoods(assembly, given, method))
     return StabilityOfPoses(
         engine=method.name,
         claim=method.claim,
@@ -168,24 +175,30 @@ def _with_bearing(found: Stability, limits: Sequence[str]) -> Decided:
     return Decided((), Status.STABLE, found.reason)
 
 
-def decided(local: Locals) -> list[Decided]:
+def decided(around: Neighbourhoods) -> list[Decided]:
     """Return the verdict on the whole scene at each pose: plain cases at once, all others one by one."""
-    around = local.around
-    plain = PlainCases(local)
-    known: list[dict[Piece, Groups]] = [{} for _ in range(len(around.given))]
-    asked: list[tuple[int, Piece]] = []
+    plain = {name: PlainCases(around, name) for name in around.given.names}
+    known: list[dict[Neighbourhood, Groups]] = [{} for _ in range(len(around.given))]
+    asked: list[tuple[int, Neighbourhood]] = []
     for number_, pieces in enumerate(around.pieces):
         rows = np.flatnonzero(around.pattern == number_)
         for piece in pieces:
-            for at, groups in plain.at_once(piece, rows):
+            for at, groups in plain[piece.moved[0]].at_once(piece, rows):
                 for row in at.tolist():
                     known[row][piece] = groups
             asked += [(row, piece) for row in rows.tolist() if piece not in known[row]]
     asked.sort(key=lambda entry: entry[0])
-    for (row, piece), groups in zip(asked, local.decided_all(asked, len(known)), strict=True):
+    each = around.in_threads(asked, lambda there, _: tuple(map(Decided.of, prepared(around.engine, there).verdicts)))
+    for (row, piece), groups in zip(asked, each, strict=True):
         known[row][piece] = groups
-    whole = Whole(around.assembly, local.rest)
+    place = {body.name: number for number, body in enumerate(around.assembly.movable)}
+
+    @cache  # many poses have the same groups
+    def whole(groups: Groups, others: frozenset[str]) -> Decided:
+        every = [*groups, *(group for group in around.rest_groups if others.isdisjoint(group.names))]
+        return joined(tuple(sorted(every, key=lambda group: min(map(place.__getitem__, group.names)))))
+
     return [
-        whole.joined(list(pieces.values()), frozenset[str]().union(*(piece.others for piece in pieces)))
+        whole(tuple(chain.from_iterable(pieces.values())), frozenset().union(*(piece.others for piece in pieces)))
         for pieces in known
     ]
