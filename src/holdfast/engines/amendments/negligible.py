@@ -17,6 +17,7 @@ NO_FORCE = 1e-8  # share of the weight of the pushed body below which a force is
 def without_negligible(found: Answers, W: Float, assembly: Assembly) -> Answers:
     """Return the answers with 0 for forces on one group that rounding alone tells from 0, and a note that says so.
 
+    Engines ``limit`` and ``graph`` need it: of a plank balanced on an edge they tell 1e-18 N and 1e-15 N.
     Forces are compared with the own weight of the bodies that are pushed: a light body may rest on a heavy one.
     """
     own = np.abs(W * assembly.equation_scale[:, None]).max(0, initial=0.0) / assembly.weight
