@@ -32,22 +32,20 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
 from holdfast.base.memory import Same
-from holdfast.engines.amendments import amendment_list, limit_review, self_stressed
-from holdfast.engines.amendments.limit_review import LimitReview
-from holdfast.engines.amendments.negligible import without_negligible
-from holdfast.engines.amendments.open_contacts import OpenContacts
-from holdfast.engines.amendments.self_stressed import SelfStressed
-from holdfast.engines.amendments.sliding import Sliding
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant import compliant_state
+from holdfast.engines.compliant import compliant_state, limit_review, self_stressed
+from holdfast.engines.compliant.amendment import OpenContacts, Sliding
 from holdfast.engines.compliant.compliant_state import Standing
-from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.limit_review import LimitReview
 from holdfast.engines.compliant.load_bearing import LoadBearing
-from holdfast.engines.compliant.random_faces import Faces
-from holdfast.engines.compliant.rough import Rough
+from holdfast.engines.compliant.refinement import Refined
+from holdfast.engines.compliant.self_stressed import SelfStressed
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
+from holdfast.engines.imperfect import Faces
+from holdfast.engines.joint_answers import without_negligible
 from holdfast.engines.limit.limit_state import LimitState
 from holdfast.engines.verdict import Status
 from holdfast.scene.shipped import shipped_scene
@@ -93,9 +91,9 @@ def _never(*_: object) -> bool:
 
 def rules() -> dict[str, list[Patch]]:
     """Return what switches each rule off."""
-    kinds = amendment_list.AMENDMENTS
+    kinds = compliant_state.AMENDMENTS
     whole = {
-        kind.name: [(amendment_list, "AMENDMENTS", tuple(k for k in kinds if k is not kind))]
+        kind.name: [(compliant_state, "AMENDMENTS", tuple(k for k in kinds if k is not kind))]
         for kind in (LimitReview, SelfStressed, Sliding, OpenContacts)
     }
     parts: dict[str, list[Patch]] = {
@@ -154,7 +152,7 @@ class Remembered:
             known = springs.nodes, springs.ratio, id(springs.stiffness), id(springs.faces), id(nodes)
             return Same(assembly), wrench.tobytes(), *known, None if hold is None else hold.tobytes()
 
-        def on_refined(refined: Any, W: Float, *, bounds: bool) -> Any:  # noqa: ANN401
+        def on_refined(refined: Refined, W: Float, *, bounds: bool) -> Any:  # noqa: ANN401
             return id(refined.grid), W.tobytes(), bounds
 
         def of_limit(state: LimitState, W: Float, *accuracy: Any) -> Any:  # noqa: ANN401
@@ -165,7 +163,7 @@ class Remembered:
                 (Grid, "paths", on_grid),
                 (LoadBearing, "balance", on_grid),
                 (LimitState, "load_factor", of_limit),
-                (compliant_state, "followed", on_refined),
+                (Refined, "answers", on_refined),
                 (Grid, "of", of_grid),
                 (Assembly, "without_interfaces", lambda assembly, absent: (Same(assembly), frozenset(absent))),
             ):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import clarabel
 import numpy as np
@@ -12,7 +12,24 @@ from scipy import sparse
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.parallel import left_if_stopped
-from holdfast.conic.program import ConeProgram
+
+ConeKind = Literal["zero", "nonnegative", "second_order"]
+
+
+@dataclass(frozen=True, eq=False)
+class ConeProgram:
+    """The cone program: minimise ½ xᵀP x + qᵀx  subject to  A x + s = b,  s in the product of ``cones``.
+
+    P (n, n) is symmetric, q is (n,), A is (m, n) and b is (m,). Each cone is a pair (kind, dimension), in the order of
+    the rows of A.
+    """
+
+    P: sparse.csc_matrix
+    q: Float
+    A: sparse.csc_matrix
+    b: Float
+    cones: tuple[tuple[ConeKind, int], ...]
+
 
 LARGEST = 1e100  # numbers up to this can be squared and multiplied by data without overflow
 LONG = 20_000  # with more entries in A a solve may take over 0.1 s, so Ctrl-C does not wait for it

@@ -13,12 +13,10 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import reported
 from holdfast.base.text import quoted
 from holdfast.engines.answers import Answers, Bound, weakest_bound
-from holdfast.engines.compliant.engine import Compliant
-from holdfast.engines.compliant.random_faces import Faces
-from holdfast.engines.compliant.rough import Rough
+from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.engines.imperfect import Imperfect
+from holdfast.engines.imperfect import Faces, Imperfect
 from holdfast.engines.verdict import Status
 
 STAGE = "imperfect faces"

@@ -15,10 +15,10 @@ from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.progress import report
 from holdfast.base.text import quoted
 from holdfast.contacts.tolerances import plain_gap
-from holdfast.engines.amendments.absent_contacts import Absences
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import Engine
+from holdfast.engines.doubts.absent_contacts import Absences
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.imperfect_bounds import Covering, covering

@@ -24,8 +24,7 @@ from holdfast.base.public import Summary
 from holdfast.base.values import Table
 from holdfast.engines.answers import Answers
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.capabilities import WORST_CASES, Corner
-from holdfast.engines.contract import Engine
+from holdfast.engines.contract import WORST_CASES, Corner, Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.limit.box_corners import change_at, corners_of, least_of
 from holdfast.engines.verdict import Status

@@ -24,7 +24,7 @@ from holdfast.assembly.node_motion import NodeMotion, node_motion
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import HoldfastWarning
 from holdfast.base.rigid import cross
-from holdfast.engines.capabilities import Gradient
+from holdfast.engines.contract import Gradient
 
 NO_EFFECT = 1e-9  # share of a contact in the derivative, relative to the factor, below which it counts as none
 KINK = 1e-5  # share of the factor by which alternatives have to differ to count as a kink

@@ -14,7 +14,7 @@ import numpy as np
 from holdfast.assembly.contact_nodes import dense_by_bodies, equilibrium_blocks
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.rounding import SUM
-from holdfast.engines.capabilities import Gradient
+from holdfast.engines.contract import Gradient
 from holdfast.engines.mechanism import AT_REST, relative_velocity
 
 TIGHT = 1e-4  # share of the largest force or speed within which a node may as well do something else

@@ -20,8 +20,7 @@ from scipy import sparse
 from scipy.linalg.lapack import dpotrf, dpotrs  # scipy's own functions take ten times as long to call
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, gamma
-from holdfast.engines.limit.scales import Scales
+from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, Scales, gamma
 
 STEPS = 3  # largest number of refinement steps: the second takes away what rounding left after the first
 ENOUGH = 8  # an imbalance that is this many times as large as what rounding leaves is taken away once more

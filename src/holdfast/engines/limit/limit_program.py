@@ -12,11 +12,9 @@ from scipy import sparse
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, Int
 from holdfast.base.entries import Entries, together
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import Outcome, Prepared
+from holdfast.conic.solve import ConeProgram, Outcome, Prepared
 from holdfast.engines.cones import FrictionCone, size_of
-from holdfast.engines.limit.rounding import Equilibrium
-from holdfast.engines.limit.scales import Scales
+from holdfast.engines.limit.rounding import Equilibrium, Scales
 
 # Tolerance of the duality gap and of feasibility, in the units of ``Scales``: what is found is proved afterwards, and
 # the closer it balances the more of it

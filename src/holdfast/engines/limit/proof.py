@@ -15,11 +15,10 @@ from holdfast.base.progress import reported
 from holdfast.conic.solve import Outcome
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.limit.carrying_proof import Carried, Mixture
+from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.limit_program import LoadProgram, Solved
-from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.repair import Repair
-from holdfast.engines.limit.rounding import Equilibrium
-from holdfast.engines.limit.scales import usual_forces
+from holdfast.engines.limit.rounding import Equilibrium, usual_forces
 from holdfast.engines.rest import Rest
 from holdfast.engines.verdict import Status
 

@@ -22,9 +22,46 @@ from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
 from holdfast.base.rigid import cross
-from holdfast.engines.trees.bed import Bed, Beds
 from holdfast.native import core
 from holdfast.scene.friction import NOTHING
+
+
+class Bed(NamedTuple):
+    """The faces of a plane contact, in a frame in its plane.
+
+    ``edges`` (E, 5): both ends of each edge of all faces, counter-clockwise around faces and clockwise around holes,
+    and the friction coefficient of the face. ``hull`` (H, 3): rows (c, n) with c + n·x >= 0 for all x in the hull of
+    the faces, n of length one. ``size`` (2,): the largest distance of a corner from the origin, [m] like all lengths,
+    and the friction coefficient of all faces, 0 if they differ.
+    """
+
+    edges: Float
+    hull: Float
+    size: Float
+
+
+class Beds(NamedTuple):
+    """The beds of K plane contacts, one after another, as native/bed_of.hpp makes them of the faces.
+
+    Bed k has ``edges[edge[k]:edge[k + 1]]``, ``hull[side[k]:side[k + 1]]``, ``size[k]``, the ``frame[k]`` and the
+    ``origin[k]`` (``Bridge``), and carries the bodies ``beyond[begin[k]:begin[k + 1]]``.
+    """
+
+    edge: Int
+    side: Int
+    edges: Float
+    hull: Float
+    size: Float
+    frame: Float
+    origin: Float
+    begin: Int
+    beyond: Int
+
+    def bed(self, number: int) -> Bed:
+        """Return one of them."""
+        edges = self.edges[self.edge[number] : self.edge[number + 1]]
+        return Bed(edges, self.hull[self.side[number] : self.side[number + 1]], self.size[number])
+
 
 TIED = 1e-7  # relative difference of θ up to which contacts give way at once: all that is beyond the first moves
 SPARE = 1e-6  # share of all friction below which what is left is rounding

@@ -17,7 +17,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.node_motion import edges_of_second
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross
-from holdfast.engines.capabilities import Slope
+from holdfast.engines.contract import Slope
 from holdfast.engines.trees.forest import Bridge, Forest
 from holdfast.native import core
 

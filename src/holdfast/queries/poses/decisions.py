@@ -13,7 +13,7 @@ from holdfast.base.errors import HoldfastWarning
 from holdfast.base.parallel import answers_in_parallel, free_threads
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.engines.joint_verdict import joint
+from holdfast.engines.joint_answers import joint
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import GroupVerdict, Status, Verdict
 from holdfast.queries.poses.neighbourhoods import Neighbourhoods, Piece

@@ -8,9 +8,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.elastic.outcome import PathOutcome
-from holdfast.engines.amendments.amendment import Amendment, Asked
+from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers, only_balanced
+from holdfast.engines.compliant.amendment import Amendment, Asked
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE, rests_alone
 from holdfast.engines.mechanism import Mechanism

@@ -1,13 +1,27 @@
-"""The verdicts on the groups of an assembly as one: the worst, with the evidence of all."""
+"""What the groups of an assembly say as one: the worst verdict with the evidence of all, the smallest of the answers.
+
+Forces that rounding alone tells from none are none: the body is only balanced.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Bool, Float, Int, Objects
 from holdfast.base.text import listed
-from holdfast.engines.answers import balanced_in_verdict
+from holdfast.engines.answers import (
+    ONLY_BALANCED,
+    Answers,
+    balanced_in_verdict,
+    joined_notes,
+    only_balanced,
+    weakest_bound,
+)
+from holdfast.engines.contract import Engine
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.verdict import Certificate, ContactForces, GroupVerdict, Status, Verdict
 
@@ -105,3 +119,75 @@ def _all_proofs(proofs: Sequence[Certificate | None]) -> Certificate | None:
     if not known or len(known) < len(proofs):
         return None
     return Certificate(sum(proof.power for proof in known), max(proof.violation for proof in known))
+
+
+NO_FORCE = 1e-8  # share of the weight of the pushed body below which a force is a rounding error of none
+
+
+def without_negligible(found: Answers, W: Float, assembly: Assembly) -> Answers:
+    """Return the answers with 0 for forces on one group that rounding alone tells from 0, and a note that says so.
+
+    Engines ``limit`` and ``graph`` need it: of a plank balanced on an edge they tell 1e-18 N and 1e-15 N.
+    Forces are compared with the own weight of the bodies that are pushed: a light body may rest on a heavy one.
+    """
+    own = np.abs(W * assembly.equation_scale[:, None]).max(0, initial=0.0) / assembly.weight
+    finite = found.status == Status.FINITE
+    slight = finite & (np.where(finite, found.force, 0.0) * own <= NO_FORCE)
+    if not slight.any():
+        return found
+    force, lower = np.where(slight, 0.0, found.force), np.where(slight, 0.0, found.lower)
+    names = tuple(dict.fromkeys(name for moving in found.moving[slight] for name in moving))
+    noted = any(ONLY_BALANCED in note for note in found.notes)
+    notes = found.notes if noted or not names else (*found.notes, only_balanced(names))
+    return replace(found, force=force, lower=lower, notes=notes).after(
+        "only balanced", "rounding alone tells the force from none"
+    )
+
+
+class Smallest:
+    """Collects the smallest of the answers that several groups give to each of ``count`` load columns."""
+
+    def __init__(self, count: int) -> None:
+        self.force, self.lower, self.upper = (np.full(count, np.inf) for _ in range(3))
+        self.status = np.array([Status.INFINITE] * count, dtype=object)  # np.full would make plain texts of them
+        self.mechanism = np.full(count, None, dtype=object)
+        self.asked = np.zeros(count, dtype=bool)
+        self.parts: list[Answers] = []
+
+    def add(self, columns: Int, found: Answers) -> None:
+        """Take the rows of ``found``, one for each of the ``columns``, where they are smaller.
+
+        A row that is undecided has force 0 and so leaves the smallest open, unless another group gives way without any
+        load.
+        """
+        self.parts.append(found)
+        mine, other = _settled(self.status[columns], self.force[columns]), _settled(found.status, found.force)
+        taken = ~self.asked[columns] | (~mine & (other | (found.force < self.force[columns])))
+        self.asked[columns] = True
+        self.lower[columns] = np.minimum(self.lower[columns], found.lower)
+        self.upper[columns] = np.minimum(self.upper[columns], found.upper)
+        at = columns[taken]
+        for name in ("force", "status", "mechanism"):
+            getattr(self, name)[at] = getattr(found, name)[taken]
+
+    def answers(self, engine: Engine, verdict: Verdict, reasons: Sequence[str]) -> Answers:
+        """Return what was collected as one table."""
+        bounds = [weakest_bound([getattr(p, name) for p in self.parts]) for name in ("lower_bound", "upper_bound")]
+        return Answers.of(
+            engine=engine.name,
+            claim=engine.claim,
+            verdict=verdict,
+            force=self.force,
+            status=self.status.tolist(),
+            mechanism=self.mechanism.tolist(),
+            lower=self.lower,
+            upper=self.upper,
+            lower_bound=bounds[0],
+            upper_bound=bounds[1],
+            notes=joined_notes([*(part.notes for part in self.parts), reasons]),
+        )
+
+
+def _settled(status: Objects, force: Float) -> Bool:
+    """Return for which rows (n,) no answer of another group can change anything: something moves without any load."""
+    return np.asarray((status == Status.UNSTABLE) | ((status == Status.FINITE) & (force == 0)))

@@ -22,21 +22,20 @@ import numpy as np
 from holdfast.assembly.assembly import body_forces
 from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.elastic.outcome import PathOutcome
-from holdfast.engines.amendments.amendment import MATTERS, Amendment, Asked
+from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.amendment import MATTERS, Amendment, Asked
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
+from holdfast.engines.compliant.rest_verdict import TAKEN_ALONG
 from holdfast.engines.cones import EXACT
-from holdfast.engines.peeling import clampable
-from holdfast.engines.self_stress import self_stressed_nodes
+from holdfast.engines.self_stress import clampable, self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
 # Nodes along a side of coarse grids, on which pressure is concentrated at edges. The pile of pipes of finding T3 holds
 # 59 N on 7 nodes a side, 50 on 2, 37 on 5, and a simulation moves it at 43
 COARSE = (2, 3, 5)
-TAKEN_ALONG = 1e-3  # displacement, relative to the largest in a motion, above which a body takes part in it
 JAMMED = 3.0  # a load above this many times the weight beside it decides itself what presses the contacts that hold it
 CORNERS = 4  # smallest number of nodes of a patch
 # Share of the weight, along one of WAYS level directions, that bodies near their limit do not bear: 0.05 along any. The
