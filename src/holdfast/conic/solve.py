@@ -91,7 +91,10 @@ class Prepared:
         self._changed = False
         self._rows = _Rows.of(program)
         self._long = self._program.A.nnz > LONG
-        self._solver = clarabel.DefaultSolver(_upper(program.P), program.q, self._program.A, program.b, cones, settings)
+        P = program.P
+        if (P.indices > np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))).any():
+            P = sparse.triu(P, format="csc")
+        self._solver = clarabel.DefaultSolver(P, program.q, self._program.A, program.b, cones, settings)
 
     def change(self, entries: Int, values: Float) -> None:
         """Set stored entries of A to ``values`` (k,); ``entries`` (k,) are their positions in ``A.data``."""
@@ -121,12 +124,6 @@ def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int
     scaled to order one.
     """
     return Prepared(program, tolerance=tolerance, max_iterations=max_iterations).solve()
-
-
-def _upper(P: sparse.csc_matrix) -> sparse.csc_matrix:
-    """Return the upper triangle of P, or P itself if it has no entries below the diagonal."""
-    columns = np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))
-    return P if (P.indices <= columns).all() else sparse.triu(P, format="csc")
 
 
 def _within_numbers(values: Float) -> Float:

@@ -37,10 +37,11 @@ def joint(groups: Sequence[GroupVerdict]) -> Verdict:
     if len(verdicts) == 1:
         return verdicts[0]
     status = min((v.status for v in verdicts), key=WORST_FIRST.index, default=Status.STABLE)
+    exists = [v.equilibrium_exists for v in verdicts]
     found = Verdict(
         status=status,
         reason=_reason(groups, status),
-        equilibrium_exists=_all_of([v.equilibrium_exists for v in verdicts]),
+        equilibrium_exists=False if False in exists else None if None in exists else True,
         mechanism=_all_motions([v.mechanism for v in verdicts if v.status is status]),
         certificate=_all_proofs([v.certificate for v in verdicts if v.status is status]),
         balanced=tuple(name for v in verdicts for name in v.balanced),
@@ -48,7 +49,7 @@ def joint(groups: Sequence[GroupVerdict]) -> Verdict:
     return found.with_evidence(
         lambda: _all_forces([v.forces for v in verdicts]),
         lambda: max((v.residual for v in verdicts), default=0.0),
-        lambda: _any_of([v.self_stress for v in verdicts]),
+        lambda: next((known for known in (True, None) if known in [v.self_stress for v in verdicts]), False),
     )
 
 
@@ -74,14 +75,6 @@ def _reason(groups: Sequence[GroupVerdict], status: Status) -> str:
     return "; ".join(parts) + balanced
 
 
-def _all_of(known: Sequence[bool | None]) -> bool | None:
-    return False if False in known else None if None in known else True
-
-
-def _any_of(known: Sequence[bool | None]) -> bool | None:
-    return True if True in known else None if None in known else False
-
-
 def _all_forces(forces: Sequence[ContactForces | None]) -> ContactForces | None:
     """Join the contact forces of groups, ordered by interface; None if those of one group are not known."""
     known = [f for f in forces if f is not None]
@@ -89,11 +82,11 @@ def _all_forces(forces: Sequence[ContactForces | None]) -> ContactForces | None:
         return None
     interface = np.concatenate([f.interface for f in known])
     order = np.argsort(interface, kind="stable")
-    columns = {name: np.concatenate([getattr(f, name) for f in known])[order] for name in _FORCE_COLUMNS}
+    columns = {
+        name: np.concatenate([getattr(f, name) for f in known])[order]
+        for name in ("points", "normal", "force", "usage")
+    }
     return ContactForces(interface=interface[order], **columns)
-
-
-_FORCE_COLUMNS = ("points", "normal", "force", "usage")
 
 
 def _all_motions(motions: Sequence[Mechanism | None]) -> Mechanism | None:

@@ -21,7 +21,7 @@ from holdfast.base.rigid import shift_twist
 from holdfast.base.text import listed
 from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.engines.cones import EXACT, FrictionCone
-from holdfast.engines.forces import ACCEPTED_RESIDUAL, ForceSolution, scaled_operator, scaled_wrench, solve_forces
+from holdfast.engines.forces import ACCEPTED_RESIDUAL, scaled_operator, scaled_wrench, solve_forces
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 
@@ -116,7 +116,8 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
             if not _hardlyfalls_by(slow.verdict, wrench[: 6 * len(assembly.movable)]):
                 return slow
             continue  # forces may balance all but what an accepted residual may be, as on a ball a nanometre off
-        tried.append(_trouble(solution))
+        shown = "" if np.isinf(solution.residual) else f", residual {solution.residual:.1e} of the weight"
+        tried.append(f"{solution.outcome.value} ({solution.iterations} iterations{shown})")
         if given:
             points, given = corner_nodes(assembly), False
     if slow is not None:
@@ -183,11 +184,6 @@ def unstable(reason: str, mechanism: Mechanism, certificate: Certificate) -> Ver
         mechanism=mechanism,
         certificate=certificate,
     )
-
-
-def _trouble(solution: ForceSolution) -> str:
-    shown = "" if np.isinf(solution.residual) else f", residual {solution.residual:.1e} of the weight"
-    return f"{solution.outcome.value} ({solution.iterations} iterations{shown})"
 
 
 def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float) -> Verdict:

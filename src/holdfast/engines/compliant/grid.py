@@ -73,30 +73,6 @@ def open_pair(assembly: Assembly, number: int) -> str:
     return f"{'-'.join(interface.bodies)} ({(interface.separation or 0.0) * 1e3:.2g} mm apart)"
 
 
-def idle(places: Places, m: Elastic, q: Float) -> tuple[int, ...]:
-    """Return the numbers of interfaces that are open and carry nothing at rest, with displacements q (6J,)."""
-    assembly = places.assembly
-    carried = _carried(places, m, q)
-    there = np.flatnonzero(carried <= HARDLY).tolist()
-    return tuple(k for k in there if is_open(assembly, assembly.interfaces[k]))
-
-
-def leaning(places: Places, m: Elastic, idle: tuple[int, ...], loads: Float, q: Float) -> Bool:
-    """Tell in which states q (k, 6J) under ``loads`` (k, 6J), of the model, ``idle`` contacts carry some of them."""
-    found = np.zeros(len(q), dtype=bool)
-    thrust = np.linalg.norm(loads.reshape(len(q), -1, 6)[:, :, :3], axis=2).sum(1)
-    for row in range(len(q)):
-        found[row] = _carried(places, m, q[row])[list(idle)].sum() > LEANS * thrust[row]
-    return found
-
-
-def _carried(places: Places, m: Elastic, q: Float) -> Float:
-    """Return the normal force of each interface (interfaces,) at q (6J,), in the model's unit."""
-    forces = np.empty((len(m.k), 3))
-    core.node_forces(m, q, forces)
-    return np.bincount(places.nodes.interface, forces[:, 0], len(places.assembly.interfaces)).astype(np.float64)
-
-
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
 MOST_KEPT = 2_500_000  # nodes, in all, of grids with more nodes at some contacts: some 100 MB
 CHUNK = 64  # number of motions that are turned into mechanisms at a time
@@ -280,14 +256,25 @@ class Grid:
     @cached_property
     def idle(self) -> tuple[int, ...]:
         """The numbers of interfaces that are open as detected and carry nothing at rest."""
-        return idle(self.places, self.system.model, self.settled.q)
+        there = np.flatnonzero(self._carried(self.settled.q) <= HARDLY).tolist()
+        return tuple(k for k in there if is_open(self.assembly, self.assembly.interfaces[k]))
+
+    def _carried(self, q: Float) -> Float:
+        """Return the normal force of each interface (interfaces,) at q (6J,), in the model's unit."""
+        forces = np.empty((len(self.nodes), 3))
+        core.node_forces(self.system.model, q, forces)
+        return np.bincount(self.nodes.interface, forces[:, 0], len(self.assembly.interfaces)).astype(np.float64)
 
     def leans(self, W: Float, paths: PathResult) -> Bool:
         """Tell at which of the ends of ``paths`` of columns W (6J, k) contacts that are ``idle`` at rest carry some."""
+        found = np.zeros(len(paths.peak), dtype=bool)
         if not self.idle:
-            return np.zeros(len(paths.peak), dtype=bool)
+            return found
         s = np.where(paths.outcome == PathOutcome.PEAK, paths.peak, 1.0)  # of endless ones under the load alone
-        return leaning(self.places, self.system.model, self.idle, s[:, None] * self.loads(W), paths.q)
+        thrust = s * np.linalg.norm(self.loads(W).reshape(len(s), -1, 6)[:, :, :3], axis=2).sum(1)
+        for row in range(len(s)):
+            found[row] = self._carried(paths.q[row])[list(self.idle)].sum() > LEANS * thrust[row]
+        return found
 
     @cached_property
     def _followed(self) -> System:

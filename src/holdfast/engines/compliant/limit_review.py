@@ -11,7 +11,6 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.amendment import Amendment, Asked
-from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE, rests_alone
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
@@ -128,15 +127,12 @@ class LimitReview(Amendment):
         beside = self.grid.load_bearing.weight(self.grid.loads(column[:, None])[0])
         if HUGE * beside < reached * size < np.inf and self._endless(column, reached):
             return True
-        return all(self._endless_held(grid, column, size) for grid in (self.grid, self.grid.finer))
-
-    def _endless_held(self, grid: Grid, column: Float, size: float) -> bool:
-        """Tell whether the path of one load (6J,) has no end where springs keep every body in its place.
-
-        Where bodies lie on whole multiples of their size, some of them come to be only balanced on the way.
-        """
-        found = grid.with_hold.paths(column[:, None])
-        return bool(found.outcome[0] == PathOutcome.ENDLESS or found.peak[0] * size > ENDLESS)
+        # where bodies lie on whole multiples of their size, some of them come to be only balanced on the way
+        for grid in (self.grid, self.grid.finer):
+            found = grid.with_hold.paths(column[:, None])
+            if found.outcome[0] != PathOutcome.ENDLESS and not found.peak[0] * size > ENDLESS:
+                return False
+        return True
 
     def _endless(self, column: Float, peak: float) -> bool:
         """Tell whether elastic contacts balance one load (6J,) without any weight, or its ``peak`` is infinite."""

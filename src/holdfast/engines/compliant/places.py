@@ -134,13 +134,14 @@ class Places:
     @cached_property
     def sheets(self) -> Sheets:
         """The nodes as flat sheets. Where only some contacts have more, all others are as without."""
+        assembly = self.assembly
         if not self.contacts:
-            return self._sheets
-        usual, parts, last = Places.of(self.assembly, self.side).sheets, [], 0
+            return sheets_of(self.nodes, assembly.com, assembly.axes, assembly.size)
+        usual, parts, last = Places.of(assembly, self.side).sheets, [], 0
         for contact in self.contacts:
             parts += [usual.between(last, contact), self._finer(contact)]
             last = contact + 1
-        return Sheets.joined([*parts, usual.between(last, len(self.assembly.interfaces))])
+        return Sheets.joined([*parts, usual.between(last, len(assembly.interfaces))])
 
     def _finer(self, contact: int) -> Sheets:
         """The sheets of one of the contacts that have more nodes, kept with the assembly."""
@@ -150,12 +151,6 @@ class Places:
             return Places.at(assembly, contact_nodes(assembly, self.more**2, "quadrature", among=[contact])).sheets
 
         return assembly.memory.recalled(("sheets", Same(assembly), contact, self.more), 1, make)
-
-    @property
-    def _sheets(self) -> Sheets:
-        """The sheets of all nodes, placed anew."""
-        assembly = self.assembly
-        return sheets_of(self.nodes, assembly.com, assembly.axes, assembly.size)
 
     @cached_property
     def rectangular(self) -> Bool:

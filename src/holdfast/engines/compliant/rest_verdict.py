@@ -80,8 +80,10 @@ def at_rest(grid: Grid) -> AtRest | None:
     if found is None:
         return None
     unstiff = unstiff_at(grid.system.model, end.q, core.SPRING_SHARE if grid.hold is not None else BALANCED_EACH)
-    verdict = _stands(grid.assembly, grid.nodes, *found)
-    return AtRest(verdict, unstiff, on_an_edge(grid.assembly, grid.nodes, found[0], grid.wrench))
+    assembly, nodes, (forces, residual) = grid.assembly, grid.nodes, found
+    verdict = Verdict(status=Status.STABLE, reason=RESTS, equilibrium_exists=True)
+    verdict = verdict.with_evidence(lambda: contact_forces(assembly, nodes, forces), lambda: residual, lambda: False)
+    return AtRest(verdict, unstiff, on_an_edge(assembly, nodes, forces, grid.wrench))
 
 
 def balanced_forces(grid: Grid, q: Float, load: Float | float = 0.0) -> tuple[Float, float] | None:
@@ -132,11 +134,6 @@ def unbalanced(places: Places, forces: Float, wrench: Float) -> tuple[float, flo
     weight = assembly.weight or float(np.abs(wrench).max(initial=0.0)) or 1.0
     total = float(np.abs(left * assembly.levers).max(initial=0.0)) / weight
     return total, float(np.abs(left * assembly.equation_scale).max(initial=0.0)) / weight
-
-
-def _stands(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float) -> Verdict:
-    verdict = Verdict(status=Status.STABLE, reason=RESTS, equilibrium_exists=True)
-    return verdict.with_evidence(lambda: contact_forces(assembly, nodes, forces), lambda: residual, lambda: False)
 
 
 def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechanism:

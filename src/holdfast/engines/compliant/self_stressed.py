@@ -21,7 +21,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import body_forces
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Float, Int
 from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.amendment import MATTERS, Amendment, Asked
@@ -92,10 +92,6 @@ class SelfStressed(Amendment):
         """Whether some answers depend on stiffness, whatever the load."""
         return self.possible or bool(self.near)
 
-    def _stiff(self, found: Answers, rows: Int) -> Bool:
-        """Tell which of the ``rows`` (k,) depend on stiffness: all where bodies are self-stressed, or those near."""
-        return np.array([self.possible or not self.near.isdisjoint(found.moving[k]) for k in rows], dtype=bool)
-
     def _jams(self, found: Answers, W: Float, rows: Int) -> Int:
         """Return those of the ``rows`` (k,) whose load itself presses what holds it, far above the weight beside it."""
         loads = self.grid.loads(W[:, rows])
@@ -117,13 +113,10 @@ class SelfStressed(Amendment):
         rows = np.flatnonzero((found.force > 0) & asked.W.any(axis=0))
         if not len(rows):
             return found
-        stiff = self._stiff(found, rows)
-        found = self._covered(found, asked.W, rows[stiff], self._near_or_stressed, softer=True)
+        stiff = np.array([self.possible or not self.near.isdisjoint(found.moving[k]) for k in rows], dtype=bool)
+        why = "self-stressed" if self.possible else "near their limit"
+        found = self._covered(found, asked.W, rows[stiff], why, softer=True)
         return self._covered(found, asked.W, self._jams(found, asked.W, rows[~stiff]), "self-stressed", softer=False)
-
-    @property
-    def _near_or_stressed(self) -> str:
-        return "self-stressed" if self.possible else "near their limit"
 
     def _covered(self, found: Answers, W: Float, rows: Int, why: str, *, softer: bool) -> Answers:
         """Return ``found`` with bounds of the ``rows`` (k,) on coarse grids, and with ``softer`` on other springs."""

@@ -97,7 +97,9 @@ def _widest(
     largest = abs(G).max(axis=1).toarray().ravel()
     rows = largest > 0
     unit = sparse.csr_matrix(sparse.diags(1 / np.where(rows, largest, 1.0)))[rows]
-    pushed = np.zeros((len(wrench), 0)) if load is None else _sized(load, unit)
+    pushed = np.zeros((len(wrench), 0))
+    if load is not None:  # of the size 1 in scaled equations
+        pushed = np.asarray(load[:, None] / float(np.max(np.abs(np.asarray(unit @ load)), initial=1e-300)))
     shares, factors = count if each else 1, pushed.shape[1]
     balance = sparse.hstack([unit @ G, sparse.csr_matrix((int(rows.sum()), shares)), sparse.csr_matrix(unit @ pushed)])
     cap = sparse.hstack([sparse.csr_matrix((shares, 3 * count)), sparse.eye(shares, shares + factors)])
@@ -119,11 +121,6 @@ def _widest(
     given[pressing] = found[3 * count : 3 * count + shares]
     used = 0.0 if load is None else max(float(found[-1]), 0.0) * float(np.abs(pushed).max()) / float(np.abs(load).max())
     return forces.ravel(), used, given
-
-
-def _sized(load: Float, unit: sparse.csr_matrix) -> Float:
-    """Return a load (6J,) as a column (6J, 1) of the size 1 in scaled equations."""
-    return np.asarray(load[:, None] / float(np.max(np.abs(np.asarray(unit @ load)), initial=1e-300)))
 
 
 DEEP = 0.02  # room, in usual normal forces, that makes forces a good reference

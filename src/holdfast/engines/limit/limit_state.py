@@ -150,19 +150,15 @@ class LimitState:
     def _known(self, *, lower: bool, upper: bool = True) -> dict[str, Any]:
         """What all answers of this state have in common; ``lower`` and ``upper`` say whether those are proved."""
         known = {True: Bound.PROVED, False: Bound.ESTIMATED}
+        taken = (only_balanced(self._loose),) if self._loose else ()  # proofs of lower take for granted that they stay
         return {
             "engine": NAME,
             "claim": CLAIM,
             "verdict": self.rest.verdict,
             "lower_bound": Bound.NONE if self.cone.kind == "circumscribed" else known[lower],
             "upper_bound": Bound.NONE if self.cone.kind == "inscribed" else known[upper],
-            "notes": (*self.notes, *self._taken) if lower else (*self.notes, UNPROVED),
+            "notes": (*self.notes, *taken) if lower else (*self.notes, UNPROVED),
         }
-
-    @property
-    def _taken(self) -> tuple[str, ...]:
-        """What proofs of ``lower`` take for granted: that bodies which are only balanced stay so."""
-        return (only_balanced(self._loose),) if self._loose else ()
 
     @cached_property
     def _loose(self) -> tuple[str, ...]:
@@ -176,7 +172,7 @@ class LimitState:
         mechanism = self.rest.verdict.mechanism
         falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
         motion = self.rest.fall if mechanism is None or self.rest.fall is not None else mechanism.twists.ravel()
-        proved = motion is None or not falls or self.proofs.falls(motion)
+        proved = motion is None or not falls or self.proofs.fall(motion) is not None
         return Answers.not_standing(count, **self._known(lower=True, upper=proved))
 
     def _certified(self, W: Float, first: int, accuracy: float) -> Answers:

@@ -180,8 +180,8 @@ class TreeState:
             bridge, rows = self.forest.bridges[number], np.flatnonzero(found.bridge == number)
             twists = np.zeros((len(rows), len(com), 6))
             turn = found.twist[rows, None, 3:]
-            twists[:, bridge.cut.beyond, :3] = found.twist[rows, None, :3] + np.cross(turn, com[bridge.cut.beyond])
-            twists[:, bridge.cut.beyond, 3:] = turn
+            twists[:, bridge.beyond, :3] = found.twist[rows, None, :3] + np.cross(turn, com[bridge.beyond])
+            twists[:, bridge.beyond, 3:] = turn
             twists[np.ix_(np.flatnonzero(found.slides[rows]), self.forest.left_behind(bridge))] = 0
             modes: list[Mode] = ["slip" if found.slides[row] else "topple" for row in rows.tolist()]
             for row, one in zip(rows.tolist(), describe_all(self._kinematics, twists, modes, dual=False), strict=True):
