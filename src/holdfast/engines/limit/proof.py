@@ -125,7 +125,7 @@ class Proofs:
             yield from self._carried.mixed(solved.forces, solved.factor, load)
 
     def fall(self, motion: Float) -> Float | None:
-        """Return a motion (6J,), mended, if it proves that nothing balances the wrench, whatever rounding did; else None."""
+        """Return a motion (6J,), mended, if it proves for certain that nothing balances the wrench; else None."""
         return self._repair.gaining(motion)
 
     def opened(self, motion: Float) -> Float | None:
