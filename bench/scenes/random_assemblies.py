@@ -20,7 +20,7 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.rigid import tangents
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.geometry.sweep import first_hit
 from holdfast.scene.body import Body

@@ -3,14 +3,15 @@
 A rule is a whole amendment, or a part of one. ``raised`` counts answers whose ``lower`` rises by more than 1 % without
 it, ``above proof`` those that lie by more than 1 % above what limit analysis proves to move. Load paths are followed
 once for all, and what the rules ask beyond them is remembered with the time that it took, so ``s saved`` is the time of
-all that is no longer asked. Pairs are of rules that alone change nothing in a case.
+all that is no longer asked. Pairs are of rules that alone change nothing in a case. A rule that no case needs goes:
+NEEDED_BY names one for each.
 """
 
 from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
@@ -31,22 +32,20 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
 from holdfast.base.memory import Same
-from holdfast.engines.amendments import amendment_list, limit_review, self_stressed
-from holdfast.engines.amendments.limit_review import LimitReview
-from holdfast.engines.amendments.negligible import without_negligible
-from holdfast.engines.amendments.open_contacts import OpenContacts
-from holdfast.engines.amendments.self_stressed import SelfStressed
-from holdfast.engines.amendments.sliding import Sliding
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant import compliant_state
+from holdfast.engines.compliant import compliant_state, limit_review, self_stressed
+from holdfast.engines.compliant.amendment import OpenContacts, Sliding
 from holdfast.engines.compliant.compliant_state import Standing
-from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.limit_review import LimitReview
 from holdfast.engines.compliant.load_bearing import LoadBearing
-from holdfast.engines.compliant.random_faces import Faces
-from holdfast.engines.compliant.rough import Rough
+from holdfast.engines.compliant.refinement import Refined
+from holdfast.engines.compliant.self_stressed import SelfStressed
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
+from holdfast.engines.imperfect import Faces
+from holdfast.engines.joint_answers import without_negligible
 from holdfast.engines.limit.limit_state import LimitState
 from holdfast.engines.verdict import Status
 from holdfast.scene.shipped import shipped_scene
@@ -60,6 +59,29 @@ PUSHES = {"scene": 40, "family": 14, "pallet": 6, "messy": 4, "jam": 40, "rough"
 SAMPLES, SEED = 4, 50
 SAME, CLEARLY, RAISED = 0.001, 0.05, 0.01  # relative changes
 
+TESTS = "tests/engines"
+PRESSED = f"{TESTS}/compliant/test_load_bearing.py"
+# A case of this suite, or a test, whose answers change without the rule
+NEEDED_BY = {
+    "limit analysis": "jam place_20",
+    "stiffness": "jam place_20",
+    "sliding far": "scene v_groove",
+    "contacts that are open at rest": "jam place_20",
+    "limit: contradiction": "tests/cases/test_experiments.py::test_pushes_of_a_robot_are_predicted",
+    "limit: confirmed endless": "jam pipes38",
+    "limit: rests alone": "rough v_groove",
+    "limit: few carry": f"{PRESSED}::test_a_press_that_leads_far_ends_where_the_lever_says",
+    "limit: huge": "scene wedged_floor",
+    "stress: ratios": "jam pipes38",
+    "stress: coarse nodes": "scene v_groove",
+    "stress: two nodes": "scene wedged_floor",
+    "stress: three nodes": "jam place_20",
+    "stress: five nodes": "scene v_groove",
+    "stress: near the limit": "jam place_20",
+    "stress: jams": "scene v_groove",
+    "negligible": f"{TESTS}/test_balanced_bounds.py::test_a_plank_balanced_on_an_edge_anywhere_holds_nothing_at_all",
+}
+
 Patch = tuple[Any, str, Any]  # an object, the name of its attribute, and the value in its place
 
 
@@ -67,11 +89,11 @@ def _never(*_: object) -> bool:
     return False
 
 
-def _rules() -> dict[str, list[Patch]]:
-    """What switches each rule off."""
-    kinds = amendment_list.AMENDMENTS
+def rules() -> dict[str, list[Patch]]:
+    """Return what switches each rule off."""
+    kinds = compliant_state.AMENDMENTS
     whole = {
-        kind.name: [(amendment_list, "AMENDMENTS", tuple(k for k in kinds if k is not kind))]
+        kind.name: [(compliant_state, "AMENDMENTS", tuple(k for k in kinds if k is not kind))]
         for kind in (LimitReview, SelfStressed, Sliding, OpenContacts)
     }
     parts: dict[str, list[Patch]] = {
@@ -79,8 +101,6 @@ def _rules() -> dict[str, list[Patch]]:
         "limit: confirmed endless": [(limit_review, "ENDLESS", np.inf)],
         "limit: rests alone": [(limit_review, "rests_alone", _never)],
         "limit: few carry": [(LoadBearing, "balance", _never)],
-        "limit: begun anew": [(limit_review, "TOO_SOON", -1.0)],
-        "limit: slight": [(limit_review, "SLIGHT", -1.0)],
         "limit: huge": [(limit_review, "HUGE", np.inf)],
         "stress: ratios": [(self_stressed, "RATIOS", (1.0, 1.0))],
         "stress: coarse nodes": [(self_stressed, "COARSE", (10**6,))],
@@ -132,7 +152,7 @@ class Remembered:
             known = springs.nodes, springs.ratio, id(springs.stiffness), id(springs.faces), id(nodes)
             return Same(assembly), wrench.tobytes(), *known, None if hold is None else hold.tobytes()
 
-        def on_refined(refined: Any, W: Float, *, bounds: bool) -> Any:  # noqa: ANN401
+        def on_refined(refined: Refined, W: Float, *, bounds: bool) -> Any:  # noqa: ANN401
             return id(refined.grid), W.tobytes(), bounds
 
         def of_limit(state: LimitState, W: Float, *accuracy: Any) -> Any:  # noqa: ANN401
@@ -141,10 +161,9 @@ class Remembered:
         with ExitStack() as stack:
             for owner, name, key in (
                 (Grid, "paths", on_grid),
-                (limit_review, "path_from", on_grid),
                 (LoadBearing, "balance", on_grid),
                 (LimitState, "load_factor", of_limit),
-                (compliant_state, "followed", on_refined),
+                (Refined, "answers", on_refined),
                 (Grid, "of", of_grid),
                 (Assembly, "without_interfaces", lambda assembly, absent: (Same(assembly), frozenset(absent))),
             ):
@@ -161,16 +180,16 @@ class Asked:
     W: Float
     memory: Remembered = field(default_factory=Remembered)
 
-    def without(self, *rules: str) -> tuple[Answers, float]:
+    def without(self, *names: str) -> tuple[Answers, float]:
         """Answer without these rules, and say how long all that was asked took [s]."""
         with ExitStack() as stack:
             stack.enter_context(self.memory.working())
-            for rule in rules:
-                for owner, name, value in _rules()[rule]:
+            for rule in names:
+                for owner, name, value in rules()[rule]:
                     stack.enter_context(mock.patch.object(owner, name, value))
             self.memory.asked.clear()
             found = Standing(self.state.decided, self.state.refined, self.state.neutral).load_factor(self.W)
-            if "negligible" not in rules:
+            if "negligible" not in names:
                 found = without_negligible(found, self.W, self.state.grid.assembly)
         return found, sum(self.memory.asked.values())
 
@@ -216,16 +235,26 @@ def _apart(one: Float, other: Float) -> Float:
     return np.where(np.isnan(apart), np.inf, apart)
 
 
+def without(name: str, wanted: Collection[str]) -> dict[str, int]:
+    """Count the answers of a case that change without each of the ``wanted`` rules."""
+    found = dict.fromkeys(wanted, 0)
+    for asked in sources()[name]():
+        full, _ = asked.without()
+        for rule in wanted:
+            found[rule] += int(compared(full, asked.without(rule)[0], full.upper)["changed"])
+    return found
+
+
 def _case(name: str, drawn: Callable[[], Iterator[Asked]]) -> list[Row]:
     """Return one row for each rule, and one for each pair that changes something which neither rule does alone."""
-    rules, size, spent = list(_rules()), 0, 0.0
+    every, size, spent = list(rules()), 0, 0.0
     counts: dict[str, dict[str, float]] = {}
     for asked in drawn():
         full, cost = asked.without()
         top = np.where(np.isfinite(full.upper), full.upper, np.inf)
         size, spent = size + len(full), spent + cost
         quiet = []
-        for rule in rules:
+        for rule in every:
             other, less = asked.without(rule)
             own = compared(full, other, top) | {"s saved": cost - less}
             quiet += [rule] if not own["changed"] else []
@@ -279,8 +308,8 @@ def _rough(name: str) -> Iterator[Asked]:
         yield from at_rest(assemble(shipped_scene(name)), (60.0,), PUSHES["rough"], engine, sample)
 
 
-def cases() -> Mapping[str, Case]:
-    """One case a scene, family, pallet or jam."""
+def sources() -> Mapping[str, Callable[[], Iterator[Asked]]]:
+    """What pushes are drawn for each scene, family, pallet or jam."""
     some = [boxes for boxes in pallets() if len(boxes) <= MOST_BOXES][::EVERY]
     jams = sorted(file.stem for file in (CASES / "jams").glob("*.yaml"))
     drawn: dict[str, Callable[[], Iterator[Asked]]] = {f"jam {name}": partial(_jam, name) for name in jams}
@@ -289,7 +318,12 @@ def cases() -> Mapping[str, Case]:
     drawn |= {f"pallet {k}: {len(boxes)} boxes": partial(_pallet, boxes) for k, boxes in enumerate(some)}
     drawn |= {f"rough {name}": partial(_rough, name) for name in ("table", "wall2x2", "arch", "v_groove")}
     drawn |= {f"messy {name}": partial(_messy, name) for name in TROUBLED}
-    return {name: partial(_case, name, source) for name, source in drawn.items()}
+    return drawn
+
+
+def cases() -> Mapping[str, Case]:
+    """One case a scene, family, pallet or jam."""
+    return {name: partial(_case, name, source) for name, source in sources().items()}
 
 
 def written(rows: list[Row]) -> str:

@@ -14,8 +14,8 @@ from bench.scenes.random_pushes import columns, random_pushes
 from bench.suite import Case, Row, Suite, table
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
-from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.limit_state import LimitState
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene

@@ -11,7 +11,7 @@ import numpy as np
 import holdfast as hf
 from bench.suite import Case, Row, Suite
 from holdfast.engines.compliant.engine import Compliant
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 

@@ -14,7 +14,7 @@ from bench.suite import Case, Row, Suite
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import wrench_at
 from holdfast.engines.groups import prepared
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.geometry.cells import surface_cells
 from holdfast.queries.sets import wrench_columns
 from holdfast.scene.shipped import shipped_scene

@@ -13,7 +13,7 @@ from bench.scenes.random_pushes import columns, random_pushes
 from bench.suite import Case, Row, Suite, table
 from holdfast.base.arrays import Float
 from holdfast.engines.graph.engine import Graph
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 
 ASSEMBLIES = 10  # assemblies of each family

@@ -13,14 +13,12 @@ from bench.scenes.random_pushes import columns, random_pushes
 from bench.suite import Case, Row, Suite, table
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
-from holdfast.elastic.outcome import PathOutcome
+from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.compliant_state import Standing
-from holdfast.engines.compliant.engine import Compliant
-from holdfast.engines.compliant.random_faces import Faces
-from holdfast.engines.compliant.rough import Rough
+from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.groups import prepared
-from holdfast.engines.imperfect import Imperfect
+from holdfast.engines.imperfect import Faces, Imperfect
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, robustness_map
 from holdfast.queries.push import Robustness, robustness

@@ -22,7 +22,7 @@ from bench.suite import Case, Row, Suite, table
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.groups import prepared
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.scene.scene import Scene
 

@@ -13,7 +13,7 @@ import holdfast as hf
 from bench.suite import Case, Row, Suite
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped.blocks import wall
 

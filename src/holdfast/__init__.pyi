@@ -30,7 +30,7 @@ from holdfast.batches.saved import load_answer as load_answer
 from holdfast.engines.compliant.engine import Compliant as Compliant
 from holdfast.engines.graph.engine import Graph as Graph
 from holdfast.engines.imperfect import Imperfect as Imperfect
-from holdfast.engines.limit.engine import Limit as Limit
+from holdfast.engines.limit_engine import Limit as Limit
 from holdfast.engines.verdict import Status as Status
 from holdfast.live.rerun_log import log_to_rerun as log_to_rerun
 from holdfast.live.start import view as view

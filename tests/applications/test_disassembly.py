@@ -11,7 +11,7 @@ import pytest
 import holdfast as hf
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.base.rigid import pose_from
-from holdfast.engines.limit.loose import comes_loose
+from holdfast.engines.limit_engine import comes_loose
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box, floor, prism, wall
 

@@ -24,7 +24,7 @@ CAPITALS = re.compile(r"[A-Z][A-Z0-9_]*")
 # that are handed over
 NAMES = re.compile(
     r"holdfast\.(drawing\.(colours|raster)\.[A-Z]+|geometry\.gltf\.[A-Z]+_CHUNK|cli\.stopping\.STOPPED"
-    r"|base\.borders\.outcomes\.MEGABYTE|elastic\.step_control\.(QUICK|BRIEF|CLOSE))"
+    r"|base\.borders\.outcomes\.MEGABYTE|elastic\.path\.(QUICK|BRIEF|CLOSE))"
 )
 
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from holdfast.conic.program import ConeKind, ConeProgram
-from holdfast.conic.solve import Outcome, Prepared, solve, violation
+from holdfast.conic.solve import ConeKind, ConeProgram, Outcome, Prepared, solve, violation
 
 Cones = tuple[tuple[ConeKind, int], ...]
 

@@ -7,9 +7,8 @@ from numpy.typing import NDArray
 from path_events import Event
 
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.ordering import fronts_of
-from holdfast.elastic.step_control import QUICK
-from holdfast.elastic.system import System
+from holdfast.elastic.path import QUICK
+from holdfast.elastic.system import System, fronts_of
 from holdfast.native import core
 
 Array = NDArray[np.float64]

@@ -22,9 +22,7 @@ from numpy.typing import NDArray
 from path_events import Event
 
 import holdfast as hf
-from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.elastic.path import PathResult
-from holdfast.elastic.step_control import BRIEF, QUICK
+from holdfast.elastic.path import BRIEF, QUICK, PathOutcome, PathResult, RestOutcome
 from holdfast.elastic.system import System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid

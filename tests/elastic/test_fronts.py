@@ -10,7 +10,7 @@ from elastic_blocks import twist_matrices
 from numpy.typing import NDArray
 
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.ordering import Fronts, fronts_of
+from holdfast.elastic.system import Fronts, fronts_of
 from holdfast.native import core
 
 Array = NDArray[np.float64]

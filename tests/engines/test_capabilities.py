@@ -12,16 +12,17 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import NO_NODES
 from holdfast.base.arrays import Float
 from holdfast.engines.answers import Answers, Claim
-from holdfast.engines.capabilities import (
+from holdfast.engines.contract import (
+    EXACT,
     GRADIENTS,
     RELEASES,
     SETS,
     WORST_CASES,
+    Accuracy,
     Capability,
     Gradient,
     LoadSet,
 )
-from holdfast.engines.contract import EXACT, Accuracy
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries import request
 from holdfast.scene.shipped import shipped_scene

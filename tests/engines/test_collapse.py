@@ -9,9 +9,8 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.engines.collapse import least_motion
 from holdfast.engines.mechanism import modes_of, relative_velocity
-from holdfast.engines.rest import falls_by
+from holdfast.engines.rest import falls_by, least_motion
 from holdfast.scene.shipped.blocks import box, floor
 
 

@@ -11,10 +11,10 @@ import pytest
 
 import holdfast as hf
 from holdfast.assembly.assembly import Assembly
-from holdfast.engines.amendments.absent_contacts import Absences
-from holdfast.engines.amendments.doubtful_contacts import prepared
 from holdfast.engines.contract import EXACT, FORCES_ONLY
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.doubts.absent_contacts import Absences
+from holdfast.engines.doubts.doubtful_contacts import prepared
+from holdfast.engines.limit_engine import Limit
 from holdfast.scene.shipped.blocks import at, box, floor
 
 G = 9.81

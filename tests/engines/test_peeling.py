@@ -7,8 +7,7 @@ import holdfast as hf
 from bench.scenes import random_assemblies
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.engines.cones import EXACT
-from holdfast.engines.peeling import clampable
-from holdfast.engines.self_stress import self_stressed_nodes
+from holdfast.engines.self_stress import clampable, self_stressed_nodes
 from holdfast.scene.shipped.blocks import at, box, floor
 
 

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 import holdfast as hf
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
-from holdfast.engines.amendments.doubtful_contacts import prepared
-from holdfast.engines.amendments.pose_allowance import Allowance, narrowed
 from holdfast.engines.contract import EXACT
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.doubts.doubtful_contacts import prepared
+from holdfast.engines.doubts.pose_allowance import Allowance, narrowed
+from holdfast.engines.limit_engine import Limit
 from holdfast.queries.request import body_number, push_columns
 from holdfast.scene.shipped.blocks import at, box, floor
 

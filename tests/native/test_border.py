@@ -20,13 +20,11 @@ import pytest
 
 import holdfast as hf
 from holdfast.contacts.search_mesh import SearchMesh
-from holdfast.elastic.ordering import Fronts
-from holdfast.elastic.path import PathResult
-from holdfast.elastic.step_control import QUICK
-from holdfast.elastic.system import System
+from holdfast.elastic.path import QUICK, PathResult
+from holdfast.elastic.system import Fronts, System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.trees.bed import Bed
+from holdfast.engines.trees.forest import Bed
 from holdfast.native import core
 from holdfast.scene.shipped.blocks import wall
 

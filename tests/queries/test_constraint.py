@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import holdfast as hf
 from bench.scenes.shelf import shelf
 from holdfast.engines.groups import prepared
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.queries.constraint import inward_pushes
 from holdfast.queries.request import engine_of
 from holdfast.queries.sets import wrench_columns

@@ -23,13 +23,13 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates.exact_forces import NONE, ExactContacts, Vector, exact
 from holdfast.certificates.question import Answered, Question
 from holdfast.certificates.verify_certificate import FORMAT, Certificate, RefusedError, cross, dot, plus
-from holdfast.engines.amendments.doubtful_contacts import as_detected
 from holdfast.engines.contract import State
+from holdfast.engines.doubts.doubtful_contacts import as_detected
 from holdfast.engines.groups import Group, prepared
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.limit_state import LimitState
-from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.proof import UNKNOWN
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.body import Body
 

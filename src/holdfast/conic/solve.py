@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import clarabel
 import numpy as np
@@ -12,7 +12,24 @@ from scipy import sparse
 
 from holdfast.base.arrays import Float, Int
 from holdfast.base.parallel import left_if_stopped
-from holdfast.conic.program import ConeProgram
+
+ConeKind = Literal["zero", "nonnegative", "second_order"]
+
+
+@dataclass(frozen=True, eq=False)
+class ConeProgram:
+    """The cone program: minimise ½ xᵀP x + qᵀx  subject to  A x + s = b,  s in the product of ``cones``.
+
+    P (n, n) is symmetric, q is (n,), A is (m, n) and b is (m,). Each cone is a pair (kind, dimension), in the order of
+    the rows of A.
+    """
+
+    P: sparse.csc_matrix
+    q: Float
+    A: sparse.csc_matrix
+    b: Float
+    cones: tuple[tuple[ConeKind, int], ...]
+
 
 LARGEST = 1e100  # numbers up to this can be squared and multiplied by data without overflow
 LONG = 20_000  # with more entries in A a solve may take over 0.1 s, so Ctrl-C does not wait for it
@@ -74,7 +91,10 @@ class Prepared:
         self._changed = False
         self._rows = _Rows.of(program)
         self._long = self._program.A.nnz > LONG
-        self._solver = clarabel.DefaultSolver(_upper(program.P), program.q, self._program.A, program.b, cones, settings)
+        P = program.P
+        if (P.indices > np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))).any():
+            P = sparse.triu(P, format="csc")
+        self._solver = clarabel.DefaultSolver(P, program.q, self._program.A, program.b, cones, settings)
 
     def change(self, entries: Int, values: Float) -> None:
         """Set stored entries of A to ``values`` (k,); ``entries`` (k,) are their positions in ``A.data``."""
@@ -104,12 +124,6 @@ def solve(program: ConeProgram, *, tolerance: float = 1e-10, max_iterations: int
     scaled to order one.
     """
     return Prepared(program, tolerance=tolerance, max_iterations=max_iterations).solve()
-
-
-def _upper(P: sparse.csc_matrix) -> sparse.csc_matrix:
-    """Return the upper triangle of P, or P itself if it has no entries below the diagonal."""
-    columns = np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))
-    return P if (P.indices <= columns).all() else sparse.triu(P, format="csc")
 
 
 def _within_numbers(values: Float) -> Float:

@@ -2,12 +2,48 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.elastic.outcome import PathOutcome
+
+
+class PathOutcome(IntEnum):
+    """How a load path ends."""
+
+    LOST = 0  # no further point was found before the end was clear
+    PEAK = 1  # the load has a largest value
+    ENDLESS = 2  # contact forces balance any multiple of the load
+    REACHED = 3  # it leads to the load up to which it was to be followed
+
+
+class RestOutcome(IntEnum):
+    """How the search for a state of rest ends."""
+
+    LOST = 0  # neither of the two was found
+    RESTS = 1
+    DRIFTS = 2  # bodies keep moving at a constant velocity
+
+
+class StepControl(NamedTuple):
+    """How closely a path is followed.
+
+    ``growth``: the largest growth of the step from one point to the next; ``correction``: that of a point that is
+    wanted, as a share of the step; ``patience``: points without a new peak after which none is waited for; ``most``
+    points of a path.
+    """
+
+    growth: float
+    correction: float
+    patience: int
+    most: int
+
+
+QUICK = StepControl(2.5, 0.2, 80, 600)
+BRIEF = QUICK._replace(patience=40)  # where linear systems are expensive
+CLOSE = StepControl(1.5, 0.05, 1000, 20_000)  # slow and misses less: the reference for the quick step control
 
 
 class PathResult(NamedTuple):

@@ -32,9 +32,12 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     such motions a general combination is found; each body's rows and columns in units of its own bonded contacts and
     size.
     """
-    n = len(m.wrench)
-    rows, columns, values, _ = _entries(m, K)
-    A, solve = _factored(rows, columns, values, n)
+    n, size = len(m.wrench), m.scale[::6] / m.scale[3::6]
+    softest = m.unit.reshape(-1, 6)[:, :3].min(1)  # that of the direction in which contacts are firmest
+    unit = (softest[:, None] * np.stack([np.ones_like(size), 1 / size], 1).repeat(3, axis=1)).ravel()
+    (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
+    count = core.write_entries(m._replace(unit=unit), K, rows, columns, values)
+    A, solve = _factored(rows[:count], columns[:count], values[:count], n)
     x = _start(n)
     for _ in range(3):
         x = solve(x)
@@ -42,15 +45,6 @@ def unresisted_motion(m: Elastic, K: Float) -> Float:
     if np.abs(np.asarray(A @ x)).max() > NO_RESISTANCE:
         return np.zeros(n // 6)
     return np.asarray(np.abs(x).reshape(-1, 6).max(1))
-
-
-def _entries(m: Elastic, K: Float) -> tuple[Int, Int, Float, Float]:
-    size = m.scale[::6] / m.scale[3::6]
-    softest = m.unit.reshape(-1, 6)[:, :3].min(1)  # that of the direction in which contacts are firmest
-    unit = (softest[:, None] * np.stack([np.ones_like(size), 1 / size], 1).repeat(3, axis=1)).ravel()
-    (rows, columns), values = np.empty((2, 144 * len(m.a)), dtype=np.int64), np.empty(144 * len(m.a))
-    count = core.write_entries(m._replace(unit=unit), K, rows, columns, values)
-    return rows[:count], columns[:count], values[:count], unit
 
 
 @lru_cache

@@ -13,7 +13,7 @@ from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Float, checked_whole, checked_word
 from holdfast.base.entries import Entries, together
 from holdfast.base.rounding import UNIT
-from holdfast.conic.program import ConeKind
+from holdfast.conic.solve import ConeKind
 
 ROUNDING = 18 * UNIT  # of the terms in the distance of a force from the border of its cone: fewer operations than that
 ConeChoice = Literal["exact", "inscribed", "circumscribed"]

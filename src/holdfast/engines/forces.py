@@ -16,8 +16,7 @@ from holdfast.assembly.contact_nodes import (
 )
 from holdfast.base.arrays import Float
 from holdfast.base.entries import diagonal, together
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import ConeSolution, Outcome, solve
+from holdfast.conic.solve import ConeProgram, ConeSolution, Outcome, solve
 from holdfast.engines.cones import EXACT, FrictionCone, size_of
 
 ACCEPTED_RESIDUAL = 1e-7  # largest equilibrium error of accepted forces, relative to each body's own weight

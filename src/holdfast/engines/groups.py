@@ -7,10 +7,10 @@ factor of a load is the smallest over the groups that it loads.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from threading import RLock
 from typing import cast
 
@@ -19,22 +19,19 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.one_group import Part, part_of
 from holdfast.assembly.strengths import refuse_joined, with_pull
-from holdfast.base.arrays import Bool, Float, Int, Objects
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
 from holdfast.base.progress import reported
 from holdfast.base.text import listed
 from holdfast.base.values import Value
-from holdfast.engines import cached_states
-from holdfast.engines.amendments import doubtful_contacts
-from holdfast.engines.amendments.negligible import without_negligible
-from holdfast.engines.answers import Answers, joined_notes, weakest_bound
+from holdfast.engines.answers import Answers, joined_notes
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.capabilities import Judging, Loadable, held_by
-from holdfast.engines.contract import EXACT, Accuracy, Engine, State
-from holdfast.engines.joint_verdict import joint
+from holdfast.engines.contract import EXACT, Accuracy, Engine, Judging, Loadable, State, fresh, held_by
+from holdfast.engines.doubts import doubtful_contacts
+from holdfast.engines.doubts.near_falls import Reach
+from holdfast.engines.joint_answers import Smallest, joint, without_negligible
 from holdfast.engines.mechanism import Kinematics, Mechanism
-from holdfast.engines.near_falls import Reach
 from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
 from holdfast.engines.self_stress import self_stressed
 from holdfast.engines.verdict import ContactForces, GroupVerdict, Status, Verdict
@@ -145,7 +142,7 @@ class Groups:
         if not isinstance(self.engine, Value):
             return make()
         content = Same(self.assembly), number
-        key = cached_states.key("remarks", self.engine, content, self.standing, self.acceleration)
+        key = self._key("remarks", content, self.standing)
         return self.assembly.memory.recalled(key, 1, make)
 
     @cached_property
@@ -204,8 +201,9 @@ class Groups:
             raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
         if len(groups) == 1 and groups[0].part is not None and groups[0].state is not None:
             return doubtful_contacts.as_detected(groups[0].state), groups[0].part.rows
-        whole = cached_states.recalled_whole(self.engine, self.assembly, self.standing, self.acceleration)
-        return whole, np.arange(6 * len(self.assembly.movable))
+        whole = partial(self.engine.prepare, self.assembly, self.standing, self.acceleration)
+        count = len(self.assembly.movable)
+        return self._recalled(whole, Same(self.assembly), self.standing, count), np.arange(6 * count)
 
     def verdict(self) -> Verdict:
         """Say whether the assembly stands: the worst verdict on a group, with the evidence of all groups."""
@@ -259,7 +257,7 @@ class Groups:
             found = self._answers(groups[0], W, accuracy)
             notes = joined_notes([self._said, found.notes, _reasons(groups)])
             return replace(found, verdict=joint([group.said for group in groups]), notes=notes)
-        table = _Smallest(count)
+        table = Smallest(count)
         for number, group in zip(numbers, groups, strict=True):
             columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
             table.add(columns, self._answers(group, W[:, columns], accuracy))
@@ -312,7 +310,8 @@ class Groups:
         try:
             yield
         except BaseException:
-            cached_states.forget(self.engine, self.assembly, part, self.standing, self.acceleration)
+            if isinstance(self.engine, Value):
+                self.assembly.memory.forget(self._key("state", part.content, self._own(part)))
             raise
 
     def in_whole(self, body: int, found: Answers) -> Answers:
@@ -332,8 +331,34 @@ class Groups:
                 names, self.assembly.memory.recalled(key, 1, lambda: hanging(self.assembly, [names], self._wrench))
             )
         part = part_of(self.assembly, names)
-        state = cached_states.recalled(self.engine, self.assembly, part, self.standing, self.acceleration)
+        own = self._own(part)
+        make = partial(doubtful_contacts.prepared, self.engine, part.assembly, own, self.acceleration)
+        state = self._recalled(make, part.content, own, len(part.members))
         return Group(names, self._checked(part, state.verdict()), part, state)
+
+    def _own(self, part: Part) -> Float | None:
+        """Return the standing loads on the bodies of a part, or None if there are none."""
+        own = None if self.standing is None else self.standing[part.rows]
+        return None if own is None or not own.any() else own
+
+    def _recalled(self, make: Callable[[], State], content: Same, standing: Float | None, cost: int) -> State:
+        """Return the engine's state for ``content``, from the memory of the assembly or now.
+
+        It remembers no question that was asked before. Engines that are no values may change: they are not kept.
+        """
+        if not isinstance(self.engine, Value):
+            return make()
+        names = frozenset(self.assembly.known_names)
+        # the engine may name bodies and materials of the whole that are unknown in another one with the same part
+        state, _ = self.assembly.memory.recalled(
+            self._key("state", content, standing), cost, lambda: (make(), names), valid=lambda known: known[1] <= names
+        )
+        return fresh(state)
+
+    def _key(self, what: str, content: Hashable, standing: Float | None) -> Hashable:
+        """Return the key by which ``what`` the engine says of ``content`` is kept with the assembly."""
+        loads = (None if load is None else load.tobytes() for load in (standing, self.acceleration))
+        return (what, self.engine, content, *loads)
 
     @cached_property
     def _hanging(self) -> set[frozenset[str]]:
@@ -413,52 +438,3 @@ def _reasons(groups: Sequence[Group]) -> tuple[str, ...]:
         for group in groups
         if group.verdict.status is not Status.STABLE
     )
-
-
-class _Smallest:
-    """Collects the smallest of the answers that several groups give to each of ``count`` load columns."""
-
-    def __init__(self, count: int) -> None:
-        self.force, self.lower, self.upper = (np.full(count, np.inf) for _ in range(3))
-        self.status = np.array([Status.INFINITE] * count, dtype=object)  # np.full would make plain texts of them
-        self.mechanism = np.full(count, None, dtype=object)
-        self.asked = np.zeros(count, dtype=bool)
-        self.parts: list[Answers] = []
-
-    def add(self, columns: Int, found: Answers) -> None:
-        """Take the rows of ``found``, one for each of the ``columns``, where they are smaller.
-
-        A row that is undecided has force 0 and so leaves the smallest open, unless another group gives way without any
-        load.
-        """
-        self.parts.append(found)
-        mine, other = _settled(self.status[columns], self.force[columns]), _settled(found.status, found.force)
-        taken = ~self.asked[columns] | (~mine & (other | (found.force < self.force[columns])))
-        self.asked[columns] = True
-        self.lower[columns] = np.minimum(self.lower[columns], found.lower)
-        self.upper[columns] = np.minimum(self.upper[columns], found.upper)
-        at = columns[taken]
-        for name in ("force", "status", "mechanism"):
-            getattr(self, name)[at] = getattr(found, name)[taken]
-
-    def answers(self, engine: Engine, verdict: Verdict, reasons: Sequence[str]) -> Answers:
-        """Return what was collected as one table."""
-        bounds = [weakest_bound([getattr(p, name) for p in self.parts]) for name in ("lower_bound", "upper_bound")]
-        return Answers.of(
-            engine=engine.name,
-            claim=engine.claim,
-            verdict=verdict,
-            force=self.force,
-            status=self.status.tolist(),
-            mechanism=self.mechanism.tolist(),
-            lower=self.lower,
-            upper=self.upper,
-            lower_bound=bounds[0],
-            upper_bound=bounds[1],
-            notes=joined_notes([*(part.notes for part in self.parts), reasons]),
-        )
-
-
-def _settled(status: Objects, force: Float) -> Bool:
-    """Return for which rows (n,) no answer of another group can change anything: something moves without any load."""
-    return np.asarray((status == Status.UNSTABLE) | ((status == Status.FINITE) & (force == 0)))

@@ -1,4 +1,9 @@
-"""Which contacts can carry self-stress, that is forces that balance each other without any load."""
+"""Which contacts can carry self-stress, that is forces that balance each other without any load.
+
+The forces on a body at rest without any load have the sum zero. Where all the forces that its contacts can take lie on
+one side of a plane, each of them is zero, then. Such contacts are as good as gone, which may leave others one-sided: a
+stack of boxes is peeled from its corners, in a hundredth of the time that a program takes. What is left may be clamped.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +13,26 @@ from scipy import sparse
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import Outcome, solve
+from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.engines.cones import EXACT, FrictionCone
 from holdfast.engines.forces import scaled_operator
-from holdfast.engines.peeling import clampable
 from holdfast.engines.rest import corner_nodes
+from holdfast.native import core
+
+
+def clampable(nodes: ContactNodes, corner: float = 1.0) -> Bool:
+    """Return which nodes (I,) are left; the others press only if there is a load.
+
+    Forces may lie outside the friction cone by the factor ``corner`` (``FrictionCone.corner``).
+    """
+    left = np.ones(len(nodes), dtype=bool)
+    body, other = np.concatenate([nodes.b, nodes.a]), np.concatenate([nodes.a, nodes.b])
+    inward, mu = np.concatenate([nodes.normals, -nodes.normals]), np.tile(corner * nodes.mu, 2)
+    order = np.argsort(body, kind="stable")
+    order = order[body[order] >= 0]
+    first = np.searchsorted(body[order], np.arange(body.max(initial=-1) + 2))
+    core.peel(inward[order], mu[order], order % max(len(nodes), 1), other[order], first, left)
+    return left
 
 
 def self_stressed(assembly: Assembly) -> bool | None:
@@ -25,7 +44,7 @@ def self_stressed(assembly: Assembly) -> bool | None:
 def self_stressed_nodes(assembly: Assembly, nodes: ContactNodes, cone: FrictionCone) -> Bool | None:
     """Return which nodes (I,) can press without any load (G f = 0, f in the cones), or None if not settled.
 
-    Of nodes that cannot be ruled out body by body (peeling.py) the program is max Σ t_i with 0 <= t_i <= f_n,i and
+    Of nodes that cannot be ruled out body by body the program is max Σ t_i with 0 <= t_i <= f_n,i and
     t_i <= 1. Self-stress forces can be added and scaled, so each t_i is 0 or 1 at the optimum.
     """
     found = clampable(nodes, cone.corner)

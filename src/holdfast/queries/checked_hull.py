@@ -18,7 +18,7 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.rounding import SUM
-from holdfast.engines.capabilities import LoadHull
+from holdfast.engines.contract import LoadHull
 from holdfast.engines.limit.load_hull import LARGEST, MOST, WIDER
 from holdfast.geometry.hull_gauge import SLIGHT, hull_gauge
 

@@ -20,7 +20,7 @@ from holdfast.base.rigid import wrench_at
 from holdfast.base.text import quoted
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.capabilities import HULLS
+from holdfast.engines.contract import HULLS
 from holdfast.engines.groups import prepared
 from holdfast.geometry.cells import surface_cells
 from holdfast.geometry.hull_gauge import hull_gauge

@@ -20,12 +20,10 @@ from holdfast.base.progress import reported
 from holdfast.base.text import listed, quoted
 from holdfast.engines.answers import Answers, Bound, weakest_bound
 from holdfast.engines.bearing import CRUSHED, UNCHECKED, bearings, concerns, limited
-from holdfast.engines.compliant.engine import Compliant
-from holdfast.engines.compliant.random_faces import Faces
-from holdfast.engines.compliant.rough import Rough
+from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import Groups, prepared
-from holdfast.engines.imperfect import Imperfect
+from holdfast.engines.imperfect import Faces, Imperfect
 from holdfast.engines.mechanism import crush_of
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.hold import held_names

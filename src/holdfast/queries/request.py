@@ -24,7 +24,7 @@ from holdfast.base.values import Value
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 

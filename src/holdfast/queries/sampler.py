@@ -13,10 +13,10 @@ from holdfast.base.arrays import Float, objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.contacts.tolerances import plain_gap
-from holdfast.engines.amendments.absent_contacts import Absences
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import Engine
+from holdfast.engines.doubts.absent_contacts import Absences
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.lower_bounds import Covering, covering

@@ -19,7 +19,7 @@ from holdfast.base.public import Summary, number
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import quoted
 from holdfast.base.values import Table
-from holdfast.engines.capabilities import GRADIENTS
+from holdfast.engines.contract import GRADIENTS
 from holdfast.engines.groups import prepared
 from holdfast.queries.request import (
     CERTAIN_ENGINE,

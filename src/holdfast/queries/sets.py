@@ -33,8 +33,7 @@ from holdfast.base.ranges import ACCELERATION, FORCE, MANY, SCALE
 from holdfast.base.rounding import COORDINATES
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.capabilities import SETS, LoadSet
-from holdfast.engines.contract import Engine, State
+from holdfast.engines.contract import SETS, Engine, LoadSet, State
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.load_sets import BUDGET, drawn_in, hull_of
 from holdfast.engines.verdict import Status

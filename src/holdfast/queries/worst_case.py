@@ -24,7 +24,7 @@ from holdfast.base.progress import reported
 from holdfast.base.public import Summary
 from holdfast.base.values import Table
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.capabilities import WORST_CASES, Corner
+from holdfast.engines.contract import WORST_CASES, Corner
 from holdfast.engines.groups import prepared
 from holdfast.engines.limit.box_corners import change_at, corners_of, least_of
 from holdfast.engines.verdict import Status

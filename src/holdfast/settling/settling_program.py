@@ -9,8 +9,7 @@ from scipy import sparse
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents
-from holdfast.conic.program import ConeKind, ConeProgram
-from holdfast.conic.solve import Outcome, solve
+from holdfast.conic.solve import ConeKind, ConeProgram, Outcome, solve
 
 GIVING = 1e4  # [weights of the heaviest body] force at which an overlap that cannot be removed yields
 TOLERANCE = 1e-11  # of the cone program

@@ -8,12 +8,10 @@ from engine_scenes import X, block, floor, shipped
 import holdfast as hf
 from bench.suites.reliability import random_pushes
 from holdfast import Status, stability
-from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.engines.compliant.bisection import with_bisected_peaks
+from holdfast.elastic.path import PathOutcome, RestOutcome
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.rest_verdict import balanced_forces, unbalanced
 from holdfast.native import core
-from holdfast.queries.request import push_columns
 
 
 @pytest.mark.parametrize("name", STANDING)
@@ -94,37 +92,6 @@ def test_the_motion_itself_rests_below_the_peak_and_drifts_above(name: str) -> N
             assert core.move(loaded, work, 1.0, q, drift, 1e-11, 6000, None).outcome == end
             if end is RestOutcome.DRIFTS:  # the load does work on it
                 assert drift @ (m.wrench + share * paths.peak[k] * loads[k]) > 0
-
-
-@pytest.mark.parametrize("name", ["stack", "table", "arch", "cantilever"])
-def test_a_lost_path_is_found_again_by_verdicts(name: str) -> None:
-    """Paths given up at 60 to 99 % of their peak: verdicts lead to the same peak, or slightly beside it."""
-    assembly = shipped(name)
-    grid = hf.Compliant().prepare(assembly).grid
-    W = random_pushes(assembly, 12, 4)
-    W = W[:, np.flatnonzero(grid.paths(W).outcome == PathOutcome.PEAK)[:3]]
-    paths = grid.paths(W)
-    lost = paths._replace(
-        outcome=np.full(3, PathOutcome.LOST), peak=paths.peak * (0.6, 0.9, 0.99), q=np.tile(grid.settled.q, (3, 1))
-    )
-    found = with_bisected_peaks(grid, W, lost)
-    assert (found.outcome == PathOutcome.PEAK).all()
-    np.testing.assert_allclose(found.peak, paths.peak, rtol=5e-3)
-    assert (found.peak <= paths.peak * (1 + 4e-3)).all()  # a path may end a little below its peak
-
-
-def test_bisection_tells_a_load_that_holds_and_how_much_more_may_be_held() -> None:
-    """A push beside the middle, which limit analysis would let be a third larger: rest is found again, and no rest."""
-    assembly = shipped("cube")
-    grid = hf.Compliant().prepare(assembly).grid
-    W = push_columns(assembly, 0, np.array([[-0.05, 0.045, 0.02]]), np.array([[1.0, 0, 0]]))
-    paths = grid.paths(W)
-    lost = paths._replace(outcome=np.array([PathOutcome.LOST]), peak=0.6 * paths.peak, q=grid.settled.q[None])
-    found = with_bisected_peaks(grid, W, lost)
-    assert 0 < found.short[0] <= 3e-4 * found.peak[0]
-    for s, end in ((found.peak[0], RestOutcome.RESTS), (found.peak[0] + found.short[0], RestOutcome.DRIFTS)):
-        under = grid.system.under(grid.system.model.wrench + s * grid.loads(W)[0])
-        assert under.come_to_rest(near=found.q[0]).outcome is end
 
 
 def test_what_slides_off_on_ice_takes_nothing_along() -> None:

@@ -12,13 +12,13 @@ from bench.scenes.random_pushes import columns, random_pushes
 from holdfast import Body, Compliant, Imperfect, Scene, Status, assemble
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.path import RestOutcome
 from holdfast.elastic.system import System
 from holdfast.engines.compliant.elastic_model import elastic_model, own_rows
+from holdfast.engines.compliant.engine import Rough
 from holdfast.engines.compliant.places import Places
-from holdfast.engines.compliant.random_faces import Faces
-from holdfast.engines.compliant.rough import Rough
 from holdfast.engines.groups import prepared
+from holdfast.engines.imperfect import Faces
 from holdfast.queries.lower_bounds import covering
 from holdfast.queries.request import push_columns
 

@@ -10,8 +10,7 @@ import holdfast as hf
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.contacts.interface import Patch
 from holdfast.engines.compliant.elastic_model import elastic_model
-from holdfast.engines.compliant.places import Places
-from holdfast.engines.compliant.sheets import sheets_of
+from holdfast.engines.compliant.places import Places, sheets_of
 from holdfast.scene.shipped.blocks import at
 
 

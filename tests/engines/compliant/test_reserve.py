@@ -8,7 +8,7 @@ from compliant_scenes import STANDING
 from engine_scenes import G0, block, cube, floor, shipped
 
 from holdfast import Compliant, Scene, Status, assemble, stability
-from holdfast.engines.compliant import reserve
+from holdfast.engines.compliant import rest_verdict
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 
@@ -45,5 +45,5 @@ def test_the_reserve_of_a_slab_on_a_slope_is_its_friction_beyond_the_slope(spare
     assembly = assemble(slope(1 / (1 - spare), 1, 25))
     for nodes in (5, 7, 14):
         grid = Grid.of(assembly, assembly.weight_wrench(), Springs(nodes))
-        found = reserve._reserve(grid)
+        found = rest_verdict._reserve(grid)
         assert spare <= found <= 1.051 * spare

@@ -101,7 +101,7 @@ def test_the_friction_axis_needs_parallel_normals() -> None:
     assert not all_parallel(np.array([Z, X]), 1.0)
     assert not all_parallel(np.array([Z, np.array([0, np.sin(0.03), np.cos(0.03)])]), 1.0)
     groove = Graph().prepare(assemble(shipped_scene("v_groove")))
-    spins = groove._axes_of(1).twists[:, 3:]
+    spins = groove.toppling.axes_of(1).twists[:, 3:]
     assert "slip" not in {mode for mode, spin in zip(modes(groove), spins, strict=True) if spin[1] == 0}
     cube = Graph().prepare(assemble(cube_scene()))
     assert sorted(modes(cube)) == ["slip", "slip", "topple", "topple", "topple", "topple"]
@@ -109,8 +109,8 @@ def test_the_friction_axis_needs_parallel_normals() -> None:
 
 def modes(state: GraphState) -> list[str]:
     """What contacts do as the first body turns about each of its axes."""
-    cut = state._axes_of(1)
-    return [state.turning(cut, k).mode for k in range(len(cut.torque))]
+    turns, number = state.toppling, state.toppling.G.cuts.index(1)
+    return [state.turning(turns.twists(number, k)).mode for k in range(len(turns.axes[number].torque))]
 
 
 def test_the_centre_of_friction_weighs_by_friction() -> None:

@@ -9,10 +9,9 @@ from placed import at
 
 import holdfast as hf
 from holdfast.engines.limit.certified import _Face
-from holdfast.engines.limit.engine import Limit
-from holdfast.engines.limit.gauge import CuttingPlanes
+from holdfast.engines.limit.gauge import CuttingPlanes, LoadLimit
 from holdfast.engines.limit.limit_program import LoadProgram
-from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.native import core
 from holdfast.queries.request import push_columns

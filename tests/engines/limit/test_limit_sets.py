@@ -9,8 +9,8 @@ import pytest
 
 import holdfast as hf
 from holdfast.engines.limit import load_sets
-from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.limit_state import LimitState
+from holdfast.engines.limit_engine import Limit
 from holdfast.queries.request import push_columns
 from holdfast.queries.sets import ConvexSet, admissible_wrenches, sustainable_accelerations
 from holdfast.scene.shipped import shipped_scene

@@ -15,9 +15,9 @@ from limit_scenes import columns
 
 from holdfast.base.arrays import Float
 from holdfast.engines.contract import Within
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.limit_program import LoadProgram, Solved
-from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit_engine import Limit
 
 T = TypeVar("T")
 THREADS = 4

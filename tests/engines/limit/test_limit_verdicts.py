@@ -9,7 +9,7 @@ from limit_scenes import push
 
 import holdfast as hf
 from holdfast import Scene, Status, assemble, stability
-from holdfast.engines.limit.loose import comes_loose
+from holdfast.engines.limit_engine import comes_loose
 from holdfast.scene.shipped.blocks import at, box, floor
 
 

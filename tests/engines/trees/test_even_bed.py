@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import minimize
 
-from holdfast.engines.trees.bed import Bed
+from holdfast.engines.trees.forest import Bed
 from holdfast.native import core
 
 MU = 0.4

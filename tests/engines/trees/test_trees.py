@@ -10,7 +10,7 @@ import holdfast as hf
 from bench.scenes.random_trees import random_tower
 from holdfast.engines.compliant.engine import Compliant, state_on
 from holdfast.engines.groups import prepared
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.trees.forest import Forest
 from holdfast.engines.trees.tree_state import TreeState, with_trees
 from holdfast.scene.shipped.blocks import box, floor

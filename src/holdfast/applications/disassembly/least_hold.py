@@ -14,8 +14,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.kinds import shaped
 from holdfast.base.text import listed
 from holdfast.base.values import Value, seal
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import Outcome, solve
+from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.engines.cones import EXACT
 from holdfast.engines.forces import scaled_operator, scaled_wrench
 from holdfast.engines.rest import corner_nodes

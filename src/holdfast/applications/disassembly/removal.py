@@ -31,8 +31,7 @@ from holdfast.base.rigid import wrench_at
 from holdfast.base.text import listed
 from holdfast.certificates.certified import CertifiedStates
 from holdfast.engines.answers import Claim
-from holdfast.engines.capabilities import RELEASES
-from holdfast.engines.contract import FORCES_ONLY, Engine
+from holdfast.engines.contract import FORCES_ONLY, RELEASES, Engine
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import ContactForces, Status, Verdict
 from holdfast.geometry.sweep import Swept, hit_distance

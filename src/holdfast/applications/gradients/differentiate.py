@@ -20,11 +20,10 @@ from holdfast.base.progress import reported
 from holdfast.base.rigid import cross
 from holdfast.base.values import Table, altered
 from holdfast.certificates.question import Question
-from holdfast.engines.capabilities import GRADIENTS, Gradient, Sloping
-from holdfast.engines.contract import Engine, State
+from holdfast.engines.contract import GRADIENTS, Engine, Gradient, Sloping, State
 from holdfast.engines.groups import Groups, prepared
-from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.limit_state import factors_on
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.queries.push import load_factors
 from holdfast.queries.request import CERTAIN_ENGINE, body_numbers, checked_assembly, engine_of, quiet

@@ -25,7 +25,7 @@ from holdfast.assembly.node_motion import NodeMotion, node_motion
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 from holdfast.base.rounding import SUM
-from holdfast.engines.capabilities import Gradient
+from holdfast.engines.contract import Gradient
 from holdfast.engines.mechanism import AT_REST, relative_velocity
 from holdfast.queries.request import quiet
 

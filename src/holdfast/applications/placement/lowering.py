@@ -20,8 +20,7 @@ from holdfast.base.arrays import Float, unit
 from holdfast.base.errors import SceneError, message
 from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import tangents, transform
-from holdfast.conic.program import ConeKind, ConeProgram
-from holdfast.conic.solve import Outcome, solve
+from holdfast.conic.solve import ConeKind, ConeProgram, Outcome, solve
 from holdfast.contacts.features import touching_features
 from holdfast.contacts.search_mesh import SearchMesh, moved_mesh, near_faces
 from holdfast.contacts.tolerances import Angles

@@ -23,8 +23,7 @@ from holdfast.assembly.contact_nodes import (
 )
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import Outcome, solve
+from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.elastic.sparse import MOST_DENSE, Matrix, solver
 from holdfast.engines.forces import NO_FORCE, force_program, lighter_share
 from holdfast.engines.rest import corner_nodes

@@ -1,7 +1,22 @@
-"""The states of engine ``compliant``: an assembly that stands, or one whose loads have no load path."""
+"""The states of engine ``compliant``: an assembly that stands, or one whose loads have no load path.
+
+An answer comes about in these steps, in this order:
+
+1. *Solve*: the peak of the load path from rest, on the first grid (grid.py).
+2. *Correct*: finer grids tell how far that may be off, and take its place (refinement.py).
+3. *Doubt*: what paths do not know. ``LimitReview``: limit analysis proves above which load bodies move.
+   ``SelfStressed``: where bodies press each other without any load, or are near their limit, ``lower`` covers other
+   stiffness and other nodes. ``Sliding``: ``lower`` is what is reached before contacts have slid far. ``OpenContacts``:
+   ``lower`` leans on no contact that is open and idle at rest.
+4. *Tell*: the table of answers, with what each step made of it.
+
+Of the answers of every engine groups.py makes 0 what rounding alone tells from 0, and doubts/ bounds them over the
+presence of contacts that may not exist.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Event, RLock
@@ -11,23 +26,23 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.parallel import begin, free_threads
-from holdfast.elastic.outcome import PathOutcome
-from holdfast.engines.amendments.amendment import Amendment, Asked
-from holdfast.engines.amendments.amendment_list import amended, amendments_of
-from holdfast.engines.amendments.self_stressed import SelfStressed
+from holdfast.elastic.path import PathOutcome, PathResult
 from holdfast.engines.answers import Answers, Bound, Claim, Step
+from holdfast.engines.compliant.amendment import Amendment, Asked, OpenContacts, Sliding
 from holdfast.engines.compliant.balanced import Neutral
-from holdfast.engines.compliant.columns import Columns, followed
 from holdfast.engines.compliant.grid import Grid
+from holdfast.engines.compliant.limit_review import LimitReview
 from holdfast.engines.compliant.load_bearing import HUGE
-from holdfast.engines.compliant.refinement import Refined
+from holdfast.engines.compliant.refinement import Bounded, Refined
 from holdfast.engines.compliant.rest_verdict import balanced_forces
+from holdfast.engines.compliant.self_stressed import SelfStressed
 from holdfast.engines.contract import EXACT, Accuracy, ForcesOnly
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.rest import contact_forces
 from holdfast.engines.verdict import ContactForces, Status, Verdict
 
 NAME, CLAIM = "compliant", Claim.HOLDS
+AMENDMENTS: tuple[type[Amendment], ...] = (LimitReview, SelfStressed, Sliding, OpenContacts)  # in this order
 STATUS = {
     PathOutcome.PEAK: Status.FINITE,
     PathOutcome.ENDLESS: Status.INFINITE,
@@ -59,7 +74,8 @@ class Unpushable:
         if self.decided.status is not Status.STABLE:
             return Answers.not_standing(W.shape[1], engine=NAME, claim=CLAIM, verdict=self.decided)
         loaded = _loaded(W)
-        return _answers(W.shape[1], loaded, Columns.unknown(len(loaded)), self.decided, accuracy)
+        lost = Bounded.unbounded(PathResult.lost(len(loaded), 0))
+        return _told(Asked(W, accuracy, loaded, lost, np.zeros(len(loaded), dtype=bool)), self.decided, [])
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,21 +110,27 @@ class Standing:
 
         ``lower`` is the peak minus the estimated discretisation error. Every column is answered as if it were asked
         alone, ``Within`` an error, too: a neighbour's error says nothing certain about its own. With ``ForcesOnly``,
-        ``lower`` is 0 and no finer grid is needed. What paths do not know is amended (amendments/amendment_list.py).
-        Of several threads that ask, one waits for the other.
+        ``lower`` is 0 and no finer grid is needed. Of several threads that ask, one waits for the other.
         """
         with self._asking:
             return self._load_factor(W, accuracy)
 
     def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
-        loaded = _loaded(W)
-        asked = W[:, loaded]
-        if len(loaded) and not isinstance(accuracy, ForcesOnly):
-            self._begin_bounds()
-        bounds = not isinstance(accuracy, ForcesOnly)
-        columns = followed(self.refined, asked, bounds=bounds) if len(loaded) else Columns.unknown(0)
-        found = _answers(W.shape[1], loaded, columns, self.decided, accuracy)
-        return amended(found, Asked(W, accuracy, loaded, columns), self._amendments)
+        loaded, bounds = _loaded(W), not isinstance(accuracy, ForcesOnly)
+        if not len(loaded):
+            solved = Bounded.unbounded(PathResult.lost(0, len(W)))
+        else:
+            if bounds:
+                self._begin_bounds()
+            solved = self.refined.answers(W[:, loaded], bounds=bounds)
+        leans = self.grid.leans(W[:, loaded], solved.paths)
+        peaks = solved.paths.outcome == PathOutcome.PEAK
+        asked = Asked(W, accuracy, loaded, solved, leans)
+        found = _told(asked, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
+        for amendment in self._amendments:
+            if amendment.applies(asked):
+                found = amendment.amend(found, asked).after(amendment.name, amendment.why)
+        return found
 
     @cached_property
     def without_idle(self) -> Standing | None:
@@ -159,7 +181,7 @@ class Standing:
 
     @cached_property
     def _amendments(self) -> tuple[Amendment, ...]:
-        return amendments_of(self)
+        return tuple(kind(self) for kind in AMENDMENTS)
 
     @cached_property
     def _self_stressed(self) -> SelfStressed:
@@ -174,29 +196,25 @@ def _loaded(W: Float) -> Int:
     return np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
 
 
-def _answers(count: int, loaded: Int, columns: Columns, verdict: Verdict, accuracy: Accuracy) -> Answers:
-    """Build the answers for ``count`` columns: ``columns`` for those that are ``loaded``, INFINITE for the others."""
-    factor, lower, upper = np.full(count, np.inf), np.full(count, np.inf), np.full(count, np.inf)
-    status = [Status.INFINITE] * count
-    mechanisms: list[Mechanism | None] = [None] * count
-    raw = np.full(count, np.inf)
-    raw[loaded] = columns.raw
-    factor[loaded], lower[loaded] = columns.factor, columns.lower
-    for k, column in enumerate(loaded.tolist()):
-        mechanisms[column], status[column] = columns.mechanisms[k], STATUS[PathOutcome(columns.outcome[k])]
+def _told(asked: Asked, verdict: Verdict, mechanisms: Iterable[Mechanism]) -> Answers:
+    """Return the answers that load paths give, INFINITE to loads of zero; ``mechanisms`` are of paths with a peak."""
+    count, loaded, paths = asked.W.shape[1], asked.loaded, asked.paths.paths
+    force, lower, raw = np.full((3, count), np.inf)
+    force[loaded], lower[loaded], raw[loaded] = paths.factor, asked.paths.lower, asked.paths.raw
+    status, mechanism = [Status.INFINITE] * count, list[Mechanism | None]([None] * count)
+    for column, outcome in zip(loaded.tolist(), paths.outcome.tolist(), strict=True):
+        status[column] = STATUS[PathOutcome(outcome)]
+    for column, one in zip(loaded[paths.outcome == PathOutcome.PEAK].tolist(), mechanisms, strict=True):
+        mechanism[column] = one
+    first = Step("load path on the first grid", "the load at which its path from rest has a peak", raw, np.zeros(count))
     return Answers.of(
         engine=NAME,
         claim=CLAIM,
         verdict=verdict,
-        force=factor,
+        force=force,
         lower=lower,
-        upper=upper,
         status=status,
-        mechanism=mechanisms,
-        lower_bound=Bound.NONE if isinstance(accuracy, ForcesOnly) else Bound.ESTIMATED,
-        steps=(
-            Step(
-                "load path on the first grid", "the load at which its path from rest has a peak", raw, np.zeros(count)
-            ),
-        ),
+        mechanism=mechanism,
+        lower_bound=Bound.ESTIMATED if asked.bounded else Bound.NONE,
+        steps=(first,),
     ).after("finer grids", "lower is less by twice the change from one grid to the next and by 0.2 %")

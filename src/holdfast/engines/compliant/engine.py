@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,15 +13,14 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, checked_number, checked_whole
 from holdfast.base.ranges import STIFFNESS
 from holdfast.base.values import Value
-from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.path import RestOutcome
 from holdfast.engines.compliant.balanced import Neutral, neutral_at
 from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, Standing, Unpushable
-from holdfast.engines.compliant.elastic_model import Springs
+from holdfast.engines.compliant.elastic_model import Springs, Stiffness, check_stiffness, checked_stiffness
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
-from holdfast.engines.compliant.reserve import overruled
-from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest
-from holdfast.engines.compliant.stiffness import Stiffness, check_stiffness, checked_stiffness
+from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest, overruled
+from holdfast.engines.imperfect import Faces
 from holdfast.engines.rest import find_rest
 from holdfast.engines.trees.forest import forest_of
 from holdfast.engines.trees.tree_state import FIRM
@@ -91,7 +90,7 @@ class Compliant(Value):
         """Find the state of rest under ``wrench`` (6J,) [N, N m], on the given ``nodes`` or, if None, on a grid.
 
         Answers for which the nodes are too coarse are re-solved on finer grids, at most ``refinements`` times, and so
-        is a state of rest near its limit (reserve.py).
+        is a state of rest near its limit (rest_verdict.py).
         """
         return state_on(assembly, wrench, self.springs, nodes, refinements=refinements)
 
@@ -164,3 +163,23 @@ def _standing(verdict: Verdict, grid: Grid, refinements: int, neutral: Neutral |
     if refinements and grid.springs.faces is None:
         verdict = verdict.after(looks, "rest does not lean on how many nodes there are")
     return Standing(verdict, Refined(grid, refinements), neutral)
+
+
+@dataclass(frozen=True, eq=False)
+class Rough:
+    """The engine on the ``faces`` of one sample: bodies first come to rest on high spots, where load paths begin.
+
+    The stiffness of the faces is multiplied by that which the engine has for pairs of bodies or materials.
+    """
+
+    engine: Compliant
+    faces: Faces
+
+    name = NAME
+    claim = CLAIM
+
+    def prepare(
+        self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None
+    ) -> CompliantState:
+        """Find the state of rest on these faces; the arguments and errors are those of ``Compliant.prepare``."""
+        return prepared_on(assembly, replace(self.engine.springs, faces=self.faces), standing, acceleration)

@@ -1,4 +1,14 @@
-"""An assembly on elastic contacts with a given grid of nodes: its state of rest, load paths and motions."""
+"""An assembly on elastic contacts with a given grid of nodes: its state of rest, load paths and motions.
+
+Contacts that are open as detected and carry nothing at rest are *idle*: bodies need not touch there, so no bound leans
+on them. Rest is the same without all of them. A load may close them; but how far bodies have to move first, in
+compressions that are not known, is the gap over the compression: to the law of elastic contacts a gap of a tenth of a
+millimetre is none, to a steel cube it is the end of the world.
+
+What presses a contact is *concentrated* on few of its nodes under a body that tips over a corner. Few nodes say little
+about what the contact would hold: two nodes on a round rim resist a twist by their distance, a point of the rim does
+not. Nor do twice as many nodes tell, as long as the force gathers on as few of them.
+"""
 
 from __future__ import annotations
 
@@ -12,18 +22,56 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
+from holdfast.contacts.flags import EXACT
+from holdfast.contacts.interface import Interface
 from holdfast.elastic.model import Elastic
-from holdfast.elastic.outcome import PathOutcome, RestOutcome
-from holdfast.elastic.path import PathResult
+from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
 from holdfast.elastic.sparse import WEAKEST_SPRING, held
 from holdfast.elastic.system import Settled, System
-from holdfast.engines.compliant.concentrated import concentrated
 from holdfast.engines.compliant.elastic_model import Springs, force_unit, own_rows, world_rows
-from holdfast.engines.compliant.idle_contacts import idle, leaning
 from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.limit_state import LimitState, balanced_under
 from holdfast.engines.mechanism import Mechanism, describe_all, modes_of, without_slight
+from holdfast.native import core
+
+FEW = 12.0  # a contact's force is concentrated if fewer nodes share it, counted by (sum f)² / sum f²
+EDGE = 5.5  # the same on a rectangle, where the six or so nodes along an edge still show where a body tips over it
+SPREAD = 0.5  # share of the contact's nodes that must be more than these: a ball has one node anyway
+
+
+def concentrated(places: Places, m: Elastic, q: Float) -> Bool:
+    """Tell which contacts (k, interfaces) are concentrated, and count, at displacements q (k, 6J) of a model."""
+    nodes, found = places.nodes, np.zeros((len(q), len(places.assembly.interfaces)), dtype=bool)
+    first = np.flatnonzero(np.diff(nodes.interface, prepend=-1))  # node of each contact that has any
+    few = np.where(places.rectangular[nodes.interface[first]], min(EDGE, FEW), FEW)
+    most = np.minimum(few, SPREAD * np.diff(first, append=len(nodes)))
+    ends = np.append(first, len(nodes))
+    those = np.zeros((len(q), len(first)), dtype=bool)
+    core.concentrated(m, ends, nodes.a[first], nodes.b[first], most, np.ascontiguousarray(q), those)
+    found[:, nodes.interface[first]] = those
+    return found
+
+
+HARDLY = 1e-9  # a contact that carries no more than this share of the total weight at rest carries nothing but rounding
+LEANS = 0.01  # an answer leans on contacts that are idle at rest if they carry more than this share of the load
+
+
+def is_open(assembly: Assembly, interface: Interface) -> bool:
+    """Tell whether surfaces are further apart than rounding explains, by EXACT times the tolerance of the pair."""
+    if interface.separation is None:
+        return False
+    one, two = (assembly.scene.body(name) for name in interface.bodies)
+    tolerance = assembly.tolerances.between(one, two).gap
+    inside = one.shape.surface.sagitta + two.shape.surface.sagitta  # triangles lie inside of curved surfaces
+    return interface.separation - inside > EXACT * tolerance
+
+
+def open_pair(assembly: Assembly, number: int) -> str:
+    """Name the pair of bodies of an open interface, with how far they are apart."""
+    interface = assembly.interfaces[number]
+    return f"{'-'.join(interface.bodies)} ({(interface.separation or 0.0) * 1e3:.2g} mm apart)"
+
 
 FINER = 2  # number of nodes along a side on the next finer grid, as a multiple of this grid's
 MOST_KEPT = 2_500_000  # nodes, in all, of grids with more nodes at some contacts: some 100 MB
@@ -207,15 +255,26 @@ class Grid:
 
     @cached_property
     def idle(self) -> tuple[int, ...]:
-        """The numbers of interfaces that are open as detected and carry nothing at rest (idle_contacts.py)."""
-        return idle(self.places, self.system.model, self.settled.q)
+        """The numbers of interfaces that are open as detected and carry nothing at rest."""
+        there = np.flatnonzero(self._carried(self.settled.q) <= HARDLY).tolist()
+        return tuple(k for k in there if is_open(self.assembly, self.assembly.interfaces[k]))
+
+    def _carried(self, q: Float) -> Float:
+        """Return the normal force of each interface (interfaces,) at q (6J,), in the model's unit."""
+        forces = np.empty((len(self.nodes), 3))
+        core.node_forces(self.system.model, q, forces)
+        return np.bincount(self.nodes.interface, forces[:, 0], len(self.assembly.interfaces)).astype(np.float64)
 
     def leans(self, W: Float, paths: PathResult) -> Bool:
         """Tell at which of the ends of ``paths`` of columns W (6J, k) contacts that are ``idle`` at rest carry some."""
+        found = np.zeros(len(paths.peak), dtype=bool)
         if not self.idle:
-            return np.zeros(len(paths.peak), dtype=bool)
+            return found
         s = np.where(paths.outcome == PathOutcome.PEAK, paths.peak, 1.0)  # of endless ones under the load alone
-        return leaning(self.places, self.system.model, self.idle, s[:, None] * self.loads(W), paths.q)
+        thrust = s * np.linalg.norm(self.loads(W).reshape(len(s), -1, 6)[:, :, :3], axis=2).sum(1)
+        for row in range(len(s)):
+            found[row] = self._carried(paths.q[row])[list(self.idle)].sum() > LEANS * thrust[row]
+        return found
 
     @cached_property
     def _followed(self) -> System:

@@ -16,10 +16,9 @@ from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import Outcome, solve
+from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.outcome import RestOutcome
+from holdfast.elastic.path import RestOutcome
 from holdfast.elastic.sparse import WEAKEST_SPRING, held
 from holdfast.elastic.system import System
 from holdfast.native import core
@@ -54,7 +53,12 @@ class LoadBearing:
         few = held(_restricted(self.model, carry, load / np.abs(load).max()), stiffness=WEAKEST_SPRING)
         if not len(few.a):  # there is nothing against it
             return False
-        return rests_alone(System.of(few), PATIENCE) and self._others_leave(carry)
+        if not rests_alone(System.of(few), PATIENCE):
+            return False
+        key = carry.tobytes()
+        if key not in self._leave:
+            self._leave[key] = _may_leave(self.model, carry)
+        return self._leave[key]
 
     def weight(self, load: Float) -> float:
         """Return what counts beside a ``load`` (n,), in the model's unit of force.
@@ -93,12 +97,6 @@ class LoadBearing:
         passes = sparse.csr_matrix((np.ones(len(before)), (before, behind)), shape=(len(carry), len(carry)))
         carry[breadth_first_order(passes, loaded[0], return_predecessors=False)] = True
         return carry
-
-    def _others_leave(self, carry: Bool) -> bool:
-        key = carry.tobytes()
-        if key not in self._leave:
-            self._leave[key] = _may_leave(self.model, carry)
-        return self._leave[key]
 
 
 def rests_alone(system: System, most: int) -> bool:

@@ -1,13 +1,19 @@
 """Where an assembly's contacts lie: nodes, and the flat sheets that they form.
 
 Nothing here depends on how stiff or how flat the contacts are, nor on the weight, so all grids on the same nodes share
-it. How nodes are grouped: sheets.py.
+it.
+
+Bodies' displacements are along the assembly's own axes, and all numbers of sheets are rounded to ``core.BITS`` digits:
+where a load path branches, as under a symmetric push, the last digits decide which way it goes, and they would depend
+on the world's axes and on the units of length.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -16,8 +22,72 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
-from holdfast.engines.compliant.sheets import Sheets, sheets_of
 from holdfast.engines.mechanism import Kinematics, relative_velocity
+from holdfast.native import core
+
+FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
+
+
+class Sheets(NamedTuple):
+    """The P flat sheets of the I nodes of an assembly.
+
+    Nodes ``first[p]`` to ``first[p + 1] - 1`` belong to sheet p and have the places ``x`` and ``y`` (I,) in its plane,
+    in sizes of the assembly, the ``weights`` (I,) [m²], and the ``pull`` (I,) [N] of tension. It belongs to one
+    ``interface`` (P,) and lies between bodies ``a`` and ``b`` (P,). Its ``axes`` (P, 3, 3), normal and tangents, and
+    the arms ``arm_a`` and ``arm_b`` (P, 3) from their centres of mass to its origin are along the assembly's own axes;
+    arms are in sizes of the assembly, and zero of fixed bodies.
+    """
+
+    first: Int
+    x: Float
+    y: Float
+    weights: Float
+    pull: Float
+    interface: Int
+    mu: Float
+    a: Int
+    b: Int
+    axes: Float
+    arm_a: Float
+    arm_b: Float
+
+    @property
+    def owner(self) -> Int:
+        """The interface (I,) of every node, by number."""
+        return np.repeat(self.interface, np.diff(self.first))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Sheets]) -> Sheets:
+        """Return the sheets of all ``parts``, one after another."""
+        ends = np.cumsum([0, *(part.first[-1] for part in parts)])
+        first = [end + part.first[:-1] for end, part in zip(ends, parts, strict=False)]
+        others = (np.concatenate(column) for column in zip(*(part[1:] for part in parts), strict=True))
+        return cls(np.concatenate([*first, ends[-1:]]), *others)
+
+    def between(self, start: int, stop: int) -> Sheets:
+        """Return the sheets of the interfaces from number ``start`` to ``stop`` - 1."""
+        begin, end = np.searchsorted(self.interface, [start, stop])
+        first = self.first[begin : end + 1]
+        nodes, sheets = slice(first[0], first[-1]), slice(begin, end)
+        of_nodes, of_sheets = (column[nodes] for column in self[1:5]), (column[sheets] for column in self[5:])
+        return Sheets._make((first - first[0], *of_nodes, *of_sheets))
+
+
+def sheets_of(nodes: ContactNodes, com: Float, axes: Float, size: float) -> Sheets:
+    """Return the sheets of the ``nodes`` of an assembly with these centres of mass ``com`` (J, 3) [m].
+
+    ``axes`` (3, 3) are the assembly's own axes, as rows, and ``size`` [m] is its size. A sheet is a run of nodes of one
+    interface that have the same axes and lie in one plane.
+    """
+    first = core.sheets_begin(nodes.points, nodes.axes, nodes.interface, FLAT * size)
+    start = first[:-1]
+    a, b = nodes.a[start], nodes.b[start]
+    x, y = np.empty((2, len(nodes)))
+    own, arm_a, arm_b = np.empty((len(start), 3, 3)), np.zeros((len(start), 3)), np.zeros((len(start), 3))
+    core.place_sheets(nodes.points, nodes.axes, first, a, b, com, axes, size, x, y, own, arm_a, arm_b)
+    each = nodes.weights, nodes.pull
+    return Sheets(first, x, y, *each, nodes.interface[start], nodes.mu[start], a, b, own, arm_a, arm_b)
+
 
 SEVERAL = 8  # motions from which on a matrix pays for velocities at the nodes
 
@@ -64,13 +134,14 @@ class Places:
     @cached_property
     def sheets(self) -> Sheets:
         """The nodes as flat sheets. Where only some contacts have more, all others are as without."""
+        assembly = self.assembly
         if not self.contacts:
-            return self._sheets
-        usual, parts, last = Places.of(self.assembly, self.side).sheets, [], 0
+            return sheets_of(self.nodes, assembly.com, assembly.axes, assembly.size)
+        usual, parts, last = Places.of(assembly, self.side).sheets, [], 0
         for contact in self.contacts:
             parts += [usual.between(last, contact), self._finer(contact)]
             last = contact + 1
-        return Sheets.joined([*parts, usual.between(last, len(self.assembly.interfaces))])
+        return Sheets.joined([*parts, usual.between(last, len(assembly.interfaces))])
 
     def _finer(self, contact: int) -> Sheets:
         """The sheets of one of the contacts that have more nodes, kept with the assembly."""
@@ -80,12 +151,6 @@ class Places:
             return Places.at(assembly, contact_nodes(assembly, self.more**2, "quadrature", among=[contact])).sheets
 
         return assembly.memory.recalled(("sheets", Same(assembly), contact, self.more), 1, make)
-
-    @property
-    def _sheets(self) -> Sheets:
-        """The sheets of all nodes, placed anew."""
-        assembly = self.assembly
-        return sheets_of(self.nodes, assembly.com, assembly.axes, assembly.size)
 
     @cached_property
     def rectangular(self) -> Bool:

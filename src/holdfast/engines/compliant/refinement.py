@@ -10,10 +10,9 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.parallel import answers_in_parallel, free_threads
-from holdfast.elastic.outcome import PathOutcome
-from holdfast.elastic.path import PathResult
+from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
 from holdfast.elastic.system import STAGE
-from holdfast.engines.compliant.bisection import with_bisected_peaks
+from holdfast.engines.compliant.elastic_model import motion_row
 from holdfast.engines.compliant.grid import FINER, Grid
 
 T = TypeVar("T")
@@ -23,7 +22,7 @@ SAFETY = 2.0
 LEAST_ERROR = 2e-3  # minimum relative discretisation error
 MOVED = 5e-3  # relative change of the load at a peak above which the whole path is followed on the finer grid
 COARSE = 0.02  # relative change of the peak of the whole path above which the answer is taken from the finer grid
-REFINEMENTS = 3  # largest number of re-solves on ever finer grids
+REFINEMENTS = 3  # largest number of re-solves on ever finer grids: the third counts for a wedge in a floor
 AMPLE = 1.02  # to show that a load is held, its path is followed to this multiple, which leaves room for errors
 RESOLVED = 28  # nodes along a side, in paths, of contacts whose forces are concentrated on few nodes
 # A path on more nodes above this multiple of a peak shows that bodies are self-stressed, not what they hold
@@ -174,9 +173,10 @@ class Refined:
         """Recover paths of columns W (6J, k) that are ``lost`` on this grid.
 
         Where some bodies are held, a path on which another comes to be only balanced, too, is followed with every body
-        held. A path is taken from the next finer grid if it is not lost there and leads at least as far as on this one.
-        Otherwise the peak is found by bisection on this grid. Its lower bound is what the path itself reached on both
-        grids: bodies that come to rest under a larger load need not have stayed where they were while it rose.
+        held (a push on a messy wall of the bench). A path is taken from the next finer grid if it is not lost there and
+        leads at least as far as on this one (pushes on the arch, and on a pallet of ten boxes). Otherwise one that came
+        to where limit analysis proves that bodies move has its peak there, and its lower bound is what it reached on
+        both grids; all others stay lost.
         """
         peaks, reached = Bounded.unbounded(lost), lost.peak.copy()
         held = self.grid.hold is not None and not self.grid.hold.all()
@@ -192,7 +192,7 @@ class Refined:
             peaks = peaks.replaced(left[agreed], better)
             reached[left] = np.minimum(reached[left], there.peak)
         rest = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
-        found = with_bisected_peaks(self.grid, W[:, rest], lost.chosen(rest))
+        found = _with_proved_peaks(self.grid, W[:, rest], lost.chosen(rest))
         known = (found.outcome == PathOutcome.PEAK) & bounds
         below = np.where(known, (1 - LEAST_ERROR) * np.minimum(reached[rest], found.peak), 0.0)
         return peaks.replaced(rest, Bounded.unbounded(found)._replace(below=below))
@@ -248,7 +248,8 @@ class Refined:
         A path of this grid that turned sharply, or whose load dipped, may have passed over a maximum that bodies do not
         come back from; and among many bodies the nodes may decide whether there is one. If the finer grid's path ends,
         it is the answer; else what that has dipped from bounds it. The error is at least COARSE where no finer grid is
-        allowed to tell it. Among many bodies all paths are followed there.
+        allowed to tell it. Among many bodies all paths are followed there. Presses on the edge of a pallet and on a
+        wedge in a floor need it.
         """
         doubtful = (paths.sharpest > SHARP) | (paths.first < paths.peak) | (self.grid.system.fronts is not None)
         rows = np.flatnonzero((paths.outcome == PathOutcome.ENDLESS) & doubtful)
@@ -318,6 +319,26 @@ def _alike(contacts: Bool) -> tuple[Bool, list[Int]]:
         return contacts[:1], [np.arange(len(contacts))]
     kinds, kind = np.unique(contacts, axis=0, return_inverse=True)
     return kinds, [np.flatnonzero(kind.ravel() == number) for number in range(len(kinds))]
+
+
+def _with_proved_peaks(grid: Grid, W: Float, lost: PathResult) -> PathResult:
+    """Return ``lost`` paths of columns W (6J, k), with a peak where they came as far as limit analysis lets any come.
+
+    That is where glue tears: a cube that hangs by it is carried to the last digit, and no state lies beyond. An
+    acceleration of three bodies on a slope is lost 1 % before. The peak may be too low by COARSE, but never too high.
+    Bodies move as they begin to there or, where all that begins is resisted, as limit analysis says.
+    """
+    if grid.settled.outcome is not RestOutcome.RESTS or not len(lost.peak):
+        return lost
+    certain = grid.certain.load_factor(W)
+    there = np.flatnonzero((lost.peak > 0) & (np.abs(certain.upper - lost.peak) <= COARSE * lost.peak))
+    outcome, motion = lost.outcome.copy(), lost.motion.copy()
+    outcome[there] = PathOutcome.PEAK
+    for k in there.tolist():
+        mechanism = certain.mechanism[k]
+        if not motion[k].any() and mechanism is not None:
+            motion[k] = motion_row(grid.assembly, mechanism.twists)
+    return lost._replace(outcome=outcome, first=lost.peak, before=lost.peak, motion=motion).sealed()
 
 
 def _below(peak: Float, load: Float) -> Float:

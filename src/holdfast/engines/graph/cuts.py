@@ -1,6 +1,6 @@
-"""Enumeration of the feasible cuts of the contact interface graph (Sec. V-C1).
+"""The contact interface graph (CIG) G, and the enumeration of its feasible cuts C (Sec. V-C1).
 
-A feasible cut is a connected set of movable bodies whose complement, which includes the fixed node, is connected too.
+A feasible cut c is a connected set of movable bodies whose complement, which includes the fixed node, is connected too.
 Every cut is found exactly once, and no branch of the search ends without a cut. Form-closed sets are not excluded: all
 their toppling axes come out as blocked, so excluding them could save time but could not change an answer.
 """
@@ -8,8 +8,64 @@ their toppling axes come out as blocked, so excluding them could save time but c
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
+import numpy as np
+
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.contact_nodes import ContactNodes
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import SolverError, message
+
+
+@dataclass(frozen=True, eq=False)
+class InterfaceGraph:
+    """The graph G of an ``assembly`` whose contact forces at rest, ``forces`` (I, 3) [N], are known at ``nodes``.
+
+    Its J + 1 nodes are the movable bodies and the fixed one, J, which ``immobile`` bodies (J,) belong to as well. If
+    bodies are ``isolated``, each is a cut of its own. More feasible cuts than ``most`` raise SolverError.
+    """
+
+    assembly: Assembly
+    nodes: ContactNodes
+    forces: Float
+    immobile: Bool
+    isolated: bool
+    most: int
+
+    @cached_property
+    def number(self) -> Int:
+        """(J,) the number of the node of each movable body."""
+        count = len(self.assembly.movable)
+        return np.where(self.immobile, count, np.arange(count))
+
+    @cached_property
+    def ends(self) -> tuple[Int, Int]:
+        """The node numbers of the first and the second body of each interface."""
+        count = len(self.assembly.movable)
+        ends = np.array(self.assembly.ends, dtype=np.int64).reshape(-1, 2)
+        mapped = np.where(ends == FIXED, count, self.number[np.maximum(ends, 0)]) if count else ends
+        return np.ascontiguousarray(mapped[:, 0]), np.ascontiguousarray(mapped[:, 1])
+
+    @cached_property
+    def cuts(self) -> list[int]:
+        """The feasible cuts C, as bit masks over the J movable bodies. Immobile bodies are in none of them."""
+        count = len(self.assembly.movable)
+        if self.isolated:
+            return [1 << k for k in range(count) if not self.immobile[k]]
+        mobile = np.flatnonzero(~self.immobile)
+        compact = np.full(count + 1, len(mobile))
+        compact[mobile] = np.arange(len(mobile))
+        edges = [(int(compact[a]), int(compact[b])) for a, b in zip(*self.ends, strict=True)]
+        cuts = feasible_cuts(len(mobile) + 1, edges, limit=self.most)
+        if len(mobile) == count:
+            return cuts
+        return [sum(1 << int(mobile[k]) for k in range(len(mobile)) if cut >> k & 1) for cut in cuts]
+
+    def members(self, cut: int) -> Bool:
+        """Tell which nodes (J + 1,) are in a cut, given as a bit mask."""
+        return np.array([cut >> k & 1 for k in range(len(self.assembly.movable) + 1)], dtype=bool)
 
 
 def neighbour_masks(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:
@@ -20,6 +76,12 @@ def neighbour_masks(count: int, edges: Sequence[tuple[int, int]]) -> list[int]:
             masks[a] |= 1 << b
             masks[b] |= 1 << a
     return masks
+
+
+FEWER = (
+    "declare heavy bodies immobile with Graph(immobile_above=kg) or fixed=True, assess a part of the scene, "
+    "allow more with Graph(max_cuts=...), or use engine 'limit', whose work grows slowly"
+)
 
 
 def feasible_cuts(count: int, edges: Sequence[tuple[int, int]], *, limit: int) -> list[int]:
@@ -44,7 +106,9 @@ def feasible_cuts(count: int, edges: Sequence[tuple[int, int]], *, limit: int) -
             if not candidates:
                 cuts.append(inside)
                 if len(cuts) > limit:
-                    raise _too_many(limit, count - 1)
+                    bodies = f"{count - 1} movable bodies"
+                    problem = f"{bodies} have more than {limit:,} feasible cuts, and their number grows exponentially"
+                    raise SolverError(message("engine graph", problem, FEWER))
                 continue
             chosen = candidates & -candidates
             stack.append((inside, outside | chosen))
@@ -70,12 +134,3 @@ def _closed(inside: int, masks: Sequence[int], fixed: int, everything: int) -> i
         frontier = _border(frontier, masks) & ~reached & ~inside
         reached |= frontier
     return everything & ~reached
-
-
-def _too_many(limit: int, bodies: int) -> SolverError:
-    problem = f"{bodies} movable bodies have more than {limit:,} feasible cuts, and their number grows exponentially"
-    remedy = (
-        "declare heavy bodies immobile with Graph(immobile_above=kg) or fixed=True, assess a part of the scene, "
-        "allow more with Graph(max_cuts=...), or use engine 'limit', whose work grows slowly"
-    )
-    return SolverError(message("engine graph", problem, remedy))

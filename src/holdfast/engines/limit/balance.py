@@ -20,8 +20,7 @@ from scipy import sparse
 from scipy.linalg.lapack import dpotrf, dpotrs  # scipy's own functions take ten times as long to call
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, gamma
-from holdfast.engines.limit.scales import Scales
+from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, Scales, gamma
 
 STEPS = 3  # largest number of refinement steps: the second takes away what rounding left after the first
 ENOUGH = 8  # an imbalance that is this many times as large as what rounding leaves is taken away once more
@@ -91,7 +90,8 @@ class Balance:
             combined = Combined.of(square, np.flatnonzero(rows) // 6)
             if combined is None:
                 return None
-            unknown = abs(combined.resisted) @ (unknown + gamma(8) * _sizes(A))
+            sizes: Matrix = np.abs(A) if isinstance(A, np.ndarray) else sparse.csr_matrix(abs(A))
+            unknown = abs(combined.resisted) @ (unknown + gamma(8) * sizes)
             A = combined.resisted @ A
             found = _proved(A, unknown, _square(A))
         return None if found is None else cls(equilibrium, tau, scale, scale == 0, rows, share, combined, A, *found)
@@ -215,11 +215,6 @@ def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | 
         if proved > 0 and _factor(square, shift) is not None:
             return proved * DOWN
     return None
-
-
-def _sizes(matrix: Matrix) -> Matrix:
-    """Return the absolute values of all entries."""
-    return np.abs(matrix) if isinstance(matrix, np.ndarray) else sparse.csr_matrix(abs(matrix))
 
 
 def _squares(matrix: Matrix) -> float:

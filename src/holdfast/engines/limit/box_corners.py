@@ -19,8 +19,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import reported
 from holdfast.engines.answers import Answers, joined
-from holdfast.engines.capabilities import Corner, Weakest
-from holdfast.engines.contract import State
+from holdfast.engines.contract import Corner, State, Weakest
 from holdfast.engines.verdict import Status
 
 MAX_CORNERS = 4096  # largest number of corners, that of twelve uncertain values; each corner takes a program of its own

@@ -16,9 +16,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import report
 from holdfast.base.rounding import SUM
-from holdfast.engines.directions import flat_groups, moment_frame
-from holdfast.engines.limit.gauge import CuttingPlanes, Field
-from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.engines.limit.gauge import CuttingPlanes, Field, LoadLimit, flat_groups, moment_frame
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.verdict import Status
 from holdfast.geometry.spatial import qhull, search_tree
@@ -145,7 +143,11 @@ class _Face:
             bounds.high[undone] = np.minimum(bounds.high[undone], above)
             bounds.endless[undone] |= endless
         still = bounds.doubtful(undone, accuracy)
-        return doubtful[still][_worst_of_each(facet[still], _doubt(bounds, undone[still]))]
+        high = bounds.high[undone[still]]
+        # in γ, absolute, so that the points which weigh most in neighbours come first
+        doubt = np.where(np.isfinite(high), high - bounds.low[undone[still]], np.inf)
+        order = np.lexsort((-doubt, facet[still]))
+        return doubtful[still][order[np.flatnonzero(np.diff(facet[still][order], prepend=-1))]]
 
     def envelope(self, chosen: Int, wanted: Float, slope: Float) -> tuple[Float, Bool, Int]:
         """Upper bounds (n,) of γ at the loads ``wanted`` (n, 6) of the pushes at places ``chosen`` (n,).
@@ -226,18 +228,6 @@ def _paid(slope: Float, missing: Float) -> Float:
     """The sums (n,) of slopes (6,) or (n, 6) times what is missing (n, 6); nothing is paid for nothing."""
     paid = np.where(missing > 0, missing * np.where(missing > 0, slope, 0.0), 0.0)
     return np.asarray(paid.sum(1) * (1 + SUM))
-
-
-def _doubt(bounds: Field, members: Int) -> Float:
-    """How much bounds disagree: absolute, in γ, so that the points which weigh most in neighbours come first."""
-    high = bounds.high[members]
-    return np.where(np.isfinite(high), high - bounds.low[members], np.inf)
-
-
-def _worst_of_each(group: Int, doubt: Float) -> Int:
-    """One index a group: the largest doubt."""
-    order = np.lexsort((-doubt, group))
-    return order[np.flatnonzero(np.diff(group[order], prepend=-1))]
 
 
 def _curved(

@@ -1,4 +1,8 @@
-"""Bounds of the gauge γ(w) = 1/R(w), the reciprocal of the largest factor of a load w, by cutting planes."""
+"""Bounds of the gauge γ(w) = 1/R(w), the reciprocal of the largest factor of a load w, by cutting planes.
+
+``LoadLimit`` is what one solve says of a load. Pushes that share their direction are affine functions of points in one
+plane (``flat_groups``).
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,61 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.engines.limit.load_limit import LoadLimit
+from holdfast.base.rigid import tangents
 from holdfast.engines.limit.rounding import gamma
 from holdfast.engines.mechanism import moving_bodies
+from holdfast.engines.verdict import Status
+
+FLAT_GROUP = 12  # smallest number of pushes along one direction for which a triangulation pays off
+
+
+def by_body(W: Float, least: int) -> list[tuple[int, Int]]:
+    """Group columns of W (6J, n) that load a single body each: the number of the body, and those of its columns.
+
+    Columns that load several bodies, or none, are in no group, nor are fewer than ``least`` columns of a body.
+    """
+    loaded = (W.reshape(len(W) // 6, 6, W.shape[1]) != 0).any(1)
+    single = loaded & (loaded.sum(0) == 1)
+    return [(int(body), np.flatnonzero(single[body])) for body in np.flatnonzero(single.sum(1) >= least)]
+
+
+def flat_groups(loads: Float) -> tuple[list[Int], Int]:
+    """Group loads (n, 6) by their force.
+
+    Returns the numbers of the members of each group of at least FLAT_GROUP loads, and the numbers of all other loads.
+    """
+    _, group, size = np.unique(np.round(loads[:, :3], 9) + 0.0, axis=0, return_inverse=True, return_counts=True)
+    group = group.reshape(-1)
+    groups = [np.flatnonzero(group == number) for number in np.flatnonzero(size >= FLAT_GROUP)]
+    return groups, np.flatnonzero(size[group] < FLAT_GROUP)
+
+
+def moment_frame(force: Float) -> Float:
+    """Return two unit axes (2, 3) normal to ``force`` (3,). They span the moments of all pushes along the force."""
+    return np.array(tangents(force / np.linalg.norm(force)))
+
+
+@dataclass(frozen=True, eq=False)
+class LoadLimit:
+    """The largest ``factor`` of one load, with its bounds ``lower`` and ``upper``, its ``status`` and the evidence.
+
+    Finite: the dual ``twists`` (6J,) of the movable bodies, scaled so that the load does work at unit power, and
+    ``proof`` (6J,), the same motion mended (repair.py) so that it proves ``upper`` and a cutting plane for all other
+    loads. Where it cannot be mended, ``proof`` is None and ``upper`` infinite. Infinite: the ``ray`` (I, 3) [N], world
+    axes: forces on each node's second body that balance the load alone, so that any multiple of it is carried.
+    ``certain`` says whether ``lower`` is proved. ``slope`` (6J,): where the ray is proved with room to spare, any
+    multiple of the load and of a wrench w with the sum of slope |w| <= 1 is carried together.
+    """
+
+    factor: float
+    lower: float
+    upper: float
+    status: Status
+    twists: Float | None
+    proof: Float | None = None
+    ray: Float | None = None
+    certain: bool = False
+    slope: Float | None = None
 
 
 @dataclass

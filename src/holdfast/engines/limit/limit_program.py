@@ -10,13 +10,11 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.contact_nodes import ContactNodes
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Float
 from holdfast.base.entries import Entries, together
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import Outcome, Prepared
+from holdfast.conic.solve import ConeProgram, Outcome, Prepared
 from holdfast.engines.cones import FrictionCone, size_of
-from holdfast.engines.limit.rounding import Equilibrium
-from holdfast.engines.limit.scales import Scales
+from holdfast.engines.limit.rounding import Equilibrium, Scales
 
 # Tolerance of the duality gap and of feasibility, in the units of ``Scales``: what is found is proved afterwards, and
 # the closer it balances the more of it
@@ -80,11 +78,6 @@ class LoadProgram:
         q = np.append(np.zeros(count - 1), -1.0)
         return ConeProgram(sparse.csc_matrix((count, count)), q, A, b, (("zero", rows), *cones))
 
-    @cached_property
-    def _load_entries(self) -> Int:
-        """The places (6J,) of a load among the stored entries of A."""
-        return np.arange(self.cone_program.A.nnz)[-len(self.wrench) :]
-
     def usual_factor(self, load: Float) -> float:
         """Return the factor at which a load (6J,) is as large as usual forces."""
         return 1 / float(np.abs(self.scales.motion * load).max())
@@ -99,7 +92,8 @@ class LoadProgram:
             prepared = self._idle.pop()
         except IndexError:
             prepared = Prepared(self.cone_program, tolerance=self.tolerance)
-        prepared.change(self._load_entries, self.scales.motion * load / size)
+        last = np.arange(self.cone_program.A.nnz)[-len(load) :]  # a load is in the last column of A
+        prepared.change(last, self.scales.motion * load / size)
         solution = prepared.solve()
         self._idle.append(prepared)
         forces, motion = self.scales.force * solution.x[:-1], self.scales.motion * solution.z[: len(load)]

@@ -1,4 +1,11 @@
-"""The state of engine ``limit``: max s such that G f + w_g + s w_e = 0, f in the friction cones, one solve a load."""
+"""The state of engine ``limit``: max s such that G f + w_g + s w_e = 0, f in the friction cones, one solve a load.
+
+For the dual motion y of a load w, with y·w = 1,
+
+    R = -y·w_g,   u = Gᵀy in the dual cones,   f·u = 0 at the optimum.
+
+Where f and y are unique, the derivative of R is that of the Lagrangian with f and y held (envelope theorem).
+"""
 
 from __future__ import annotations
 
@@ -16,26 +23,54 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict, joined, only_balanced
-from holdfast.engines.capabilities import Gradient, LoadHull, LoadSet
 from holdfast.engines.cones import EXACT as EXACT_CONE
 from holdfast.engines.cones import FrictionCone
-from holdfast.engines.contract import EXACT, Accuracy, Within
-from holdfast.engines.directions import FLAT_GROUP, by_body
+from holdfast.engines.contract import EXACT, Accuracy, Gradient, LoadHull, LoadSet, Within
+from holdfast.engines.limit.carrying_proof import proved_rest
 from holdfast.engines.limit.certified import certify
-from holdfast.engines.limit.derivatives import gradient
-from holdfast.engines.limit.family import Family
-from holdfast.engines.limit.farthest_load import Support
-from holdfast.engines.limit.gauge import CuttingPlanes
+from holdfast.engines.limit.family import Family, Support
+from holdfast.engines.limit.gauge import FLAT_GROUP, CuttingPlanes, LoadLimit, by_body
 from holdfast.engines.limit.limit_program import TOLERANCE, LoadProgram
 from holdfast.engines.limit.load_hull import find_hull
-from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.load_sets import find_set
 from holdfast.engines.limit.proof import SOLVED, Proofs
 from holdfast.engines.limit.rounding import DOWN, UP
-from holdfast.engines.limit.standing import proved_rest
-from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of
+from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of, relative_velocity
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
+
+
+def gradient(assembly: Assembly, nodes: ContactNodes, twists: Float, forces: Float, answers: Answers) -> Gradient:
+    """Return the derivatives of the largest factor of one solved load.
+
+    ``twists`` (6J,) is the dual motion that limits the load, ``forces`` (I, 3) [N] are those at the limit, along the
+    axes of the nodes, and ``answers`` is the table with the one row of this load.
+    """
+    motion = twists.reshape(-1, 6)
+    weights = assembly.mass[:, None] * assembly.scene.gravity
+    return Gradient(
+        answers=answers,
+        assembly=assembly,
+        nodes=nodes,
+        forces=nodes.world(forces),
+        twists=motion,
+        d_mu=_by_friction(assembly, nodes, motion, forces[:, 0]),
+        d_mass=-motion[:, :3] @ assembly.scene.gravity,
+        d_com=-np.cross(weights, motion[:, 3:]),
+    )
+
+
+def _by_friction(assembly: Assembly, nodes: ContactNodes, motion: Float, normal: Float) -> dict[tuple[str, str], float]:
+    """Return dR/dμ for every pair of bodies: the sum of |u_t| f_n over its nodes.
+
+    |u_t| is the multiplier of the friction limit of a node.
+    """
+    slip = np.linalg.norm(relative_velocity(nodes, assembly.com, motion)[:, 1:], axis=1)
+    found = dict.fromkeys((interface.bodies for interface in assembly.interfaces), 0.0)
+    for k, share in zip(nodes.interface, slip * np.maximum(normal, 0), strict=True):
+        found[assembly.interfaces[k].bodies] += float(share)
+    return found
+
 
 # Tolerance of the solver for derivatives: forces and motions are less accurate than factors
 SHARP = TOLERANCE / 10_000
@@ -115,19 +150,15 @@ class LimitState:
     def _known(self, *, lower: bool, upper: bool = True) -> dict[str, Any]:
         """What all answers of this state have in common; ``lower`` and ``upper`` say whether those are proved."""
         known = {True: Bound.PROVED, False: Bound.ESTIMATED}
+        taken = (only_balanced(self._loose),) if self._loose else ()  # proofs of lower take for granted that they stay
         return {
             "engine": NAME,
             "claim": CLAIM,
             "verdict": self.rest.verdict,
             "lower_bound": Bound.NONE if self.cone.kind == "circumscribed" else known[lower],
             "upper_bound": Bound.NONE if self.cone.kind == "inscribed" else known[upper],
-            "notes": (*self.notes, *self._taken) if lower else (*self.notes, UNPROVED),
+            "notes": (*self.notes, *taken) if lower else (*self.notes, UNPROVED),
         }
-
-    @property
-    def _taken(self) -> tuple[str, ...]:
-        """What proofs of ``lower`` take for granted: that bodies which are only balanced stay so."""
-        return (only_balanced(self._loose),) if self._loose else ()
 
     @cached_property
     def _loose(self) -> tuple[str, ...]:
@@ -141,7 +172,7 @@ class LimitState:
         mechanism = self.rest.verdict.mechanism
         falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
         motion = self.rest.fall if mechanism is None or self.rest.fall is not None else mechanism.twists.ravel()
-        proved = motion is None or not falls or self.proofs.falls(motion)
+        proved = motion is None or not falls or self.proofs.fall(motion) is not None
         return Answers.not_standing(count, **self._known(lower=True, upper=proved))
 
     def _certified(self, W: Float, first: int, accuracy: float) -> Answers:

@@ -2,7 +2,7 @@
 
 The hull of points that are carried is itself carried. Its gauge at a load (geometry/hull_gauge.py) is a small linear
 program, whose multiplier is the facet of the hull that the ray of the load goes through. The corner of the true set
-farthest beyond that facet is one cone program away (farthest_load.py): if it is not beyond it at all, the facet lies on
+farthest beyond that facet is one cone program away (family.py): if it is not beyond it at all, the facet lies on
 the border of the true set, for all loads whose rays go through it; if it is, it becomes a known point. This is column
 generation, after Dantzig and Wolfe (Operations Research 8, 1960), and few points are needed because they are corners.
 
@@ -19,9 +19,8 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.progress import report
-from holdfast.engines.capabilities import LoadHull
-from holdfast.engines.limit.family import Family, Ray
-from holdfast.engines.limit.farthest_load import Support
+from holdfast.engines.contract import LoadHull
+from holdfast.engines.limit.family import Family, Ray, Support
 from holdfast.engines.limit.rounding import UP
 from holdfast.geometry.hull_gauge import hull_gauge
 

@@ -14,7 +14,7 @@ import numpy as np
 from holdfast.base.arrays import Float
 from holdfast.base.errors import SolverError, message
 from holdfast.base.progress import report
-from holdfast.engines.capabilities import LoadSet
+from holdfast.engines.contract import LoadSet
 from holdfast.engines.limit.family import Family, Ray
 from holdfast.engines.limit.rounding import gamma
 from holdfast.geometry.half_spaces import largest_row

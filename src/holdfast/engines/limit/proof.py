@@ -15,11 +15,10 @@ from holdfast.base.progress import reported
 from holdfast.conic.solve import Outcome
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.limit.carrying_proof import Carried, Mixture
+from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.limit_program import LoadProgram, Solved
-from holdfast.engines.limit.load_limit import LoadLimit
 from holdfast.engines.limit.repair import Repair
-from holdfast.engines.limit.rounding import Equilibrium
-from holdfast.engines.limit.scales import usual_forces
+from holdfast.engines.limit.rounding import Equilibrium, usual_forces
 from holdfast.engines.rest import Rest
 from holdfast.engines.verdict import Status
 
@@ -126,16 +125,12 @@ class Proofs:
             yield from self._carried.mixed(solved.forces, solved.factor, load)
 
     def fall(self, motion: Float) -> Float | None:
-        """Return a motion (6J,), mended, if it proves that nothing balances the wrench; else None."""
+        """Return a motion (6J,), mended, if it proves for certain that nothing balances the wrench; else None."""
         return self._repair.gaining(motion)
 
     def opened(self, motion: Float) -> Float | None:
         """Return a motion (6J,) that opens all nodes of the bodies that ``motion`` (6J,) moves, if there is one."""
         return self._repair.opened(motion)
-
-    def falls(self, motion: Float) -> bool:
-        """Say whether a motion (6J,) proves that nothing balances the wrench, with what rounding may have done."""
-        return self.fall(motion) is not None
 
     def _bounded(self, solved: Sequence[Solved], loads: Float) -> list[LoadLimit]:
         """Bounds from both sides: forces that are brought into balance, and motions brought into the dual cone."""

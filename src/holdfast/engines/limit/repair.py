@@ -25,8 +25,7 @@ from scipy import sparse
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.entries import Entries, diagonal
-from holdfast.conic.program import ConeProgram
-from holdfast.conic.solve import solve
+from holdfast.conic.solve import ConeProgram, solve
 from holdfast.engines.cones import FrictionCone
 from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner

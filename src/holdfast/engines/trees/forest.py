@@ -22,9 +22,46 @@ from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
 from holdfast.base.rigid import cross
-from holdfast.engines.trees.bed import Bed, Beds
 from holdfast.native import core
 from holdfast.scene.friction import NOTHING
+
+
+class Bed(NamedTuple):
+    """The faces of a plane contact, in a frame in its plane.
+
+    ``edges`` (E, 5): both ends of each edge of all faces, counter-clockwise around faces and clockwise around holes,
+    and the friction coefficient of the face. ``hull`` (H, 3): rows (c, n) with c + n·x >= 0 for all x in the hull of
+    the faces, n of length one. ``size`` (2,): the largest distance of a corner from the origin, [m] like all lengths,
+    and the friction coefficient of all faces, 0 if they differ.
+    """
+
+    edges: Float
+    hull: Float
+    size: Float
+
+
+class Beds(NamedTuple):
+    """The beds of K plane contacts, one after another, as native/bed_of.hpp makes them of the faces.
+
+    Bed k has ``edges[edge[k]:edge[k + 1]]``, ``hull[side[k]:side[k + 1]]``, ``size[k]``, the ``frame[k]`` and the
+    ``origin[k]`` (``Bridge``), and carries the bodies ``beyond[begin[k]:begin[k + 1]]``.
+    """
+
+    edge: Int
+    side: Int
+    edges: Float
+    hull: Float
+    size: Float
+    frame: Float
+    origin: Float
+    begin: Int
+    beyond: Int
+
+    def bed(self, number: int) -> Bed:
+        """Return one of them."""
+        edges = self.edges[self.edge[number] : self.edge[number + 1]]
+        return Bed(edges, self.hull[self.side[number] : self.side[number + 1]], self.size[number])
+
 
 TIED = 1e-7  # relative difference of θ up to which contacts give way at once: all that is beyond the first moves
 SPARE = 1e-6  # share of all friction below which what is left is rounding
@@ -52,22 +89,16 @@ class Exit(NamedTuple):
         return Exit(self.factor[which], self.lower[which], self.upper[which], *at)
 
 
-class Cut(NamedTuple):
-    """The contact of body ``root`` with the first of the bodies ``beyond`` (k,), which hang on nothing else."""
+@dataclass(frozen=True, eq=False)
+class Bridge:
+    """The plane contact of body ``root`` with the first of the bodies ``beyond`` (k,), which hang on nothing else.
+
+    Its ``bed`` is in a ``frame``. The rows of ``frame`` (3, 3) are two tangents and the normal, which points into what
+    is beyond; ``origin`` (3,) is the middle of the faces [m].
+    """
 
     root: int
     beyond: Int
-
-
-@dataclass(frozen=True, eq=False)
-class Bridge:
-    """A plane contact that is a ``cut``, with its ``bed`` in a ``frame``.
-
-    The rows of ``frame`` (3, 3) are two tangents and the normal, which points into what is beyond; ``origin`` (3,) is
-    the middle of the faces [m].
-    """
-
-    cut: Cut
     interfaces: tuple[int, ...]
     origin: Float
     frame: Float
@@ -78,9 +109,9 @@ class Bridge:
 
         It is what balances those on the bodies beyond, about its origin.
         """
-        own = wrenches[:, self.cut.beyond]
+        own = wrenches[:, self.beyond]
         force = own[..., :3].sum(axis=1) @ self.frame.T
-        torque = (own[..., 3:] + cross(com[self.cut.beyond] - self.origin, own[..., :3])).sum(axis=1) @ self.frame.T
+        torque = (own[..., 3:] + cross(com[self.beyond] - self.origin, own[..., :3])).sum(axis=1) @ self.frame.T
         return np.ascontiguousarray(
             np.stack([-force[:, 2], torque[:, 1], -torque[:, 0], -force[:, 0], -force[:, 1], -torque[:, 2]], axis=1)
         )
@@ -124,7 +155,8 @@ class Forest:
         roots, interfaces, beds = self._table
         return tuple(
             Bridge(
-                Cut(root, beds.beyond[beds.begin[k] : beds.begin[k + 1]]),
+                root,
+                beds.beyond[beds.begin[k] : beds.begin[k + 1]],
                 interfaces[k],
                 beds.origin[k],
                 beds.frame[k],
@@ -156,19 +188,14 @@ class Forest:
         return core.carried_by(self._table.beds, self.assembly.com, self.wrench.reshape(-1, 6))
 
     @property
-    def _at_rest(self) -> Float:
-        """What each bridge (B, 6) carries at rest."""
-        return self._carried[0]
-
-    @property
     def shares(self) -> Float:
         """The share (B,) of its friction that each bridge uses at rest: 2 if it tips, -1 if not found."""
         return self._carried[1]
 
     def left_behind(self, sliding: Bridge) -> Int:
         """Return the bodies behind a ``sliding`` bridge that stay where they are, as no friction takes them along."""
-        behind = (one.cut.beyond for one in self.bridges if not one.bed.edges[:, 4].any() and one is not sliding)
-        nested = [beyond for beyond in behind if np.isin(beyond, sliding.cut.beyond).all()]
+        behind = (one.beyond for one in self.bridges if not one.bed.edges[:, 4].any() and one is not sliding)
+        nested = [beyond for beyond in behind if np.isin(beyond, sliding.beyond).all()]
         return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *nested]))
 
     def exits(self, W: Float) -> Exit:
@@ -178,14 +205,15 @@ class Forest:
         at, low, high = np.ones((3, count))
         bridge, twist, (slides, tied) = np.full(count, -1), np.zeros((count, 6)), np.zeros((2, count), dtype=bool)
         for number, one in enumerate(self.bridges):
-            rows = np.flatnonzero((wrenches[:, one.cut.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
+            rows = np.flatnonzero((wrenches[:, one.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
             if not len(rows):
                 continue
             load = one.carried(self.assembly.com, wrenches[rows])
-            size = np.abs(load).max(axis=1) / np.abs(self._at_rest[number]).max()
+            at_rest = self._carried[0][number]
+            size = np.abs(load).max(axis=1) / np.abs(at_rest).max()
             rows, load, size = (each[size > 0] for each in (rows, load, size))
             until = at[rows] * size / (at[rows] * size + (1 - at[rows]))  # in the scale of the contact
-            out, kinds = core.first_exits(one.bed, self._at_rest[number], load / size[:, None], until)
+            out, kinds = core.first_exits(one.bed, at_rest, load / size[:, None], until)
             x = np.where((kinds == core.UNKNOWN)[:, None], np.nan, out[:, :3])
             x = x / (x + (1 - x) * size[:, None])  # in the scale of the load itself
             sooner = (kinds != core.NEVER) & ~(x[:, 0] >= at[rows] * (1 - TIED))  # also where it is not known

@@ -17,7 +17,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.node_motion import edges_of_second
 from holdfast.base.arrays import Float, Int
 from holdfast.base.rigid import cross
-from holdfast.engines.capabilities import Slope
+from holdfast.engines.contract import Slope
 from holdfast.engines.trees.forest import Bridge, Forest
 from holdfast.native import core
 
@@ -52,14 +52,14 @@ def slope_of(forest: Forest, load: Float) -> Slope | None:
     frame, g = bridge.frame, by_carried
     spin = np.array([-g[2], g[1], -g[5]]) @ frame
     velocity = np.array([-g[3], -g[4], -g[0]]) @ frame - cross(spin, bridge.origin)
-    own, at = wrenches[0, bridge.cut.beyond], assembly.com[bridge.cut.beyond]
+    own, at = wrenches[0, bridge.beyond], assembly.com[bridge.beyond]
     force, torque = own[:, :3].sum(0), (own[:, 3:] + cross(at, own[:, :3])).sum(0)
     plane = np.concatenate([cross(spin, force), cross(velocity, force) + cross(spin, torque)])
     return Slope(
         factor=factor,
         assembly=assembly,
         pair=next(iter(pairs)),
-        beyond=bridge.cut.beyond,
+        beyond=bridge.beyond,
         twist=np.concatenate([velocity, spin]) / scale,
         by_friction=-by_mu / scale,
         by_plane=-plane / scale,
@@ -74,7 +74,7 @@ def _owners(assembly: Assembly, bridge: Bridge) -> Int | None:
     """Tell which edges (E,) of the bed are those of the second body, 1, the first, -1, or both, 0; None if of none."""
     contacts = [assembly.interfaces[k] for k in bridge.interfaces]
     middles = bridge.origin + (bridge.bed.edges[:, :2] + bridge.bed.edges[:, 2:4]) / 2 @ bridge.frame[:2]
-    into = 1.0 if assembly.ends[bridge.interfaces[0]][0] == bridge.cut.root else -1.0
+    into = 1.0 if assembly.ends[bridge.interfaces[0]][0] == bridge.root else -1.0
     normals = np.broadcast_to(into * bridge.frame[2], middles.shape)
     of_second = edges_of_second(assembly, contacts, middles, _outward(bridge), normals)
     return None if of_second is None else of_second.sum(axis=0) - 1

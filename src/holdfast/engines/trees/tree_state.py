@@ -1,4 +1,7 @@
-"""Answers of bodies that hang on their support by plane contacts, one behind the other; an engine answers the rest."""
+"""Answers of bodies that hang on their support by plane contacts, one behind the other; an engine answers the rest.
+
+The bodies that trees leave open, such as a ball on a shelf, are an assembly of their own on those that stand.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +11,45 @@ from functools import cached_property
 
 import numpy as np
 
-from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Bool, Float
+from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.values import altered
 from holdfast.engines.answers import Answers, Bound, Claim, Step, joined
-from holdfast.engines.capabilities import Loadable, Slope, fresh, held_by
-from holdfast.engines.contract import EXACT, Accuracy, Engine, State
+from holdfast.engines.contract import EXACT, Accuracy, Engine, Loadable, Slope, State, fresh, held_by
 from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe_all
 from holdfast.engines.rest import corner_nodes, find_rest
 from holdfast.engines.trees.forest import Exit, Forest, forest_of
-from holdfast.engines.trees.left_over import left_over
 from holdfast.engines.trees.slope import slope_of
 from holdfast.engines.verdict import ContactForces, Look, Status, Verdict
+
+
+def left_over(forest: Forest) -> tuple[Assembly, Int] | None:
+    """Return the bodies that are not ``forest.decided``, on decided ones that are fixed, and their numbers (K,).
+
+    None unless all their contacts are bridges. Then equilibrium alone says what each of them carries, so that whether
+    they rest does not depend on how soft those are that stand beneath them.
+    """
+    whole, open_ = forest.assembly, np.flatnonzero(~forest.decided)
+    of_open = set(open_.tolist())
+    contacts = [k for k, ends in enumerate(whole.ends) if not of_open.isdisjoint(ends)]
+    if whole.scene.holds or not set(forest.cuts.interfaces.tolist()).issuperset(contacts):
+        return None
+    names = {whole.movable[k].name for k in of_open}
+    touched = {name for k in contacts for name in whole.interfaces[k].bodies}
+    bodies = tuple(
+        body if body.fixed or body.name in names else altered(body, fixed=True)
+        for body in whole.bodies
+        if body.name in touched
+    )
+    fixed = {k for k in range(FIXED, len(whole.movable)) if k not in of_open}
+    interfaces = tuple(
+        whole.interfaces[k].flipped() if whole.ends[k][1] in fixed else whole.interfaces[k] for k in contacts
+    )
+    scene = altered(whole.scene, bodies=bodies, excluded=())
+    part = Assembly(scene, interfaces, whole.tolerances, detected=False, absent=whole.known_names)
+    part.__dict__["axes"] = whole.axes
+    return part, open_
+
 
 RESTS = "every contact on the way to the support presses and has friction to spare"
 NAME = "contacts on the way to the support"
@@ -149,8 +180,8 @@ class TreeState:
             bridge, rows = self.forest.bridges[number], np.flatnonzero(found.bridge == number)
             twists = np.zeros((len(rows), len(com), 6))
             turn = found.twist[rows, None, 3:]
-            twists[:, bridge.cut.beyond, :3] = found.twist[rows, None, :3] + np.cross(turn, com[bridge.cut.beyond])
-            twists[:, bridge.cut.beyond, 3:] = turn
+            twists[:, bridge.beyond, :3] = found.twist[rows, None, :3] + np.cross(turn, com[bridge.beyond])
+            twists[:, bridge.beyond, 3:] = turn
             twists[np.ix_(np.flatnonzero(found.slides[rows]), self.forest.left_behind(bridge))] = 0
             modes: list[Mode] = ["slip" if found.slides[row] else "topple" for row in rows.tolist()]
             for row, one in zip(rows.tolist(), describe_all(self._kinematics, twists, modes, dual=False), strict=True):

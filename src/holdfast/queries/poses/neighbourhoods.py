@@ -26,7 +26,7 @@ from holdfast.contacts.neighbours import box_distance, neighbours
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, doubtful_gap
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.engines.joint_verdict import joint
+from holdfast.engines.joint_answers import joint
 from holdfast.engines.rest import undecided
 from holdfast.engines.verdict import GroupVerdict, Status, Verdict
 from holdfast.queries.poses.outlines import PartHull, outlines_of, separation

@@ -23,7 +23,7 @@ from holdfast.contacts.tolerances import doubtful_gap
 from holdfast.engines.answers import ONLY_BALANCED
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.graph.engine import Graph
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
 from holdfast.queries.poses.neighbourhoods import Decided, Groups, Neighbourhood, Neighbourhoods

@@ -84,27 +84,25 @@ class Reach:
         ``supports`` are the names of the bodies that may hold it: all fixed ones, and those of groups that may stand.
         """
         pairs = self._nearby.pairs(names, supports)
-        part, rests = self._part(names, supports), self._by_forces
+        part = self._part(names, supports)
         if part is None:
             return ""
-        verdict = rests(part)
-        if verdict.status is not Status.UNSTABLE:
-            rests = self._by_engine  # which may know of a fall where limit analysis does not, but not under loads
-            verdict = rests(part)
+        verdict = self._verdict(part, by_engine=False)
+        by_engine = verdict.status is not Status.UNSTABLE
+        if by_engine:
+            verdict = self._verdict(part, by_engine=True)
         for wide in (False, True):
             try:
                 found = [c for a, b in pairs for c in self._nearby.contacts(a, b, gap, wide=wide)]
             except TooFineError:
                 problem = f"whether it would rest on something within {gap * 1e3:g} mm was not searched"
                 return f"{problem}: too many faces are near each other there: settle, or give simpler meshes"
-            met = self._met(part, verdict, found, rests)
+            met = self._met(part, verdict, found, by_engine=by_engine)
             if met:
                 return self._words(names, met, gap, wide=wide)
         return ""
 
-    def _met(
-        self, part: Assembly, verdict: Verdict, found: Sequence[Interface], rests: Callable[[Assembly], Verdict]
-    ) -> list[Interface]:
+    def _met(self, part: Assembly, verdict: Verdict, found: Sequence[Interface], *, by_engine: bool) -> list[Interface]:
         """Return those of the contacts ``found`` that the fall meets until the part may stand; none if it falls on."""
         met: list[Interface] = []
         left = list(found)
@@ -115,7 +113,7 @@ class Reach:
                 return []
             met += closing
             left = [contact for contact in left if contact not in closing]
-            verdict = rests(replace(part, interfaces=(*part.interfaces, *met)))
+            verdict = self._verdict(replace(part, interfaces=(*part.interfaces, *met)), by_engine=by_engine)
         return met
 
     def _closes(self, part: Assembly, contact: Interface, twists: Float) -> bool:
@@ -158,18 +156,22 @@ class Reach:
         known = self.assembly.known_names
         return Assembly(scene, tuple(touching), self.assembly.tolerances, overlaps, detected=False, absent=known)
 
-    def _by_forces(self, part: Assembly) -> Verdict:
-        return self._kept(part, lambda: find_rest(part, part.weight_wrench()).verdict, "forces")
+    def _verdict(self, part: Assembly, *, by_engine: bool) -> Verdict:
+        """Return the verdict on a part, kept: wider gaps mostly find the same contacts as the one before.
 
-    def _by_engine(self, part: Assembly) -> Verdict:
-        return self._kept(part, lambda: self.engine.prepare(part).verdict(), "engine")
-
-    def _kept(self, part: Assembly, judged: Callable[[], Verdict], how: str) -> Verdict:
-        """Return the verdict on a part, kept: wider gaps mostly find the same contacts as the one before."""
+        The engine may know of a fall where limit analysis does not, but not under loads.
+        """
         bodies = tuple((body.name, body.fixed) for body in part.bodies)
-        key = how, bodies, tuple((i.bodies, *(patch.polygon.tobytes() for patch in i.patches)) for i in part.interfaces)
+        key = (
+            by_engine,
+            bodies,
+            tuple((i.bodies, *(patch.polygon.tobytes() for patch in i.patches)) for i in part.interfaces),
+        )
         if key not in self._judged:
-            self._judged[key] = judged()
+            if by_engine:
+                self._judged[key] = self.engine.prepare(part).verdict()
+            else:
+                self._judged[key] = find_rest(part, part.weight_wrench()).verdict
         return self._judged[key]
 
     def _words(self, names: Sequence[str], met: Sequence[Interface], gap: float, *, wide: bool) -> str:

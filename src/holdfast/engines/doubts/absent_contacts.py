@@ -163,12 +163,9 @@ class Absences:
             wrench = part.weight_wrench(self.acceleration if self._seen_loaded else None)
             if self._seen_loaded and self.standing is not None:
                 wrench = wrench + self.standing
-            self._rests[absent] = not part.hanging and _may_balance(part, with_pull(part, wrench))
+            self._rests[absent] = not part.hanging
+            if not part.hanging:
+                nodes = corner_nodes(part)
+                forces = solve_forces(part, nodes, nodes.under(with_pull(part, wrench)), tolerance=CHEAP)
+                self._rests[absent] = forces.outcome is not Outcome.INFEASIBLE
         return self._rests[absent]
-
-
-def _may_balance(assembly: Assembly, wrench: Float) -> bool:
-    """Tell whether it is not proved that no contact forces balance ``wrench`` (6J,)."""
-    nodes = corner_nodes(assembly)
-    solution = solve_forces(assembly, nodes, nodes.under(wrench), tolerance=CHEAP)
-    return solution.outcome is not Outcome.INFEASIBLE

@@ -1,4 +1,8 @@
-"""Engine ``limit``: limit analysis (limit_state.py), and whether the equilibrium that exists comes about."""
+"""Engine ``limit``: limit analysis (limit_state.py), and whether the equilibrium that exists comes about.
+
+The forces of limit analysis need not come about. Engine ``compliant`` tells, so this stands above limit/ and
+compliant/, and limit/ knows nothing of compliant/.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +10,21 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
+from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes, equilibrium_operator, wrenches_of
 from holdfast.assembly.strengths import with_pull
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.values import Value
-from holdfast.engines.capabilities import Weakest
+from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.refinement import REFINEMENTS
-from holdfast.engines.cones import ConeChoice, FrictionCone
-from holdfast.engines.contract import State
+from holdfast.engines.cones import EXACT, ConeChoice, FrictionCone
+from holdfast.engines.contract import State, Weakest
 from holdfast.engines.limit.box_corners import corners_of, weakest
 from holdfast.engines.limit.limit_state import CLAIM, NAME, LimitState, balanced_under
-from holdfast.engines.limit.loose import comes_loose
 from holdfast.engines.rest import Rest
 from holdfast.engines.trees.forest import forest_of
 from holdfast.engines.trees.tree_state import FIRM
@@ -124,3 +128,42 @@ def _with_holds(state: LimitState, wrench: Float) -> Float:
     names = held_names(assembly.scene.holds)
     held = np.repeat([body.name in names for body in assembly.movable], 6)
     return np.where(held, -pressed, wrench)
+
+
+def comes_loose(assembly: Assembly, name: str, up: Float) -> bool:
+    """Return True if it is proved that no contact holds the body ``name`` once its weight is supported.
+
+    Suppose that the weight is supported and that an additional force c >= 0 acts along ``up`` (3,) at the centre of
+    mass. The contacts of the body then have to balance this force alone. The function returns True if
+
+        G_b f + c (up, 0) = 0,   f in the friction cones,   Σ f_n = 1,   c >= 0
+
+    has no solution. All contact forces on the body are then zero from that moment on, whatever the other bodies do, and
+    the body takes none of them along. The nodes are the corners of the patches, which can carry every load that the
+    whole patches can carry. A body without contacts is loose.
+    """
+    k = assembly.index[name]
+    every = contact_nodes(assembly, 4, "corners")
+    nodes = every.chosen((every.a == k) | (every.b == k))
+    if not len(nodes):
+        return True
+    size = assembly.scene.body(name).size
+    G = sparse.csr_matrix(equilibrium_operator(assembly, nodes))[6 * k : 6 * k + 6]
+    G = sparse.diags(np.repeat([1.0, 1 / size], 3)) @ G
+    C, cones = EXACT.rows(nodes)
+    count = 3 * len(nodes)
+    pressing = np.zeros((1, count))
+    pressing[0, ::3] = 1.0
+    lift = np.concatenate([up, np.zeros(4 + C.shape[0])])
+    A = sparse.hstack([sparse.vstack([G, sparse.csr_matrix(pressing), C]), sparse.csr_matrix(lift[:, None])])
+    A = sparse.csc_matrix(sparse.vstack([A, sparse.csr_matrix(([-1.0], ([0], [count])), shape=(1, count + 1))]))
+    b = np.zeros(A.shape[0])
+    b[6] = 1.0
+    program = ConeProgram(
+        sparse.csc_matrix((count + 1, count + 1)),
+        np.zeros(count + 1),
+        A,
+        b,
+        (("zero", 7), *cones, ("nonnegative", 1)),
+    )
+    return solve(program, tolerance=1e-9).outcome is Outcome.INFEASIBLE

@@ -12,8 +12,8 @@ from holdfast.base.rigid import tangents
 from holdfast.contacts.tolerances import SIGMAS
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Accuracy
-from holdfast.engines.limit.engine import Limit
 from holdfast.engines.limit.limit_state import LimitState
+from holdfast.engines.limit_engine import Limit
 
 STEEPEST = 1.5  # [rad] largest friction angle
 DIRECTIONS = 8  # horizontal directions in which all bodies may lean

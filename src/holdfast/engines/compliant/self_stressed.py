@@ -21,22 +21,21 @@ import numpy as np
 
 from holdfast.assembly.assembly import body_forces
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.base.arrays import Bool, Float, Int
-from holdfast.elastic.outcome import PathOutcome
-from holdfast.engines.amendments.amendment import MATTERS, Amendment, Asked
+from holdfast.base.arrays import Float, Int
+from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers
+from holdfast.engines.compliant.amendment import MATTERS, Amendment, Asked
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
+from holdfast.engines.compliant.rest_verdict import TAKEN_ALONG
 from holdfast.engines.cones import EXACT
-from holdfast.engines.peeling import clampable
-from holdfast.engines.self_stress import self_stressed_nodes
+from holdfast.engines.self_stress import clampable, self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
 # Nodes along a side of coarse grids, on which pressure is concentrated at edges. The pile of pipes of finding T3 holds
 # 59 N on 7 nodes a side, 50 on 2, 37 on 5, and a simulation moves it at 43
 COARSE = (2, 3, 5)
-TAKEN_ALONG = 1e-3  # displacement, relative to the largest in a motion, above which a body takes part in it
 JAMMED = 3.0  # a load above this many times the weight beside it decides itself what presses the contacts that hold it
 CORNERS = 4  # smallest number of nodes of a patch
 # Share of the weight, along one of WAYS level directions, that bodies near their limit do not bear: 0.05 along any. The
@@ -93,10 +92,6 @@ class SelfStressed(Amendment):
         """Whether some answers depend on stiffness, whatever the load."""
         return self.possible or bool(self.near)
 
-    def _stiff(self, found: Answers, rows: Int) -> Bool:
-        """Tell which of the ``rows`` (k,) depend on stiffness: all where bodies are self-stressed, or those near."""
-        return np.array([self.possible or not self.near.isdisjoint(found.moving[k]) for k in rows], dtype=bool)
-
     def _jams(self, found: Answers, W: Float, rows: Int) -> Int:
         """Return those of the ``rows`` (k,) whose load itself presses what holds it, far above the weight beside it."""
         loads = self.grid.loads(W[:, rows])
@@ -118,13 +113,10 @@ class SelfStressed(Amendment):
         rows = np.flatnonzero((found.force > 0) & asked.W.any(axis=0))
         if not len(rows):
             return found
-        stiff = self._stiff(found, rows)
-        found = self._covered(found, asked.W, rows[stiff], self._near_or_stressed, softer=True)
+        stiff = np.array([self.possible or not self.near.isdisjoint(found.moving[k]) for k in rows], dtype=bool)
+        why = "self-stressed" if self.possible else "near their limit"
+        found = self._covered(found, asked.W, rows[stiff], why, softer=True)
         return self._covered(found, asked.W, self._jams(found, asked.W, rows[~stiff]), "self-stressed", softer=False)
-
-    @property
-    def _near_or_stressed(self) -> str:
-        return "self-stressed" if self.possible else "near their limit"
 
     def _covered(self, found: Answers, W: Float, rows: Int, why: str, *, softer: bool) -> Answers:
         """Return ``found`` with bounds of the ``rows`` (k,) on coarse grids, and with ``softer`` on other springs."""

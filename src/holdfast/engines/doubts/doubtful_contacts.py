@@ -14,12 +14,11 @@ from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import cross, shift_twist
 from holdfast.base.text import listed
-from holdfast.engines.amendments.absent_contacts import Absences, Absent
-from holdfast.engines.amendments.pose_allowance import Allowance
 from holdfast.engines.answers import Answers, Bound, weakest_bound
-from holdfast.engines.capabilities import fresh
-from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State
-from holdfast.engines.limit.engine import Limit
+from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State, fresh
+from holdfast.engines.doubts.absent_contacts import Absences, Absent
+from holdfast.engines.doubts.pose_allowance import Allowance
+from holdfast.engines.limit_engine import Limit
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.trees.tree_state import with_trees
 from holdfast.engines.verdict import Status, Verdict
