@@ -14,7 +14,7 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
@@ -34,7 +34,6 @@ SMALL = 64  # arrays of at most this many numbers are written into the JSON text
 MOST_PACKED = 1100  # bytes to which one byte of an archive may unpack; no compression does better
 # Fields that earlier versions saved, of answers that were interpolated between others; files that have them are read
 GONE = {"Answers": {"solved", "error"}, "MapPoint": {"solved", "error"}}
-NEW: dict[str, dict[str, Any]] = {"Step": {"found": ()}}  # fields that older files lack, and what is meant by that
 OPEN = 2  # arrays at most this many levels deep are entries of the .npz file, so that other programs can read them
 
 C = TypeVar("C", bound=type)
@@ -259,12 +258,11 @@ class _Reader:
         raise ValueError(f"unknown tag {tag!r:.40}")
 
     def built(self, cls: type, data: Mapping[str, Any]) -> Any:  # noqa: ANN401
-        names = {entry.name for entry in fields(cls)}
-        new = NEW.get(cls.__name__, {})
-        if names != (set(data) - GONE.get(cls.__name__, set())) | set(new):
-            raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
         parts = {name: self.value(part) for name, part in data.items()}  # of all, for later ones may refer to them
-        state = new | {name: parts[name] for name in parts if name in names}
+        state = {entry.name: parts.pop(entry.name, entry.default) for entry in fields(cls)}
+        lacking = any(part is MISSING for part in state.values())  # older files lack fields that have a default
+        if lacking or parts.keys() - GONE.get(cls.__name__, set()):
+            raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
         wrong = misfit(cls, state)
         if wrong:
             raise ValueError(wrong)
