@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.applications.standing_faces import Standing
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number, frozen
 from holdfast.base.errors import GeometryError, located, message
-from holdfast.base.kinds import shaped
-from holdfast.base.painters import paint
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.rigid import tangents
-from holdfast.base.values import Value
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.halfspace import HalfSpace
@@ -30,10 +24,7 @@ if TYPE_CHECKING:
 G = 9.81  # [m/s²]
 
 
-@archived
-@shaped(pose="4 4", support="k 3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class RestingPose(Value):
+class RestingPose(Record, kw_only=True):
     """One pose of rest, or one of a family: on a round side, where the body ``rolls``, others are as good.
 
     ``pose`` (4, 4) puts the body on the plane z = 0 with its centre of mass above the origin; about the vertical it may
@@ -48,9 +39,9 @@ class RestingPose(Value):
     facets whose heights are alike does not count. On a round side the first two are 0. Gravity is 9.81 m/s².
     """
 
-    pose: Float
+    pose: Float = column("4 4")
     height: float
-    support: Float
+    support: Float = column("k 3")
     probability: float
     tipping_degrees: float
     least_push: float
@@ -58,10 +49,11 @@ class RestingPose(Value):
     rolls: bool
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class RestingPoses(PublicValue, Sequence[RestingPose]):
-    """The poses in which ``body`` rests on a level plane with friction ``mu``, the most probable first: a sequence."""
+class RestingPoses(Pictured, PublicValue, Sequence[RestingPose]):
+    """The poses in which ``body`` rests on a level plane with friction ``mu``, the most probable first: a sequence.
+
+    Its picture shows all poses; of many, the most probable ones.
+    """
 
     body: Body
     mu: float
@@ -73,16 +65,9 @@ class RestingPoses(PublicValue, Sequence[RestingPose]):
     def __len__(self) -> int:
         return len(self.poses)
 
-    def __iter__(self) -> Iterator[RestingPose]:
-        return iter(self.poses)
-
     def scene(self, row: int) -> Scene:
         """Return the scene with the body in one of the poses on the half space below z = 0, for further questions."""
         return Scene([Body("floor", HalfSpace(), fixed=True), self.body.moved(self.poses[row].pose)], self.mu)
-
-    def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw all poses as one PNG; of many, the most probable ones."""
-        paint(self, path, ".png")
 
     def summary(self) -> Summary:
         """Summarise the poses, one a row."""

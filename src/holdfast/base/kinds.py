@@ -13,13 +13,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from holdfast.base.errors import HoldfastError, message
-
 C = TypeVar("C", bound=type)
 
 LARGEST = 1e100  # largest finite number that a value may hold; no force, length or mass is larger
 
 _SHAPES: dict[type, dict[str, tuple[str, ...]]] = {}
+_ITEMS: dict[type, dict[str, Any]] = {}
 
 
 def shaped(**shapes: str) -> Callable[[C], C]:
@@ -33,6 +32,11 @@ def shaped(**shapes: str) -> Callable[[C], C]:
         return cls
 
     return declare
+
+
+def holding(cls: type, items: Mapping[str, Any]) -> None:
+    """Declare what the arrays of objects hold that are fields of a class, as annotations by the names of the fields."""
+    _ITEMS[cls] = dict(items)
 
 
 def misfit(cls: type, state: Mapping[str, Any]) -> str:
@@ -49,14 +53,10 @@ def misfit(cls: type, state: Mapping[str, Any]) -> str:
                 for mark, size in zip(shape, found, strict=True)
             ):
                 return f"{cls.__name__}.{name} has shape {found}, not ({', '.join(shape)})"
+        for name, kind in _ITEMS.get(base, {}).items():
+            if not all(fits(item, kind) for item in state[name].flat):
+                return f"{cls.__name__}.{name} holds what it cannot hold"
     return ""
-
-
-def check_kinds(items: Iterable[Any], kind: Any, where: str) -> None:  # noqa: ANN401 - a class or several
-    """Raise HoldfastError if one of ``items``, which were read from a file, is not of ``kind``."""
-    for item in items:
-        if not isinstance(item, kind):
-            raise HoldfastError(message(where, f"holds a {type(item).__name__}", "needs what an answer's save wrote"))
 
 
 def fits(item: Any, wanted: Any) -> bool:  # noqa: ANN401 - anything that a file may hold, and any annotation

@@ -7,7 +7,6 @@ that could clamp a body while it is pulled out do not matter while it is set dow
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -21,15 +20,12 @@ from holdfast.applications.disassembly.order_search import everything
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.applications.disassembly.weakest import WeakestPoints
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
+from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_whole
-from holdfast.base.errors import no_truth
-from holdfast.base.kinds import shaped
 from holdfast.base.progress import reported
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import Of, PublicValue, Record, Summary, column, number
 from holdfast.base.ranges import MANY
 from holdfast.base.text import listed
-from holdfast.base.values import Value
 from holdfast.certificates.certified import CertifiedStates
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim
@@ -45,9 +41,7 @@ NOTHING = float("nan")
 SAFE = "everything stands with it, and while its weight is set down"
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class BuildStep(Value):
+class BuildStep(Record):
     """One body that is put in, and the weakest point of the state that follows.
 
     ``hold`` means that the body must be held against turning while it is set down. ``weakest`` is the point of all
@@ -64,10 +58,9 @@ class BuildStep(Value):
     holds: tuple[HandHold, ...] = ()
 
 
-@archived
-@shaped(lift="3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class BuildOrder(CertifiedStates, PublicValue):
+class BuildOrder(
+    CertifiedStates, PublicValue, kw_only=True, ask=".reached, which says whether everything can be put in"
+):
     """An order in which the bodies of ``assembly`` can be put in, each along minus ``lift`` (3,), a unit vector.
 
     ``steps`` are in order. After each of them, everything that is in place stands by the verdict of ``method``. If
@@ -79,7 +72,7 @@ class BuildOrder(CertifiedStates, PublicValue):
 
     assembly: Assembly
     method: Engine
-    lift: Float
+    lift: Float = column("3")
     steps: tuple[BuildStep, ...]
     reached: bool
     proven: bool
@@ -87,18 +80,8 @@ class BuildOrder(CertifiedStates, PublicValue):
     hands: int = 0
     falsework: tuple[str, ...] = ()
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .reached, which says whether everything can be put in")
-
-    @property
-    def engine(self) -> str:
-        """The name of the engine."""
-        return self.method.name
-
-    @property
-    def claim(self) -> Claim:
-        """What the engine promises about its answers."""
-        return self.method.claim
+    engine = Of[str]("method.name", "The name of the engine.")
+    claim = Of[Claim]("method.claim", "What the engine promises about its answers.")
 
     @property
     def order(self) -> tuple[str, ...]:
@@ -134,13 +117,15 @@ class BuildOrder(CertifiedStates, PublicValue):
         known = [step for step, force in zip(self.steps, self.force, strict=True) if not np.isnan(force)]
         return min(known, key=lambda step: step.weakest.force if step.weakest else np.inf, default=None)
 
+    @property
+    def plain(self) -> str:  # type: ignore[override]
+        """The names of what plain data holds."""
+        return f"engine claim lift order reached proven first steps stuck {'hands falsework' if self.hands else ''}"
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; a force that is not known is None there."""
-        names: tuple[str, ...] = ("engine", "claim", "lift", "order", "reached", "proven", "first", "steps", "stuck")
-        names = (*names, "hands", "falsework") if self.hands else names
         force = [None if np.isnan(each) else to_dict(each) for each in self.force]
-        data = {name: to_dict(getattr(self, name)) for name in names}
-        return {"scene": self.assembly.scene.name} | data | {"force": force}
+        return {"scene": self.assembly.scene.name} | super().to_dict() | {"force": force}
 
     def summary(self) -> Summary:
         """Summarise the order by its steps and the smallest push that moves something after each."""

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
 from holdfast.applications.placement.options import Options, Weights
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
-from holdfast.base.kinds import shaped
-from holdfast.base.values import Value, seal
+from holdfast.base.public import Record, column
 from holdfast.queries.exposed import exposed_cells
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.request import EngineChoice
@@ -21,10 +18,7 @@ STEEPEST = 0.2  # cosine of the largest angle between up and the normal of a sur
 MOST_FIXED = 3000  # largest number of points on fixed bodies, where no push needs an answer
 
 
-@archived
-@shaped(points="n 3", normals="n 3", body="n", force="n", area="n", chance="n")
-@dataclass(frozen=True, eq=False, repr=False)
-class SupportPoints(Value):
+class SupportPoints(Record):
     """The n exposed points of the scene that face up and can carry an object.
 
     ``points`` (n, 3) [m] and outward ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds names. ``force``
@@ -32,15 +26,12 @@ class SupportPoints(Value):
     that the point represents. ``chance`` (n,) is the probability of choosing it; the probabilities add up to 1.
     """
 
-    points: Float
-    normals: Float
-    body: Objects
-    force: Float
-    area: Float
-    chance: Float
-
-    def __post_init__(self) -> None:
-        seal(self)
+    points: Float = column("n 3")
+    normals: Float = column("n 3")
+    body: Objects = column("n", of=str)
+    force: Float = column("n")
+    area: Float = column("n")
+    chance: Float = column("n")
 
 
 def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: Collection[str]) -> list[RobustnessMap]:
