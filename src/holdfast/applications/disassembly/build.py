@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.applications.disassembly.hands import held_still, propped
 from holdfast.applications.disassembly.least_hold import HandHold, handled, hands_column
-from holdfast.applications.disassembly.order import SHOWN, SOLVES, check_stands
+from holdfast.applications.disassembly.order import SHOWN, SOLVES, StepByStep, check_stands
 from holdfast.applications.disassembly.order_search import everything
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.applications.disassembly.weakest import WeakestPoints
@@ -23,13 +23,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_whole
 from holdfast.base.progress import reported
-from holdfast.base.public import Of, PublicValue, Record, Summary, column, number
+from holdfast.base.public import Record, Summary, number
 from holdfast.base.ranges import MANY
 from holdfast.base.text import listed
-from holdfast.certificates.certified import CertifiedStates
 from holdfast.certificates.question import Question
-from holdfast.engines.answers import Claim
-from holdfast.engines.contract import Engine
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
@@ -58,9 +55,7 @@ class BuildStep(Record):
     holds: tuple[HandHold, ...] = ()
 
 
-class BuildOrder(
-    CertifiedStates, PublicValue, kw_only=True, ask=".reached, which says whether everything can be put in"
-):
+class BuildOrder(StepByStep, kw_only=True, ask=".reached, which says whether everything can be put in"):
     """An order in which the bodies of ``assembly`` can be put in, each along minus ``lift`` (3,), a unit vector.
 
     ``steps`` are in order. After each of them, everything that is in place stands by the verdict of ``method``. If
@@ -70,23 +65,10 @@ class BuildOrder(
     ``falsework`` names those that have to be propped besides; only if there are none may ``reached`` be true.
     """
 
-    assembly: Assembly
-    method: Engine
-    lift: Float = column("3")
     steps: tuple[BuildStep, ...]
-    reached: bool
-    proven: bool
     stuck: tuple[Removal, ...]
-    hands: int = 0
-    falsework: tuple[str, ...] = ()
 
-    engine = Of[str]("method.name", "The name of the engine.")
-    claim = Of[Claim]("method.claim", "What the engine promises about its answers.")
-
-    @property
-    def order(self) -> tuple[str, ...]:
-        """The names of the bodies in the order in which they are put in."""
-        return tuple(step.body for step in self.steps)
+    plain = "engine claim lift order reached proven first steps stuck hands falsework"
 
     @property
     def first(self) -> tuple[str, ...]:
@@ -117,15 +99,10 @@ class BuildOrder(
         known = [step for step, force in zip(self.steps, self.force, strict=True) if not np.isnan(force)]
         return min(known, key=lambda step: step.weakest.force if step.weakest else np.inf, default=None)
 
-    @property
-    def plain(self) -> str:  # type: ignore[override]
-        """The names of what plain data holds."""
-        return f"engine claim lift order reached proven first steps stuck {'hands falsework' if self.hands else ''}"
-
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; a force that is not known is None there."""
         force = [None if np.isnan(each) else to_dict(each) for each in self.force]
-        return {"scene": self.assembly.scene.name} | super().to_dict() | {"force": force}
+        return super().to_dict() | {"force": force}
 
     def summary(self) -> Summary:
         """Summarise the order by its steps and the smallest push that moves something after each."""

@@ -27,6 +27,7 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of
 from holdfast.scene.scene import Scene
 
+HANDS = ("hands", "falsework")
 SHOWN = 8  # largest number of body names in one line
 SOLVES = 2000  # number of checks by contact forces after which a search stops
 
@@ -45,9 +46,33 @@ class PaperRow(Record):
     removable: bool
 
 
-class Disassembly(
-    CertifiedStates, Pictured, PublicValue, kw_only=True, ask=".reached, which says whether everything comes out"
-):
+class StepByStep(CertifiedStates, PublicValue, kw_only=True):
+    """An order of ``steps``, each of which concerns one ``body`` and what hands hold then."""
+
+    assembly: Assembly
+    method: Engine
+    lift: Float = column("3")
+    steps: tuple[Any, ...]
+    reached: bool
+    proven: bool
+    hands: int = 0
+    falsework: tuple[str, ...] = ()
+
+    engine = Of[str]("method.name", "The name of the engine.")
+    claim = Of[Claim]("method.claim", "What the engine promises about its answers.")
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The names of the bodies, step by step."""
+        return tuple(step.body for step in self.steps)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON; without hands, nothing is told of them."""
+        data = {"scene": self.assembly.scene.name} | super().to_dict()
+        return data if self.hands else {name: item for name, item in data.items() if name not in HANDS}
+
+
+class Disassembly(Pictured, StepByStep, kw_only=True, ask=".reached, which says whether everything comes out"):
     """An order in which bodies can be taken out of ``assembly``.
 
     ``order`` names the bodies in turn, and ``steps`` holds the answer for each of them with its reason. ``reached``
@@ -63,19 +88,11 @@ class Disassembly(
     Its picture shows every state with the next body in colour; of a long order, only every n-th.
     """
 
-    assembly: Assembly
-    method: Engine
-    lift: Float = column("3")
     goal: tuple[str, ...]
     steps: tuple[Removal, ...]
-    reached: bool
-    proven: bool
     fewest: float
-    hands: int = 0
-    falsework: tuple[str, ...] = ()
 
-    engine = Of[str]("method.name", "The name of the engine.")
-    claim = Of[Claim]("method.claim", "What the engine promises about its answers.")
+    plain = "engine claim lift goal order assembly_order reached proven fewest blocked hands falsework undecided steps"
 
     @property
     def questions(self) -> tuple[Question, ...]:
@@ -94,11 +111,6 @@ class Disassembly(
         The cache does not travel to a file or to another process.
         """
         return Removals(self.assembly, self.method, self.lift)
-
-    @property
-    def order(self) -> tuple[str, ...]:
-        """The names of the bodies in the order of their removal."""
-        return tuple(step.body for step in self.steps)
 
     @property
     def assembly_order(self) -> tuple[str, ...]:
@@ -149,16 +161,6 @@ class Disassembly(
             for name in part:
                 rows[name] = self._paper_row(name, part)
         return tuple(rows[name] for name in self.removals.names if name in rows)
-
-    @property
-    def plain(self) -> str:  # type: ignore[override]
-        """The names of what plain data holds."""
-        hands = "hands falsework" if self.hands else ""
-        return f"engine claim lift goal order assembly_order reached proven fewest blocked {hands} undecided steps"
-
-    def about(self) -> dict[str, Any]:
-        """Return the name of the scene as plain data."""
-        return {"scene": self.assembly.scene.name}
 
     def summary(self) -> Summary:
         """Summarise the answer by its steps in order."""
