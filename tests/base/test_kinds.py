@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from holdfast.base.arrays import Float, Int, Objects
-from holdfast.base.kinds import fits, misfit, shaped
+from holdfast.base.kinds import fits, misfit
 from holdfast.base.public import Record, column
 from holdfast.base.values import Table
 
@@ -62,12 +62,10 @@ def test_annotations_say_what_fits(wanted: Any, good: list[Any], bad: list[Any])
     assert not any(fits(item, wanted) for item in bad)
 
 
-@shaped(points="n 3", weights="n", name="2")
-@dataclass
-class Cloud:
-    points: Float
-    weights: Float
-    name: str
+class Cloud(Record):
+    points: Float = column("n 3")
+    weights: Float = column("n")
+    name: str = column("2")
 
 
 GOOD = {"points": np.zeros((4, 3)), "weights": np.zeros(4), "name": "ab"}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import json
 import pickle
-from dataclasses import dataclass
 from enum import StrEnum, auto
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +15,8 @@ import pytest
 from holdfast.base.archive import archived, load, save, to_dict
 from holdfast.base.arrays import Float, Objects
 from holdfast.base.errors import HoldfastError
-from holdfast.base.values import Table, Value, sealed
+from holdfast.base.public import Record
+from holdfast.base.values import Table, sealed
 
 
 @archived
@@ -24,15 +24,11 @@ class Colour(StrEnum):
     RED = auto()
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Piece(Value):
+class Piece(Record):
     weights: Float
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Whole(Value):
+class Whole(Record):
     name: str
     share: float
     colour: Colour

@@ -7,55 +7,38 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
 from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
 
-C = TypeVar("C", bound=type)
-
 LARGEST = 1e100  # largest finite number that a value may hold; no force, length or mass is larger
-
-_SHAPES: dict[type, dict[str, tuple[str, ...]]] = {}
-_ITEMS: dict[type, dict[str, Any]] = {}
-
-
-def shaped(**shapes: str) -> Callable[[C], C]:
-    """Declare the shapes of the fields of a class (class decorator): ``points="n 3"`` is (n, 3) for any n.
-
-    A letter stands for the same number in all fields of one value. The shape of a tuple or list is its length.
-    """
-
-    def declare(cls: C) -> C:
-        _SHAPES[cls] = {name: tuple(shape.split()) for name, shape in shapes.items()}
-        return cls
-
-    return declare
-
-
-def holding(cls: type, items: Mapping[str, Any]) -> None:
-    """Declare what the arrays of objects hold that are fields of a class, as annotations by the names of the fields."""
-    _ITEMS[cls] = dict(items)
 
 
 def misfit(cls: type, state: Mapping[str, Any]) -> str:
-    """Return a description of the first field of ``state`` that a ``cls`` cannot have; "" if all fit."""
+    """Return a description of the first field of ``state`` that a ``cls`` cannot have; "" if all fit.
+
+    Columns have shapes (``public.column``): ``points="n 3"`` is (n, 3) for any n, and a letter stands for the same
+    number in all fields of one value. The shape of a tuple or list is its length.
+    """
     for name, wanted in _annotations(cls).items():
         if name in state and not fits(state[name], wanted):
             return f"{cls.__name__}.{name} is a {type(state[name]).__name__}, which it cannot be"
     numbers: dict[str, int] = {}
-    for base in cls.__mro__:
-        for name, shape in _SHAPES.get(base, {}).items():
-            found = _shape(state[name])
-            if len(found) != len(shape) or any(
-                numbers.setdefault(mark, size) != size if mark.isalpha() else int(mark) != size
-                for mark, size in zip(shape, found, strict=True)
-            ):
-                return f"{cls.__name__}.{name} has shape {found}, not ({', '.join(shape)})"
-        for name, kind in _ITEMS.get(base, {}).items():
-            if not all(fits(item, kind) for item in state[name].flat):
-                return f"{cls.__name__}.{name} holds what it cannot hold"
+    for column in fields(cls):
+        if not column.metadata:
+            continue
+        item, shape, kind = state[column.name], column.metadata["shape"].split(), column.metadata["of"]
+        found = item.shape if isinstance(item, np.ndarray) else (len(item),)
+        if len(found) != len(shape) or any(
+            numbers.setdefault(mark, size) != size if mark.isalpha() else int(mark) != size
+            for mark, size in zip(shape, found, strict=True)
+        ):
+            return f"{cls.__name__}.{column.name} has shape {found}, not ({', '.join(shape)})"
+        if kind is not None and not all(fits(each, kind) for each in item.flat):
+            return f"{cls.__name__}.{column.name} holds what it cannot hold"
     return ""
 
 
@@ -108,10 +91,6 @@ def _pairs(items: Any, wanted: tuple[Any, ...]) -> bool:  # noqa: ANN401
         return True
     pairs: Iterable[tuple[Any, Any]] = items.items()
     return all(fits(key, wanted[0]) and fits(part, wanted[1]) for key, part in pairs)
-
-
-def _shape(item: Any) -> tuple[int, ...]:  # noqa: ANN401
-    return item.shape if isinstance(item, np.ndarray) else (len(item),)
 
 
 @cache

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, TypeVar, dataclass_transform
 
 from holdfast.base.archive import archived, save, to_dict
 from holdfast.base.errors import no_truth
-from holdfast.base.kinds import holding, shaped
 from holdfast.base.painters import glimpse, paint
 from holdfast.base.text import escaped, one_line
 from holdfast.base.values import LONGEST, Value, items_of, seal
@@ -38,7 +37,7 @@ class Summary:
 
 
 def column(shape: str, *, of: Any = None, **default: Any) -> Any:  # noqa: ANN401 - of any field
-    """Declare a field of a record with its ``shape``, as for ``kinds.shaped``.
+    """Declare a field of a record with its ``shape``: "n 3" is (n, 3) for any n, the same in all columns of a record.
 
     ``of`` is the annotation of what an array of objects holds. ``default`` may be that of the field.
     """
@@ -56,9 +55,6 @@ class Record(Value):
     def __init_subclass__(cls, *, kw_only: bool = False, ask: str = "") -> None:
         super().__init_subclass__()
         dataclass(frozen=True, eq=False, repr=False, kw_only=kw_only)(cls)
-        columns = {each.name: each.metadata for each in fields(cls) if each.metadata}  # type: ignore[arg-type]
-        shaped(**{name: known["shape"] for name, known in columns.items()})(cls)
-        holding(cls, {name: known["of"] for name, known in columns.items() if known["of"] is not None})
         archived(cls)
         if ask:
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from holdfast.base.archive import archived
 from holdfast.base.arrays import checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.public import Record
 from holdfast.base.ranges import LENGTH, MOST_SEED, STIFFNESS, TOLERANCE
 from holdfast.base.text import quoted
-from holdfast.base.values import Value
 
 MOST_SAMPLES = 100_000  # more answers than anybody waits for
 DEPTH = 0.1  # [m] of material behind a face that gives way with it, where the bed is taken from Young's modulus
@@ -28,9 +25,7 @@ MODULUS = {
 BED = {name: modulus / DEPTH for name, modulus in MODULUS.items()}  # [N/m³]
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Imperfect(Value):
+class Imperfect(Record):
     """Faces that touch at high spots, with contacts that are not equally stiff.
 
     - ``flatness`` [m]: peak to valley of the clearance between the two faces of every patch of contact: a smooth random

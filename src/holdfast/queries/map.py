@@ -203,15 +203,9 @@ def map_point(answers: Answers, row: int, body: str, point: Float, normal: Float
 
 
 def _whole(cells: Cells) -> bool:
-    """Return whether cells that were read from a file have consistent shapes and indices."""
-    count = len(cells.points)
-    wide = [array.shape == (len(array), 3) for array in (cells.points, cells.normals, cells.vertices, cells.triangles)]
-    if not all(wide) or len(cells.normals) != count or cells.cell.shape != (len(cells.triangles),):
-        return False
+    """Return whether cells that were read from a file have consistent indices."""
     corners, owners = cells.triangles, cells.cell
     within = (corners >= 0) & (corners < len(cells.vertices))
-    if cells.turned.shape != (count,):
-        return False
     return bool(within.all() and ((owners >= 0) & (owners < len(cells.points))).all())
 
 

@@ -11,14 +11,13 @@ import numpy as np
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.assembly.strengths import refuse_joined
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_truth, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
+from holdfast.base.public import Record
 from holdfast.base.ranges import MANY, MOST_SEED
 from holdfast.base.rigid import cross, rotation_about, shift_twist
 from holdfast.base.text import listed
-from holdfast.base.values import Value
 from holdfast.contacts.patch_nodes import Sampling
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import EXACT, Accuracy
@@ -32,9 +31,7 @@ from holdfast.native import core
 NO_MOMENT = 1e-5  # smallest lever arm of a load, relative to the assembly's size; poses are not known more accurately
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Graph(Value):
+class Graph(Record):
     """Engine ``graph``: the method of Nadeau & Kelly, R = min(R_slip, R_top) (eq. 13), with its options.
 
     The contact forces at rest are computed first, then how much each contact can still carry. Answers are estimates:

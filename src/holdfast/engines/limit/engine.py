@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.assembly.strengths import with_pull
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.values import Value
+from holdfast.base.public import Record
 from holdfast.engines.capabilities import Weakest
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.refinement import REFINEMENTS
@@ -30,9 +29,7 @@ from holdfast.scene.hold import held_names
 COMES_ABOUT = "an equilibrium exists that needs no self-stress"
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Limit(Value):
+class Limit(Record):
     """Static limit analysis over all corners of all patches, which carry whatever the patches can.
 
     ``cone``: "exact", or a polygon of ``sides`` "inscribed" (cautious) or "circumscribed" (optimistic).
