@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,13 +21,14 @@ import numpy as np
 from holdfast.applications.strap_files import strap_entries
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.on_surface import check_on_surface
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import SceneError, located, message
-from holdfast.base.public import Record, column
+from holdfast.base.kinds import shaped
 from holdfast.base.ranges import FORCE, FRICTION, LENGTH, PLACE, STIFFNESS
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.geometry.distance import winding_number
 from holdfast.geometry.hull import convex_hull
@@ -39,7 +40,10 @@ BENT = 1e-6  # sine of the angle above which a strap counts as bent at a point
 DEPTH = 1e-3  # depth inside a bend at which the body must be, as a share of the body's size
 
 
-class Strap(Record):
+@archived
+@shaped(points="k 3")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Strap(Value):
     """A strap along ``points`` (k, 3) [m], in the world frame, on the bodies named in ``bodies``.
 
     Its ``route`` is given as pairs of the name of a body and a point on its surface. It is hooked to the body at the
@@ -52,7 +56,7 @@ class Strap(Record):
     """
 
     bodies: tuple[str, ...]
-    points: Float = column("k 3")
+    points: Float
     pretension: float
     mu: float
     closed: bool

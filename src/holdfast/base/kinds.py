@@ -7,38 +7,51 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
 
+C = TypeVar("C", bound=type)
+
 LARGEST = 1e100  # largest finite number that a value may hold; no force, length or mass is larger
+
+_SHAPED: dict[type, dict[str, Mapping[str, Any]]] = {}
+
+
+def shaped(**shapes: str) -> Callable[[C], C]:
+    """Declare the shapes of the fields of a class that is no record (class decorator), as ``public.column`` does."""
+
+    def declare(cls: C) -> C:
+        _SHAPED[cls] = {name: {"shape": shape, "of": None} for name, shape in shapes.items()}
+        return cls
+
+    return declare
 
 
 def misfit(cls: type, state: Mapping[str, Any]) -> str:
     """Return a description of the first field of ``state`` that a ``cls`` cannot have; "" if all fit.
 
-    Columns have shapes (``public.column``): ``points="n 3"`` is (n, 3) for any n, and a letter stands for the same
-    number in all fields of one value. The shape of a tuple or list is its length.
+    A letter in the shape of a column stands for the same number in all fields of one value. The shape of a tuple or
+    list is its length.
     """
     for name, wanted in _annotations(cls).items():
         if name in state and not fits(state[name], wanted):
             return f"{cls.__name__}.{name} is a {type(state[name]).__name__}, which it cannot be"
     numbers: dict[str, int] = {}
-    for column in fields(cls):
-        if not column.metadata:
-            continue
-        item, shape, kind = state[column.name], column.metadata["shape"].split(), column.metadata["of"]
+    columns: dict[str, Mapping[str, Any]] = {entry.name: entry.metadata for entry in fields(cls) if entry.metadata}
+    for name, column in (columns | _SHAPED.get(cls, {})).items():
+        item, shape, kind = state[name], column["shape"].split(), column["of"]
         found = item.shape if isinstance(item, np.ndarray) else (len(item),)
         if len(found) != len(shape) or any(
             numbers.setdefault(mark, size) != size if mark.isalpha() else int(mark) != size
             for mark, size in zip(shape, found, strict=True)
         ):
-            return f"{cls.__name__}.{column.name} has shape {found}, not ({', '.join(shape)})"
+            return f"{cls.__name__}.{name} has shape {found}, not ({', '.join(shape)})"
         if kind is not None and not all(fits(each, kind) for each in item.flat):
-            return f"{cls.__name__}.{column.name} holds what it cannot hold"
+            return f"{cls.__name__}.{name} holds what it cannot hold"
     return ""
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.progress import reported
-from holdfast.base.public import Record
-from holdfast.base.values import made
+from holdfast.base.values import Value, made
 from holdfast.contacts.clipping import clip_faces
 from holdfast.contacts.compound_parts import cuboid_towards
 from holdfast.contacts.cuboids import Cuboids, patches_of
@@ -51,7 +52,9 @@ def box_distance(a: Body, b: Body) -> float:
     return float(np.linalg.norm(np.maximum(np.maximum(low_a - high_b, low_b - high_a), 0)))
 
 
-class Contacts(Record):
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Contacts(Value):
     """The interfaces of a scene, and the ``occluded`` pairs, which would touch if no third body lay between them."""
 
     interfaces: tuple[Interface, ...]

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, read_only, unit
-from holdfast.base.public import Record, column
+from holdfast.base.kinds import shaped
 from holdfast.base.rigid import Frame, snapped
+from holdfast.base.values import Value
 
 TURNED = 0.5  # distance of points with opposite normals, relative to the extent, so that both sides of a lip get spots
 TOGETHER = 4_000_000  # number of distances that are in memory at a time
 
 
-class Spots(Record):
+@archived
+@shaped(points="m 3", normals="m 3", shares="m")
+@dataclass(frozen=True, eq=False, repr=False)
+class Spots(Value):
     """The m points that represent a patch merged from many smaller ones, ordered so that early ones are far apart.
 
     - ``points`` (m, 3) [m] and unit ``normals`` (m, 3), which point into the second body. At every point the surfaces
@@ -27,9 +32,9 @@ class Spots(Record):
     - ``spread`` [deg]: the largest angle between the normals of the merged patches and of the spots.
     """
 
-    points: Float = column("m 3")
-    normals: Float = column("m 3")
-    shares: Float = column("m")
+    points: Float
+    normals: Float
+    shares: Float
     bent: bool
     area: float
     residual: float

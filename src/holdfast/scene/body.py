@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence, Sized
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import GeometryError, SceneError, located, message
-from holdfast.base.public import Record, column
+from holdfast.base.kinds import shaped
 from holdfast.base.ranges import DENSITY, FORCE, INERTIA, MASS, PLACE, PRESSURE
 from holdfast.base.rigid import checked_pose, pose_at, transform
 from holdfast.base.rounding import COORDINATES
 from holdfast.base.text import quoted
-from holdfast.base.values import altered
+from holdfast.base.values import Value, altered
 from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.surface import Surface
 from holdfast.scene.compound import Compound, Shape, as_shape
@@ -30,7 +31,10 @@ if TYPE_CHECKING:
     import trimesh
 
 
-class Body(Record):
+@archived
+@shaped(pose="4 4")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Body(Value):
     """A rigid body with a shape, a mass and a pose.
 
     ``pose`` (4, 4) maps the body frame to the world frame; by default both are the same. Instead of it, ``position``
@@ -56,7 +60,7 @@ class Body(Record):
     shape: Shape
     mass: float | None
     density: float | None
-    pose: Float = column("4 4")
+    pose: Float
     com: Float | None
     inertia: Float | None
     material: str | None

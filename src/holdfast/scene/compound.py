@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked_items, checked_name
 from holdfast.base.errors import GeometryError, located, message
-from holdfast.base.public import Record
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.rounding import COORDINATES
+from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.union import united
 from holdfast.scene.halfspace import HalfSpace
@@ -24,7 +26,9 @@ from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere, e
 Solid: TypeAlias = Box | Cylinder | Sphere | Capsule | Ellipsoid | Mesh
 
 
-class Part(Record):
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Part(Value):
     """One shape of a compound, with its own ``pose`` (4, 4), part frame to body frame, and its own ``material``.
 
     ``shape`` is any shape with a volume, or a trimesh.Trimesh. Without a ``material`` the part has that of the body.
@@ -50,7 +54,9 @@ class Part(Record):
         return transform(self.pose, points)
 
 
-class Compound(Record):
+@archived
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Compound(Value):
     """Several parts that move as one: they may overlap, abut or lie apart.
 
     Contacts, maps and pictures use the surface of their union, so there are no contacts inside. Common volume counts

@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, frozen, unit
 from holdfast.base.errors import SceneError, message, nearest_of
-from holdfast.base.public import Record, Summary, column, in_notebook, number
+from holdfast.base.kinds import shaped
+from holdfast.base.public import Summary, in_notebook, number
 from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import quoted
-from holdfast.base.values import altered
+from holdfast.base.values import Value, altered
 from holdfast.scene.body import Body, materials_of, place_cuboids
 from holdfast.scene.excluded import (
     Excluded,
@@ -35,7 +37,10 @@ from holdfast.scene.level import directions_around, tilted_gravity
 DIRECTIONS = 100  # number of directions on the default circle (Nadeau & Kelly, Fig. 15)
 
 
-class Scene(Record):
+@archived
+@shaped(gravity="3")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Scene(Value):
     """Rigid bodies, the friction between them, and gravity.
 
     ``bodies`` have unique names, and at least one of them is fixed. ``friction`` is a Friction table, or one
@@ -50,7 +55,7 @@ class Scene(Record):
 
     bodies: tuple[Body, ...]
     friction: Friction
-    gravity: Float = column("3")
+    gravity: Float
     name: str
     excluded: tuple[Excluded, ...]
     notes: tuple[str, ...] = field(compare=False)

@@ -11,12 +11,14 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked, checked_number, checked_sizes, checked_whole, frozen
 from holdfast.base.errors import GeometryError, message, warn
 from holdfast.base.files import checked_path
-from holdfast.base.public import Record, column
+from holdfast.base.kinds import shaped
 from holdfast.base.ranges import LENGTH, PLACE, SCALE, TOLERANCE
 from holdfast.base.text import quoted
+from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
 from holdfast.geometry.surface import Surface
@@ -30,24 +32,33 @@ if TYPE_CHECKING:
 LEAST_VOLUME = 1e-9  # least volume of a solid, relative to its bounding box
 
 
-class MassProperties(Record):
+@archived
+@shaped(com="3", inertia="3 3")
+@dataclass(frozen=True, eq=False, repr=False)
+class MassProperties(Value):
     """The mass properties of a shape at unit density, in the body frame.
 
     These are the volume [m³], the centre of mass (3,) [m] and the inertia (3, 3) [m⁵] about the centre of mass.
     """
 
     volume: float
-    com: Float = column("3")
-    inertia: Float = column("3 3")
+    com: Float
+    inertia: Float
+
+    def __post_init__(self) -> None:
+        seal(self)
 
 
-class Box(Record):
+@archived
+@shaped(size="3")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Box(Value):
     """A cuboid centred on the origin of its frame; ``size`` (3,) [m] holds its edge lengths along x, y and z.
 
     Raises GeometryError if a length is not positive, or if the lengths are not given together: Box((0.3, 0.2, 0.1)).
     """
 
-    size: Float = column("3")
+    size: Float
 
     def __init__(self, size: ArrayLike, *lengths: Never) -> None:
         if lengths or isinstance(size, int | float):
@@ -69,7 +80,9 @@ class Box(Record):
         return MassProperties(volume, np.zeros(3), np.diag(squares.sum() - squares) * volume / 12)
 
 
-class Cylinder(Record):
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Cylinder(Value):
     """A cylinder about the z axis, centred on the origin of its frame; ``radius`` and ``height`` are in metres.
 
     Its side touches flat faces, sharp edges and corners, balls, capsules and other cylinders where the true cylinder
@@ -110,7 +123,9 @@ class Cylinder(Record):
         return MassProperties(volume, np.zeros(3), volume * np.diag([r2 / 4 + h2 / 12, r2 / 4 + h2 / 12, r2 / 2]))
 
 
-class Sphere(Record):
+@archived
+@dataclass(frozen=True, eq=False, repr=False)
+class Sphere(Value):
     """A ball centred on the origin of its frame; ``radius`` is in metres.
 
     It touches flat faces, sharp edges and corners, capsules, the sides of cylinders and other balls where the true ball
@@ -179,7 +194,10 @@ class _Cleaned:
 _IN_USE: WeakValueDictionary[tuple[bytes, bytes], _Cleaned] = WeakValueDictionary()
 
 
-class Mesh(Record):
+@archived
+@shaped(vertices="V 3", faces="F 3")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Mesh(Value):
     """A triangle mesh with ``vertices`` (V, 3) [m] and ``faces`` (F, 3), in the body frame.
 
     Each face holds three indices into ``vertices``, counter-clockwise when seen from outside. ``file`` and ``scale``
@@ -194,8 +212,8 @@ class Mesh(Record):
     trimesh.Trimesh as it is.
     """
 
-    vertices: Float = column("V 3")
-    faces: Int = column("F 3")
+    vertices: Float
+    faces: Int
     file: Path | None = field(compare=False)
     scale: tuple[float, float, float] = field(compare=False)
     noise: float

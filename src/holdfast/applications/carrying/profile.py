@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,13 +11,14 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.applications.carrying.reading import COLUMNS, table_of
 from holdfast.applications.carrying.standards import STANDARDS
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_direction, checked_number
 from holdfast.base.errors import HoldfastError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
-from holdfast.base.public import Record, column
+from holdfast.base.kinds import shaped
 from holdfast.base.ranges import ACCELERATION, PLACE, SCALE, TURNING, Range
 from holdfast.base.text import quoted
-from holdfast.base.values import seal
+from holdfast.base.values import Value, seal
 
 WIDTHS = (4, 7, 10)  # numbers of columns: without rotation, with angular acceleration, and also with angular velocity
 MOST_BYTES = 200_000_000  # largest size of a CSV file
@@ -25,7 +27,10 @@ PERIOD = 0.5  # [s] from the beginning of one pulse to that of the next
 DURATION = Range(0.0, 1e9, "s")
 
 
-class Profile(Record):
+@archived
+@shaped(time="n", acceleration="n 3", angular_acceleration="n 3", angular_velocity="n 3", pivot="3")
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Profile(Value):
     """The motion of a carrier at n times: how it accelerates and turns, along the axes of the scene.
 
     ``time`` (n,) [s] increases. ``acceleration`` (n, 3) [m/s²] is that of the carrier at ``pivot`` (3,) [m], without
@@ -38,11 +43,11 @@ class Profile(Record):
     increase or if numbers are out of range.
     """
 
-    time: Float = column("n")
-    acceleration: Float = column("n 3")
-    angular_acceleration: Float = column("n 3")
-    angular_velocity: Float = column("n 3")
-    pivot: Float = column("3")
+    time: Float
+    acceleration: Float
+    angular_acceleration: Float
+    angular_velocity: Float
+    pivot: Float
     name: str
     source: str
 
