@@ -52,7 +52,7 @@ RECENT = 9  # questions whose median time is what the next one is expected to ta
 AGAIN = 1.0  # [s] without a question, after which one is tried all the same: the machine may have been busy
 
 
-class Monitored(PublicValue, kw_only=True, ask=".holds or .margin"):
+class Monitored(PublicValue, ask=".holds or .margin"):
     """How much of what it withstands a moment of a motion leaves to a load.
 
     ``margin`` is the share that is left: 1 at rest under the gravity of the scene, 0 where it is not known that

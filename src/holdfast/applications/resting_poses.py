@@ -49,7 +49,7 @@ class RestingPose(Record, kw_only=True):
     rolls: bool
 
 
-class RestingPoses(Pictured, PublicValue, Sequence[RestingPose]):
+class RestingPoses(Pictured, PublicValue, Sequence[RestingPose], kw_only=False):
     """The poses in which ``body`` rests on a level plane with friction ``mu``, the most probable first: a sequence.
 
     Its picture shows all poses; of many, the most probable ones.

@@ -46,7 +46,7 @@ class Fall(Record):
     distance: float
 
 
-class Settled(Pictured, PublicValue, kw_only=True, ask=".stable or .status"):
+class Settled(Pictured, PublicValue, ask=".stable or .status"):
     """A scene brought to rest.
 
     ``scene`` has the new poses, ``given`` the old ones. ``status`` is STABLE if the whole new scene stands by

@@ -52,7 +52,7 @@ from holdfast.scene.scene import Scene
 PARALLEL = 1e-9  # largest 1 - cosine at which an acceleration counts as parallel to the direction of a limit
 
 
-class TransportLimits(Certified, Columns, kw_only=True):
+class TransportLimits(Certified, Columns):
     """The largest acceleration of the carrier along each of n directions before anything moves on it.
 
     ``acceleration`` (n,) [m/s²] is along the unit ``directions`` (n, 3), in the axes of the scene. ``status`` (n,) says

@@ -29,7 +29,7 @@ from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene
 
 
-class TransportUnder(Sampled, kw_only=True):
+class TransportUnder(Sampled):
     """The largest acceleration of the carrier along each of n directions, in each of ``samples`` samples.
 
     ``acceleration`` (samples, n) [m/s²] is 0 where a sample does not stand, and inf where no acceleration moves

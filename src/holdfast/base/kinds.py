@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
 from typing import Any, TypeVar
@@ -65,11 +65,18 @@ def fits(item: Any, wanted: Any) -> bool:  # noqa: ANN401 - anything that a file
     if origin is typing.Literal:
         return isinstance(item, str | int) and item in inner
     if origin is np.ndarray:
-        return isinstance(item, np.ndarray) and _holds(item, typing.get_args(inner[1])[0])
+        if not isinstance(item, np.ndarray) or item.dtype != np.dtype(typing.get_args(inner[1])[0]):
+            return False
+        size = np.abs(item) if item.dtype.kind == "f" else np.zeros(0)
+        return bool(((size <= LARGEST) | (size == np.inf)).all())
     if origin is tuple:
-        return isinstance(item, tuple) and _each(item, inner)
+        if not isinstance(item, tuple):
+            return False
+        each = inner[:1] * len(item) if inner[1:] == (Ellipsis,) else inner
+        return len(item) == len(each) and all(map(fits, item, each))
     if origin is not None:  # a mapping or another generic class
-        return isinstance(item, origin) and _pairs(item, inner)
+        pairs = item.items() if isinstance(item, Mapping) else ()
+        return isinstance(item, origin) and all(fits(key, inner[0]) and fits(part, inner[1]) for key, part in pairs)
     if wanted is float:
         return (
             isinstance(item, float | int)
@@ -81,29 +88,6 @@ def fits(item: Any, wanted: Any) -> bool:  # noqa: ANN401 - anything that a file
     if typing.Protocol in getattr(wanted, "__bases__", ()):
         return all(hasattr(item, name) for name in vars(wanted) if not name.startswith("_"))
     return item is None if wanted in (None, type(None)) else isinstance(item, wanted)
-
-
-def _holds(array: np.ndarray[Any, Any], kind: type[np.generic]) -> bool:
-    return array.dtype == np.dtype(kind) and (array.dtype.kind != "f" or _sane(array))
-
-
-def _sane(numbers: np.ndarray[Any, Any]) -> bool:
-    """Tell whether all numbers are at most LARGEST or infinite; NaN is neither."""
-    size = np.abs(numbers)
-    return bool(((size <= LARGEST) | (size == np.inf)).all())
-
-
-def _each(items: tuple[Any, ...], wanted: tuple[Any, ...]) -> bool:
-    if len(wanted) == 2 and wanted[1] is Ellipsis:
-        return all(fits(item, wanted[0]) for item in items)
-    return len(items) == len(wanted) and all(map(fits, items, wanted))
-
-
-def _pairs(items: Any, wanted: tuple[Any, ...]) -> bool:  # noqa: ANN401
-    if not isinstance(items, Mapping):
-        return True
-    pairs: Iterable[tuple[Any, Any]] = items.items()
-    return all(fits(key, wanted[0]) and fits(part, wanted[1]) for key, part in pairs)
 
 
 @cache

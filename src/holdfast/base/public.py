@@ -81,8 +81,12 @@ class Of(property, Generic[T]):
         def __set__(self, record: object, value: Never, /) -> None: ...
 
 
+@dataclass_transform(eq_default=False, frozen_default=True, kw_only_default=True, field_specifiers=(column, field))
 class PublicValue(Record):
     """Base class of the answers that users receive. ``plain`` names what plain data holds: by default all fields."""
+
+    def __init_subclass__(cls, *, kw_only: bool = True, ask: str = "") -> None:
+        super().__init_subclass__(kw_only=kw_only, ask=ask)
 
     plain: ClassVar[str] = ""
 

@@ -21,7 +21,7 @@ SHOWN = 8  # largest number of scenes without answers in a report
 VERDICTS = (Status.STABLE.value, Status.UNSTABLE.value, Status.UNDECIDED.value)
 
 
-class BatchReport(PublicValue, kw_only=True):
+class BatchReport(PublicValue):
     """The numbers of scenes in the folder of a batch, by outcome and verdict.
 
     ``folder`` is its path. ``outcomes`` counts its scenes by outcome: answered, error, time, memory and crash.

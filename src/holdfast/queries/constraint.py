@@ -36,7 +36,7 @@ ALONG = 4  # pushes sampled at each point
 OBLIQUE = 0.3  # standard deviation of each component of a push about the unit inward normal
 
 
-class Constraint(PublicValue, kw_only=True):
+class Constraint(PublicValue):
     """A lower bound of the load factor of any wrench on ``body``, as a function with a derivative.
 
     A wrench is a force [N] and a torque [N m] about the body's centre of mass ``com`` (3,) [m], along the world axes.

@@ -64,7 +64,7 @@ class MapPoint(Record, kw_only=True):
     mechanism: str
 
 
-class RobustnessMap(Certified, Pictured, Forces, kw_only=True):
+class RobustnessMap(Certified, Pictured, Forces):
     """The robustness to inward pushes at n points on the exposed surfaces of bodies.
 
     ``points`` (n, 3) [m] and the outward unit ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds the name

@@ -42,7 +42,7 @@ from holdfast.queries.result import ROW, First, Forces, Single, amount, gives_wa
 from holdfast.scene.scene import Scene
 
 
-class Robustness(Certified, Forces, kw_only=True):
+class Robustness(Certified, Forces):
     """The largest push at each of n points before anything moves.
 
     ``force`` (n,) [N] is the answer, and ``status`` (n,) says what it means: FINITE; INFINITE (the force is inf: no
@@ -77,7 +77,7 @@ class Robustness(Certified, Forces, kw_only=True):
         return self.table(headline, places_of(self.points))
 
 
-class LoadFactor(Certified, Single, kw_only=True):
+class LoadFactor(Certified, Single):
     """The largest ``factor`` by which a set of loads can be multiplied before anything moves.
 
     All loads are multiplied by the same factor. ``status``, ``lower``, ``upper``, ``moving``, ``mode`` and

@@ -25,7 +25,7 @@ SHOWN = 8  # largest number of rows in a summary
 NAMED = 4  # largest number of body names in one cell of a summary
 
 
-class Result(PublicValue, kw_only=True):
+class Result(PublicValue):
     """A result that holds the table ``answers``; this class shows what applies to the whole table."""
 
     answers: Answers
@@ -66,7 +66,7 @@ class Result(PublicValue, kw_only=True):
         ]
 
 
-class Columns(Result, kw_only=True):
+class Columns(Result):
     """A result with n rows, each of which answers one load."""
 
     unit: ClassVar[str] = ""
@@ -139,7 +139,7 @@ class Columns(Result, kw_only=True):
 ROW_HEADS = ("where", "answer", "between", "status", "what gives way")
 
 
-class Forces(Columns, kw_only=True):
+class Forces(Columns):
     """A result whose n rows are forces."""
 
     unit: ClassVar[str] = "N"
@@ -155,7 +155,7 @@ class First(Of[T]):
         self.__doc__ = text
 
 
-class Single(Result, kw_only=True):
+class Single(Result):
     """A result with one row, whose columns are shown as single values."""
 
     answers: Answers = column("1")

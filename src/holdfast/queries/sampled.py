@@ -14,7 +14,7 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.result import SHOWN, Result, amount
 
 
-class Sampled(Result, kw_only=True):
+class Sampled(Result):
     """A result with n answers in each of ``samples`` samples of the uncertain quantities.
 
     ``answers`` holds the rows of all samples, one sample after another, without mechanisms. A subclass says what an

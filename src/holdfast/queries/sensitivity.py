@@ -31,7 +31,7 @@ from holdfast.queries.result import NAMED, SHOWN, First, Single, gives_way
 from holdfast.scene.scene import Scene
 
 
-class Sensitivity(Single, kw_only=True):
+class Sensitivity(Single):
     """The derivatives of the largest push ``force`` [N], which lies between ``lower`` and ``upper``.
 
     ``d_mu`` [N] maps the two bodies of each interface to the derivative by its friction coefficient. ``d_mass`` [N/kg]

@@ -57,7 +57,7 @@ ASKED = {3: "accelerations", 6: "wrenches"}  # what sets are of, by dimension
 ACCELERATION_BOUND = 5.0  # default bound of each component of an acceleration, in g
 
 
-class ConvexSet(PublicValue, kw_only=True):
+class ConvexSet(PublicValue):
     """A set of loads between two polyhedra: nothing outside ``outer`` is in it.
 
     With the ``claim`` *holds*, ``inner`` is what holds by the ``lower`` of the default engine. That was asked in many

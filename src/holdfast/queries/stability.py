@@ -33,7 +33,7 @@ from holdfast.queries.request import (
 from holdfast.scene.scene import Scene
 
 
-class Stability(Certified, PublicValue, kw_only=True, ask=".stable or .status"):
+class Stability(Certified, PublicValue, ask=".stable or .status"):
     """The verdict on whether an assembly stands at rest.
 
     ``status`` is STABLE, UNSTABLE or UNDECIDED, and ``reason`` explains it in words. ``equilibrium_exists`` is True or

@@ -30,7 +30,7 @@ from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene
 
 
-class RobustnessUnder(Sampled, kw_only=True):
+class RobustnessUnder(Sampled):
     """The largest push at each of n points, in each of ``samples`` samples of the uncertain quantities.
 
     ``force`` (samples, n) [N] is 0 where a sample does not stand, and inf where no push moves anything. Where the

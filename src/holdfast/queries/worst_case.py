@@ -55,7 +55,7 @@ GUARANTEE = (
 )
 
 
-class WorstCase(Forces, kw_only=True):
+class WorstCase(Forces):
     """The smallest R at each of n points over all values of the uncertain quantities.
 
     ``force`` (n,) [N] has the bounds ``lower`` and ``upper`` and a ``status`` (n,) as in Robustness; ``lower`` is the

@@ -12,7 +12,7 @@ from holdfast.queries.intervals import Pair
 from holdfast.queries.result import SHOWN
 
 
-class MeasuredFriction(PublicValue, kw_only=True):
+class MeasuredFriction(PublicValue):
     """What n measured pushes say about the coefficients of friction of pairs of bodies, by the names of the two.
 
     ``mu`` holds the most likely coefficients, and ``intervals`` their intervals (low, high) at the stated

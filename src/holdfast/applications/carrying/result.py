@@ -19,7 +19,7 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.result import NAMED, ROW, Columns, gives_way, verdict_words
 
 
-class Carried(Pictured, Columns, kw_only=True, ask=".holds or .outcome"):
+class Carried(Pictured, Columns, ask=".holds or .outcome"):
     """Whether a load holds while its carrier moves by ``profile`` at n times.
 
     ``factor`` (n,) is the largest factor on the inertial loads of each time before something moves: the load holds

@@ -55,7 +55,7 @@ class BuildStep(Record):
     holds: tuple[HandHold, ...] = ()
 
 
-class BuildOrder(StepByStep, kw_only=True, ask=".reached, which says whether everything can be put in"):
+class BuildOrder(StepByStep, ask=".reached, which says whether everything can be put in"):
     """An order in which the bodies of ``assembly`` can be put in, each along minus ``lift`` (3,), a unit vector.
 
     ``steps`` are in order. After each of them, everything that is in place stands by the verdict of ``method``. If

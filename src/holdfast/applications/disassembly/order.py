@@ -46,7 +46,7 @@ class PaperRow(Record):
     removable: bool
 
 
-class StepByStep(CertifiedStates, PublicValue, kw_only=True):
+class StepByStep(CertifiedStates, PublicValue):
     """An order of ``steps``, each of which concerns one ``body`` and what hands hold then."""
 
     assembly: Assembly
@@ -72,7 +72,7 @@ class StepByStep(CertifiedStates, PublicValue, kw_only=True):
         return data if self.hands else {name: item for name, item in data.items() if name not in HANDS}
 
 
-class Disassembly(Pictured, StepByStep, kw_only=True, ask=".reached, which says whether everything comes out"):
+class Disassembly(Pictured, StepByStep, ask=".reached, which says whether everything comes out"):
     """An order in which bodies can be taken out of ``assembly``.
 
     ``order`` names the bodies in turn, and ``steps`` holds the answer for each of them with its reason. ``reached``

@@ -64,7 +64,7 @@ class Answer(StrEnum):
         raise no_truth(self, f"compare it: answer == {self.value!r}")
 
 
-class Removal(CertifiedStates, PublicValue, ask=".safe or .answer"):
+class Removal(CertifiedStates, PublicValue, kw_only=False, ask=".safe or .answer"):
     """The answer for one body in one state of the assembly, with its ``reason`` in words.
 
     ``answer`` is SAFE, UNSAFE or UNDECIDED. ``blockers`` are the bodies on its straight way out, each with its distance

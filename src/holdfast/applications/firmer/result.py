@@ -34,7 +34,7 @@ class FirmerStep(Record):
     answers: Answers
 
 
-class Firmer(Pictured, Result, Sequence[FirmerStep], kw_only=True):
+class Firmer(Pictured, Result, Sequence[FirmerStep]):
     """Poses that are firmer and firmer, with answers: a sequence of ``steps``, from where the bodies were to the best.
 
     ``assembly`` is that with the bodies at the last step, and ``answers`` are those there. ``before`` and ``after`` are

@@ -36,7 +36,7 @@ class Kink(Record, kw_only=True):
     after: float
 
 
-class Derivatives(PublicValue, kw_only=True):
+class Derivatives(PublicValue):
     """The derivatives of n answers ``force`` (n,) by poses, friction, masses and pushes; see ``Slopes``.
 
     A push moves and turns with its body; the loads of a load factor and standing loads stay in place, and accelerations

@@ -41,7 +41,7 @@ class Candidate(Record):
     rating: Rating | None = None
 
 
-class Placement(Result, kw_only=True, ask=".stable, which says whether a place was found, or .status"):
+class Placement(Result, ask=".stable, which says whether a place was found, or .status"):
     """Where an object can be put down.
 
     ``status`` is one of three. STABLE: a pose was found in which everything stands. UNSTABLE: the scene does not stand

@@ -54,9 +54,7 @@ class PlacedObject(Record):
         return "undecided" if self.least is None else number(self.least, "N")
 
 
-class Placements(
-    Pictured, PublicValue, kw_only=True, ask=".stable, which says whether every object has a place, or .status"
-):
+class Placements(Pictured, PublicValue, ask=".stable, which says whether every object has a place, or .status"):
     """Where several objects can be put down, one after the other, so that everything stands after each step.
 
     ``status`` is one of three. STABLE: every object has a place. UNSTABLE: the scene does not stand before anything is

@@ -28,7 +28,7 @@ class Effect(StrEnum):
         raise no_truth(self, f"compare it: effect == {self.value!r}")
 
 
-class SafePushes(PublicValue, kw_only=True):
+class SafePushes(PublicValue):
     """What pushes of up to ``force`` [N] on ``body`` do, at n points that the tool can reach.
 
     ``points`` (n, 3) [m] and the unit ``directions`` (n, 3) are in the world frame. ``effect`` (n,) holds an Effect for

@@ -32,7 +32,7 @@ from holdfast.scene.scene import Scene
 NAME = "robustness_of_poses"
 
 
-class RobustnessOfPoses(PublicValue, kw_only=True):
+class RobustnessOfPoses(PublicValue):
     """The largest push on ``body`` before anything moves, with some ``bodies`` at each of n poses.
 
     ``poses`` (n, k, 4, 4) are those of the k moved bodies; the push of each pose acts at ``points`` (n, 3) [m] along

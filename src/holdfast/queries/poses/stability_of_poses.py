@@ -28,7 +28,7 @@ from holdfast.scene.scene import Scene
 NAME = "stability_of_poses"
 
 
-class StabilityOfPoses(PublicValue, kw_only=True):
+class StabilityOfPoses(PublicValue):
     """Whether a scene stands with some of its bodies at each of n poses.
 
     ``poses`` (n, k, 4, 4) are those of the k moved ``bodies``. Each column has a row for each pose: ``status`` (n,) is
