@@ -82,7 +82,13 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
     suffix = _suffix(path)
     with located(str(path)):
         try:
-            data, arrays = _json(Path(path)) if suffix == ".json" else _npz(Path(path))
+            if suffix == ".npz":
+                data, arrays = _npz(Path(path))
+            else:
+                text = read_ordinary(
+                    Path(path), "answer file", most=MAX_BYTES, error=HoldfastError, too_large="save it as .npz"
+                )
+                data, arrays = json.loads(text.decode("utf-8-sig")), {}
             if not isinstance(data, dict) or data.get("format") != FORMAT:
                 shown = data.get("format") if isinstance(data, dict) else type(data).__name__
                 remedy = f"needs {FORMAT!r}, as answer.save(path) writes it; what --json prints is for other programs"
@@ -101,18 +107,14 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
 
 def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
     """Return plain data for JSON: arrays as lists, infinity as the text "inf", values as dicts of their fields."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
     if isinstance(value, Enum):
         return value.value
-    if isinstance(value, float | np.floating):
+    if isinstance(value, float):
         if math.isnan(value):
             raise ValueError("an answer holds NaN: a defect in holdfast")
-        return float(value) if math.isfinite(value) else str(float(value))
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, int | np.integer):
-        return int(value)
-    if isinstance(value, np.ndarray):
-        return to_dict(value.tolist())
+        return value if math.isfinite(value) else str(value)
     if isinstance(value, tuple | list):
         return [to_dict(item) for item in value]
     if isinstance(value, Mapping):
@@ -120,7 +122,7 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
     if isinstance(value, Value):
         own = getattr(value, "to_dict", None)
         return own() if own is not None else {name: to_dict(item) for name, item in items_of(value)}
-    return value if value is None or isinstance(value, str) else str(value)
+    return value if value is None or isinstance(value, str | int) else str(value)
 
 
 class _Writer:
@@ -137,16 +139,14 @@ class _Writer:
         self.alive: list[Any] = []  # keeps the objects in ``seen`` alive, so that their ids are not used again
 
     def plain(self, item: Any) -> Any:  # noqa: ANN401
-        if item is None or isinstance(item, bool | np.bool_):
-            return None if item is None else bool(item)
+        if isinstance(item, np.generic):
+            item = item.item()
         if isinstance(item, Enum):
             return {"$enum": [type(item).__name__, item.value]}
-        if isinstance(item, str):
-            return str(item)
-        if isinstance(item, int | np.integer):
-            return int(item)
-        if isinstance(item, float | np.floating):
-            return float(item) if math.isfinite(item) else {"$float": str(float(item))}
+        if item is None or isinstance(item, str | int):
+            return item
+        if isinstance(item, float):
+            return item if math.isfinite(item) else {"$float": str(item)}
         if isinstance(item, Path):
             return {"$path": str(item)}
         if isinstance(item, tuple):
@@ -279,11 +279,6 @@ def _class(name: str, base: type) -> Any:  # noqa: ANN401
     if cls is None or not issubclass(cls, base):
         raise ValueError(f"holds a {name!r:.40}, which is not known")
     return cls
-
-
-def _json(path: Path) -> tuple[Any, Mapping[str, Any]]:
-    content = read_ordinary(path, "answer file", most=MAX_BYTES, error=HoldfastError, too_large="save it as .npz")
-    return json.loads(content.decode("utf-8-sig")), {}
 
 
 def _npz(path: Path) -> tuple[Any, Mapping[str, Any]]:
