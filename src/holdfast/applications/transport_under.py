@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from holdfast.applications.transport import carrier_columns, counted_bodies, transport_limits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, objects
-from holdfast.base.field_hints import hinting
+from holdfast.base.errors import hinting
 from holdfast.base.public import Of, Summary, column
 from holdfast.engines.answers import Undecided
 from holdfast.queries.request import (

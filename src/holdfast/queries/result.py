@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any, ClassVar, TypeAlias, TypeVar
+from collections.abc import Iterable
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -17,8 +17,6 @@ from holdfast.engines.mechanism import Mechanism, Mode
 from holdfast.engines.verdict import Status, Verdict
 
 T = TypeVar("T")
-
-Facts: TypeAlias = Sequence[tuple[str, str]]
 
 ROW = "status lower upper moving mode mechanism"  # columns that plain data tells of most answers
 SHOWN = 8  # largest number of rows in a summary
@@ -116,11 +114,10 @@ class Columns(Result):
         """Return the load that a row answers, as plain data."""
         return {}
 
-    def table(self, headline: str, places: Objects, before: Facts = (), after: Facts = ()) -> Summary:
+    def table(self, headline: str, places: Objects) -> Summary:
         """Return a summary with the rows with the smallest answers; undecided rows come last.
 
-        ``places`` (n,) are texts that say which load each row answers. ``before`` and ``after`` are facts beside
-        those of the whole table.
+        ``places`` (n,) are texts that say which load each row answers.
         """
         answers = self.answers
         rows = [
@@ -133,7 +130,7 @@ class Columns(Result):
             ]
             for k in answers.ranking[:SHOWN].tolist()
         ]
-        return Summary(headline, [*before, *self.facts(), *after], (*self.heads, *ROW_HEADS[2:]), rows, self.notes)
+        return Summary(headline, self.facts(), (*self.heads, *ROW_HEADS[2:]), rows, self.notes)
 
 
 ROW_HEADS = ("where", "answer", "between", "status", "what gives way")

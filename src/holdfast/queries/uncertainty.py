@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Float
-from holdfast.base.field_hints import hinting
+from holdfast.base.errors import hinting
 from holdfast.base.public import Of, Summary, column
 from holdfast.engines.answers import Undecided
 from holdfast.queries.push import robustness

@@ -87,7 +87,11 @@ class WorstCase(Forces):
         headline = f"{len(self.force):,} pushes on {self.body} at {self.corners:,} corners: {least(self.answers, 'N')}"
         nominal = zip(self.nominal_status, self.nominal, strict=True)
         places = objects([f"nominal {amount(status, value, 'N')}" for status, value in nominal])
-        return self.table(headline, places, after=[("guarantee", self.guarantee)])
+        return self.table(headline, places)
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Return what applies to the whole table as (name, text) pairs, and what was proved or asked."""
+        return [*super().facts(), ("guarantee", self.guarantee)]
 
 
 def worst_case(

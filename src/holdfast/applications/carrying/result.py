@@ -18,6 +18,8 @@ from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.result import NAMED, ROW, Columns, gives_way, verdict_words
 
+WORDS = {Status.STABLE: "holds", Status.UNSTABLE: "gives way", Status.UNDECIDED: "undecided"}
+
 
 class Carried(Pictured, Columns, ask=".holds or .outcome"):
     """Whether a load holds while its carrier moves by ``profile`` at n times.
@@ -127,21 +129,22 @@ class Carried(Pictured, Columns, ask=".holds or .outcome"):
         samples = {"samples": {name: to_dict(getattr(self.profile, name)) for name in motion}}
         return about | super().about() | samples
 
-    def summary(self) -> Summary:
-        """Summarise the outcome by the times with the smallest factors."""
-        name = self.assembly.scene.name or "assembly"
-        words = {Status.STABLE: "holds", Status.UNSTABLE: "gives way"}.get(self.outcome, "undecided")
-        facts = [("outcome", words), ("why", self.reason)]
+    def facts(self) -> list[tuple[str, str]]:
+        """Return the outcome and what applies to all times as (name, text) pairs."""
+        facts = [("outcome", WORDS[self.outcome]), ("why", self.reason)]
         if self.claim is not Claim.ESTIMATED:
             what = "safe speed" if self.claim is Claim.HOLDS else "an equilibrium exists at"
             facts.append((what, f"{number(self.time_scale())} times the speed"))
         if self.first:
             facts.append(("moves first", listed(self.first, NAMED)))
+        return [*facts, *super().facts()]
+
+    def summary(self) -> Summary:
+        """Summarise the outcome by the times with the smallest factors."""
+        name, motion = self.assembly.scene.name or "assembly", self.profile.name or "a motion"
+        outcome = f"{WORDS[self.outcome]}; {self.reason}; at rest {verdict_words(self.verdict)}"
         times = objects([number(float(t), "s") for t in self.profile.time])
-        headline = (
-            f"{name}, {self.profile.name or 'a motion'}: {words}; {self.reason}; at rest {verdict_words(self.verdict)}"
-        )
-        return self.table(headline, times, before=facts)
+        return self.table(f"{name}, {motion}: {outcome}", times)
 
 
 def held(answers: Answers) -> Bool:

@@ -19,8 +19,7 @@ from holdfast.applications.placement.placed_friction import friction_with
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.result import Placement
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.errors import SceneError, message
-from holdfast.base.field_hints import hinting
+from holdfast.base.errors import SceneError, hinting, message
 from holdfast.base.text import listed, quoted
 from holdfast.engines.imperfect import Imperfect
 from holdfast.queries.imperfect_bounds import covering
