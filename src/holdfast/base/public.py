@@ -50,7 +50,10 @@ class Record(Value):
 
     Its arrays are made read-only. What is read from a file is checked against annotations and columns. Arguments of the
     class are ``kw_only``, as of a dataclass, and ``ask``: what to ask instead of the truth of a value, an error.
+    ``plain`` names what plain data holds, in that order; by default it is all fields.
     """
+
+    plain: ClassVar[str] = ""
 
     def __init_subclass__(cls, *, kw_only: bool = False, ask: str = "") -> None:
         super().__init_subclass__()
@@ -65,6 +68,11 @@ class Record(Value):
 
     def __post_init__(self) -> None:
         seal(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data that every JSON writer accepts: arrays become lists, infinity becomes the text "inf"."""
+        names = self.plain.split() or [name for name, _ in items_of(self)]
+        return {name: to_dict(getattr(self, name)) for name in names}
 
 
 class Of(property, Generic[T]):
@@ -83,12 +91,10 @@ class Of(property, Generic[T]):
 
 @dataclass_transform(eq_default=False, frozen_default=True, kw_only_default=True, field_specifiers=(column, field))
 class PublicValue(Record):
-    """Base class of the answers that users receive. ``plain`` names what plain data holds: by default all fields."""
+    """Base class of the answers that users receive."""
 
     def __init_subclass__(cls, *, kw_only: bool = True, ask: str = "") -> None:
         super().__init_subclass__(kw_only=kw_only, ask=ask)
-
-    plain: ClassVar[str] = ""
 
     def summary(self) -> Summary:
         """Return a short summary of the answer."""
@@ -96,8 +102,7 @@ class PublicValue(Record):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data that every JSON writer accepts: arrays become lists, infinity becomes the text "inf"."""
-        names = self.plain.split() or [name for name, _ in items_of(self)]
-        return self.about() | {name: to_dict(getattr(self, name)) for name in names}
+        return self.about() | super().to_dict()
 
     def about(self) -> dict[str, Any]:
         """Return what plain data begins with."""

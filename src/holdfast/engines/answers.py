@@ -64,6 +64,8 @@ class Undecided(Record, kw_only=True, ask=".count, which is 0 where every answer
     rows: int
     reasons: tuple[str, ...]
 
+    plain = "count share reasons"
+
     @property
     def share(self) -> float:
         """The share of the answers that are not known, from 0 to 1."""
@@ -87,10 +89,6 @@ class Undecided(Record, kw_only=True, ask=".count, which is 0 where every answer
     def _counted(self, rows: str) -> str:
         of = f"{rows} {'is' if self.count == 1 else 'are'} " if rows else ""
         return f"{self.count:,} of {self.rows:,} {of}undecided ({100 * self.share:.3g} %)" if self.count else ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the count, the share and the reasons as plain data for JSON."""
-        return {"count": self.count, "share": self.share, "reasons": list(self.reasons)}
 
 
 class Step(Record):

@@ -43,6 +43,8 @@ class Bearing(Record, kw_only=True):
     limit: float
     by: tuple[str, ...]
 
+    plain = "body kind load limit by share"
+
     @property
     def share(self) -> float:
         """The load over the limit: above 1 the body is crushed."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, joined_nodes, reordered_nodes
-from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.public import Record, column
@@ -128,6 +127,8 @@ class Mechanism(Record, kw_only=True):
     dual: bool
     kinematics: Kinematics
 
+    plain = "moving twists mode text"
+
     def __post_init__(self) -> None:
         self.own.setflags(write=False)  # the only array that is not sealed yet: maps make thousands of mechanisms
 
@@ -167,11 +168,6 @@ class Mechanism(Record, kw_only=True):
         if self.mode == "crush":
             return f"{listed(self.moving, NAMED)} bears as much as it may"
         return "; ".join(_groups(self) + _contacts(self))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the motion and its description in words, as plain data for JSON."""
-        names = ("moving", "twists", "mode", "text")
-        return {name: to_dict(getattr(self, name)) for name in names}
 
 
 def crush_of(body: str, count: int) -> Mechanism:

@@ -11,7 +11,7 @@ import numpy as np
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import no_truth
-from holdfast.base.public import Record, column
+from holdfast.base.public import Of, Record, column
 from holdfast.engines.mechanism import Mechanism
 
 
@@ -158,3 +158,8 @@ class GroupVerdict(Record, kw_only=True, ask=".verdict.stable"):
 
     bodies: tuple[str, ...]
     verdict: Verdict
+
+    status = Of[Status]("verdict.status", "The status of the verdict.")
+    reason = Of[str]("verdict.reason", "The reason for it, in words.")
+
+    plain = "bodies status reason"

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property, partial
-from typing import Any
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import to_dict
 from holdfast.base.errors import HoldfastError, message, warn
 from holdfast.base.public import Of, PublicValue, Summary
 from holdfast.base.text import listed
@@ -61,7 +59,8 @@ class Stability(Certified, PublicValue, ask=".stable or .status"):
     bearing: tuple[Bearing, ...] = ()
 
     plain = (
-        "engine claim status equilibrium_exists self_stress forces residual moving mechanism certificate reason notes"
+        "engine claim status equilibrium_exists self_stress forces residual moving mechanism certificate reason notes "
+        "groups stable bearing"
     )
 
     status = Of[Status](
@@ -138,15 +137,6 @@ class Stability(Certified, PublicValue, ask=".stable or .status"):
             lines += [f"{listed(group.bodies)}:", *group.verdict.explained.splitlines()]
         lines += [f"{'crushed' if one.crushed else 'bearing'}: {one.text}" for one in self.bearing]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        groups = [
-            {"bodies": list(g.bodies), "status": g.verdict.status.value, "reason": g.verdict.reason}
-            for g in self.groups
-        ]
-        bearing = [to_dict(one) | {"share": to_dict(one.share)} for one in self.bearing]
-        return super().to_dict() | {"groups": groups, "stable": self.stable, "bearing": bearing}
 
     def summary(self) -> Summary:
         """Summarise the verdict and its reason."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float
 from holdfast.base.public import Pictured, Record, Summary, number
 from holdfast.base.text import listed
@@ -33,6 +31,8 @@ class FirmerStep(Record):
     undecided: tuple[str, ...]
     answers: Answers
 
+    plain = "poses least undecided"
+
 
 class Firmer(Pictured, Result, Sequence[FirmerStep]):
     """Poses that are firmer and firmer, with answers: a sequence of ``steps``, from where the bodies were to the best.
@@ -50,7 +50,7 @@ class Firmer(Pictured, Result, Sequence[FirmerStep]):
     solves: int
     tried: int
 
-    plain = "before after solves tried"
+    plain = "before after solves tried steps"
 
     def __getitem__(self, k: int) -> FirmerStep:  # type: ignore[override]
         return self.steps[k]
@@ -82,12 +82,6 @@ class Firmer(Pictured, Result, Sequence[FirmerStep]):
             turned = Rotation.from_matrix(new[:3, :3] @ old[:3, :3].T).magnitude()
             found[name] = float(np.linalg.norm((new - old) @ centre)), float(np.degrees(turned))
         return found
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all steps."""
-        shown = ("poses", "least", "undecided")
-        steps = [{name: to_dict(getattr(step, name)) for name in shown} for step in self.steps]
-        return super().to_dict() | {"steps": steps}
 
     def summary(self) -> Summary:
         """Summarise from what to what each body became firmer, and what was moved."""
