@@ -14,8 +14,8 @@ import sys
 if getattr(sys, "argv", [])[:1] == ["-m"] and sys.path[0] == os.getcwd() != os.path.dirname(os.path.dirname(__file__)):
     del sys.path[0]
 
+from holdfast.base.names import homes_in_stub, names_of_stub
 from holdfast.base.painters import painters_come_from
-from holdfast.base.public_names import homes_in_stub, names_of_stub
 
 __version__ = "1.0.0rc1"
 

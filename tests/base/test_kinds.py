@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from holdfast.base.arrays import Float, Int, Objects
-from holdfast.base.errors import HoldfastError
-from holdfast.base.kinds import check_kinds, fits, misfit, shaped
+from holdfast.base.kinds import fits, misfit
+from holdfast.base.public import Record, column
 from holdfast.base.values import Table
 
 
@@ -62,12 +62,10 @@ def test_annotations_say_what_fits(wanted: Any, good: list[Any], bad: list[Any])
     assert not any(fits(item, wanted) for item in bad)
 
 
-@shaped(points="n 3", weights="n", name="2")
-@dataclass
-class Cloud:
-    points: Float
-    weights: Float
-    name: str
+class Cloud(Record):
+    points: Float = column("n 3")
+    weights: Float = column("n")
+    name: str = column("2")
 
 
 GOOD = {"points": np.zeros((4, 3)), "weights": np.zeros(4), "name": "ab"}
@@ -91,6 +89,10 @@ def test_shapes_agree_with_each_other(wrong: dict[str, Any], told: str) -> None:
 
 
 def test_items_of_another_kind_are_named() -> None:
-    check_kinds([1, None], int | None, "here")
-    with pytest.raises(HoldfastError, match="here: holds a str"):
-        check_kinds([1, "x"], int, "here")
+    class Names(Record):
+        names: Objects = column("n", of=str | None)
+
+    for items, wrong in ((["a", None], ""), (["a", 1], "Names.names holds what it cannot hold")):
+        array = np.empty(2, dtype=object)
+        array[:] = items
+        assert misfit(Names, {"names": array}) == wrong

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import json
 import pickle
-from dataclasses import dataclass
 from enum import StrEnum, auto
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +15,8 @@ import pytest
 from holdfast.base.archive import archived, load, save, to_dict
 from holdfast.base.arrays import Float, Objects
 from holdfast.base.errors import HoldfastError
-from holdfast.base.values import Table, Value, sealed
+from holdfast.base.public import Of, PublicValue, Record, column
+from holdfast.base.values import Table, sealed
 
 
 @archived
@@ -24,15 +24,11 @@ class Colour(StrEnum):
     RED = auto()
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Piece(Value):
+class Piece(Record):
     weights: Float
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Whole(Value):
+class Whole(Record):
     name: str
     share: float
     colour: Colour
@@ -105,6 +101,39 @@ def test_plain_data_is_json() -> None:
     assert data["share"] == "inf"
     assert data["told"] == ["red", None, ["a", "b"]]
     assert data["table"] == {"a-b": 0.3}
+
+
+def test_a_record_tells_what_its_parts_know_and_has_no_truth() -> None:
+    class Crate(PublicValue, ask=".share or .name"):
+        whole: Whole
+        sizes: Float = column("n", default=None)
+
+        name = Of[str]("whole.name", "The name of the crate.")
+        plain = "name sizes"
+
+    crate = Crate(whole=whole())
+    assert crate.name == "crate"
+    assert Crate.name.__doc__ == "The name of the crate."
+    assert crate.to_dict() == {"name": "crate", "sizes": None}
+    with pytest.raises(AttributeError):
+        crate.name = "box"  # type: ignore[assignment]
+    with pytest.raises(TypeError, match="positional"):
+        Crate(whole())  # type: ignore[misc]
+    with pytest.raises(HoldfastError, match=r"bool\(\) of Crate: .*; ask \.share or \.name"):
+        bool(crate)
+
+
+def test_a_field_that_an_older_file_lacks_takes_its_default(tmp_path: Path) -> None:
+    path = tmp_path / "value.json"
+    save(whole(), path)
+    data = json.loads(path.read_text())
+    del data["value"]["fields"]["flags"]
+    path.write_text(json.dumps(data))
+    assert load(path) == whole()
+    del data["value"]["fields"]["name"]  # which has no default
+    path.write_text(json.dumps(data))
+    with pytest.raises(HoldfastError, match="other fields"):
+        load(path)
 
 
 def test_a_table_cannot_be_changed() -> None:

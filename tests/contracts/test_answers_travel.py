@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import html
 import json
 import multiprocessing
@@ -91,6 +92,9 @@ ASK: dict[str, Callable[[], Any]] = {
         cube(), "cube", *PUSHES, uncertain=hf.sets.Uncertain(mu_range=0.2, samples=3, seed=1), engine="limit"
     ),
     "gradients": lambda: hf.sets.gradients(cube(), hf.robustness(cube(), "cube", *PUSHES, engine="limit")),
+    "gradients, kinks": lambda: dataclasses.replace(
+        answer("gradients"), kinks=(hf.answers.Kink(row=0, by="mass of cube", before=1.0, after=2.0),)
+    ),
     "sensitivity": lambda: hf.sets.sensitivity(cube(), "cube", SIDE, X),
     "worst case": lambda: hf.sets.worst_case(cube(), "cube", *PUSHES, mu_range=0.1, mass_range=0.1),
     "worst case, centres": lambda: hf.sets.worst_case(

@@ -146,23 +146,6 @@ def test_flipped_bits_of_an_archive_are_an_error_or_the_same_answer(seed: int, s
         assert hf.load_answer(tmp_path / "x.npz") == hf.load_answer(saved / "a.npz")
 
 
-SAVED = Path(__file__).parent / "saved"  # what 1.0.0rc1 wrote of the cube of 1 kg with friction 0.6
-KNOWN: dict[str, tuple[Callable[[Any], float], float]] = {
-    "pushes-1.0.0rc1.json": (lambda found: found.force[0], 0.6 * 9.81),
-    "order-1.0.0rc1.json": (lambda found: found.steps[0].weakest.force, 0.6 * 9.81),
-    "map-1.0.0rc1.npz": (lambda found: found.normals[np.isinf(found.force), 2].min(), 1.0),  # the top is pressed down
-}
-
-
-@pytest.mark.parametrize("name", KNOWN)
-def test_files_with_columns_that_are_gone_are_read(name: str, tmp_path: Path) -> None:
-    found, (told, expected) = hf.load_answer(SAVED / name), KNOWN[name]
-    assert told(found) == pytest.approx(expected)
-    found.save(tmp_path / "again.json")
-    assert "solved" not in (tmp_path / "again.json").read_text()
-    assert hf.load_answer(tmp_path / "again.json") == found
-
-
 def test_columns_that_never_were_are_not_read(saved: Path, tmp_path: Path) -> None:
     data = json.loads((saved / "a.json").read_text())
     of_class("Answers", "guessed", NUMBERS)(data)

@@ -20,9 +20,8 @@ from numpy.typing import ArrayLike
 
 from holdfast.applications.transport import counted_bodies, motion_columns, motion_coordinates
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_number, checked_whole
-from holdfast.base.errors import HoldfastError, SceneError, message, no_truth
+from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.memory import Same
 from holdfast.base.progress import reported
 from holdfast.base.public import PublicValue, Summary, number
@@ -52,9 +51,7 @@ RECENT = 9  # questions whose median time is what the next one is expected to ta
 AGAIN = 1.0  # [s] without a question, after which one is tried all the same: the machine may have been busy
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Monitored(PublicValue):
+class Monitored(PublicValue, ask=".holds or .margin"):
     """How much of what it withstands a moment of a motion leaves to a load.
 
     ``margin`` is the share that is left: 1 at rest under the gravity of the scene, 0 where it is not known that
@@ -75,9 +72,6 @@ class Monitored(PublicValue):
     seconds: float
     late: bool
     reason: str
-
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .holds or .margin")
 
     def __float__(self) -> float:
         return self.margin

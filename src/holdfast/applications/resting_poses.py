@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,14 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked_number, frozen, unit
 from holdfast.base.errors import GeometryError, located, message
-from holdfast.base.kinds import shaped
-from holdfast.base.painters import paint
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.rigid import tangents
-from holdfast.base.values import Value
 from holdfast.contacts.tolerances import DEFAULT_ANGLE, Tolerances
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
 from holdfast.geometry.hull_graph import HullGraph
@@ -187,10 +182,7 @@ def rolls_on(faces: Sequence[Face], pose: Float, normals: Float) -> bool:
     return bool(touching.rolls) and bool((local @ local[0] > np.cos(ONE_FACE)).all())
 
 
-@archived
-@shaped(pose="4 4", support="k 3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class RestingPose(Value):
+class RestingPose(Record, kw_only=True):
     """One pose of rest, or one of a family: on a round side, where the body ``rolls``, others are as good.
 
     ``pose`` (4, 4) puts the body on the plane z = 0 with its centre of mass above the origin; about the vertical it may
@@ -205,9 +197,9 @@ class RestingPose(Value):
     facets whose heights are alike does not count. On a round side the first two are 0. Gravity is 9.81 m/s².
     """
 
-    pose: Float
+    pose: Float = column("4 4")
     height: float
-    support: Float
+    support: Float = column("k 3")
     probability: float
     tipping_degrees: float
     least_push: float
@@ -215,10 +207,11 @@ class RestingPose(Value):
     rolls: bool
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class RestingPoses(PublicValue, Sequence[RestingPose]):
-    """The poses in which ``body`` rests on a level plane with friction ``mu``, the most probable first: a sequence."""
+class RestingPoses(Pictured, PublicValue, Sequence[RestingPose], kw_only=False):
+    """The poses in which ``body`` rests on a level plane with friction ``mu``, the most probable first: a sequence.
+
+    Its picture shows all poses; of many, the most probable ones.
+    """
 
     body: Body
     mu: float
@@ -230,16 +223,9 @@ class RestingPoses(PublicValue, Sequence[RestingPose]):
     def __len__(self) -> int:
         return len(self.poses)
 
-    def __iter__(self) -> Iterator[RestingPose]:
-        return iter(self.poses)
-
     def scene(self, row: int) -> Scene:
         """Return the scene with the body in one of the poses on the half space below z = 0, for further questions."""
         return Scene([Body("floor", HalfSpace(), fixed=True), self.body.moved(self.poses[row].pose)], self.mu)
-
-    def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw all poses as one PNG; of many, the most probable ones."""
-        paint(self, path, ".png")
 
     def summary(self) -> Summary:
         """Summarise the poses, one a row."""

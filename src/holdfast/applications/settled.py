@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,15 +10,12 @@ import numpy as np
 from holdfast.applications.settled_words import fate_of, moving, status_and_reason
 from holdfast.assembly.assembly import assemble
 from holdfast.assembly.caution import doubts_of_scene
-from holdfast.base.archive import archived, to_dict
+from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float, checked_number
-from holdfast.base.errors import HoldfastError, SceneError, message, no_truth
-from holdfast.base.kinds import shaped
-from holdfast.base.painters import paint
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.ranges import BETWEEN, LENGTH, TOLERANCE
 from holdfast.base.text import listed, quoted
-from holdfast.base.values import Value, seal
 from holdfast.contacts.neighbours import neighbours
 from holdfast.contacts.overlap import Overlap, find_overlaps
 from holdfast.contacts.tolerances import Tolerances
@@ -43,24 +38,15 @@ UNFINISHED = (End.GOING, End.EFFORT, End.TROUBLE)
 Done = Mapping[tuple[str, ...], Motion]  # the motion of each group
 
 
-@archived
-@shaped(direction="3")
-@dataclass(frozen=True, eq=False, repr=False)
-class Fall(Value):
+class Fall(Record):
     """A body that moved beyond the travel, with its unit ``direction`` (3,), world frame, and ``distance`` [m]."""
 
     body: str
-    direction: Float
+    direction: Float = column("3")
     distance: float
 
-    def __post_init__(self) -> None:
-        seal(self)
 
-
-@archived
-@shaped(moved="J", turned_degrees="J")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Settled(PublicValue):
+class Settled(Pictured, PublicValue, ask=".stable or .status"):
     """A scene brought to rest.
 
     ``scene`` has the new poses, ``given`` the old ones. ``status`` is STABLE if the whole new scene stands by
@@ -70,7 +56,8 @@ class Settled(PublicValue):
     (J,) the angle of its rotation, and ``reasons`` say why it moved. ``fell`` holds the bodies that moved further than
     ``travel`` [m]; the motion of their groups was stopped there, so the poses of these have no further meaning.
     ``stability`` is the verdict on all other groups, None if there is none. ``steps`` is the number of steps of the
-    motion.
+    motion. Its picture shows the bodies at rest, faintly also where they were, with arrows along which they moved or
+    fall.
     """
 
     scene: Scene
@@ -78,8 +65,8 @@ class Settled(PublicValue):
     status: Status
     reason: str
     names: tuple[str, ...]
-    moved: Float
-    turned_degrees: Float
+    moved: Float = column("J")
+    turned_degrees: Float = column("J")
     reasons: tuple[str, ...]
     fell: tuple[Fall, ...]
     stability: Stability | None
@@ -87,8 +74,7 @@ class Settled(PublicValue):
     steps: int
     notes: tuple[str, ...]
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .stable or .status")
+    plain = "fell travel steps notes"
 
     @property
     def stable(self) -> bool:
@@ -107,14 +93,7 @@ class Settled(PublicValue):
             }
             for k, name in enumerate(self.names)
         ]
-        fell = [{"body": f.body, "direction": to_dict(f.direction), "distance": f.distance} for f in self.fell]
-        names = ("travel", "steps", "notes")
-        rest = {name: to_dict(getattr(self, name)) for name in names}
-        return {"status": self.status.value, "reason": self.reason, "bodies": bodies, "fell": fell} | rest
-
-    def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the bodies at rest, faintly also where they were, with arrows along which they moved or fall."""
-        paint(self, path, ".png")
+        return {"status": self.status.value, "reason": self.reason, "bodies": bodies} | super().to_dict()
 
     def summary(self) -> Summary:
         """Summarise the verdict and the displacements, the largest first."""

@@ -15,19 +15,25 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
-from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Bool, Float, checked, checked_directions, checked_number, objects
+from holdfast.base.archive import to_dict
+from holdfast.base.arrays import (
+    Bool,
+    Float,
+    checked,
+    checked_directions,
+    checked_number,
+    objects,
+)
 from holdfast.base.errors import HoldfastError, SceneError, message
-from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
-from holdfast.base.public import Summary
+from holdfast.base.public import Of, Summary, column
 from holdfast.base.ranges import ACCELERATION, PLACE, TURNING
 from holdfast.base.text import listed, quoted
 from holdfast.certificates.certified import Certified, asking
@@ -46,7 +52,7 @@ from holdfast.queries.request import (
     pressed_by,
     total_wrench,
 )
-from holdfast.queries.result import ROW_HEADS, Columns, least, vector_text, verdict_words
+from holdfast.queries.result import ROW, Columns, least, vector_text, verdict_words
 from holdfast.queries.sets import ConvexSet
 from holdfast.scene.scene import Scene
 
@@ -147,9 +153,6 @@ def checked_margin(margin: float, where: str) -> float:
     return spare
 
 
-@archived
-@shaped(answers="n", directions="n 3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class TransportLimits(Certified, Columns):
     """The largest acceleration of the carrier along each of n directions before anything moves on it.
 
@@ -162,14 +165,13 @@ class TransportLimits(Certified, Columns):
     """
 
     assembly: Assembly
-    directions: Float
+    directions: Float = column("n 3")
 
-    unit: ClassVar[str] = "m/s²"
+    unit = "m/s²"
+    heads = ("along", "answer")
+    plain = f"directions acceleration {ROW}"
 
-    @property
-    def acceleration(self) -> Float:
-        """The largest acceleration (n,) [m/s²] before anything moves."""
-        return self.answers.force
+    acceleration = Of[Float]("answers.force", "The largest acceleration (n,) [m/s²] before anything moves.")
 
     def save_png(
         self,
@@ -185,11 +187,10 @@ class TransportLimits(Certified, Columns):
         """
         paint(self, path, ".png", others=others, names=names)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all columns."""
-        names = ("directions", "acceleration", "status", "lower", "upper", "moving", "mode", "mechanism")
-        scene = {"scene": self.assembly.scene.name, "gravity": to_dict(self.assembly.scene.gravity)}
-        return scene | self.about() | self.columns(*names)
+    def about(self) -> dict[str, Any]:
+        """Return what applies to the whole table as plain data, with the scene and its gravity."""
+        scene = self.assembly.scene
+        return {"scene": scene.name, "gravity": to_dict(scene.gravity)} | super().about()
 
     def where(self, row: int) -> dict[str, Any]:
         """Return the direction that a row answers, as plain data."""
@@ -203,8 +204,7 @@ class TransportLimits(Certified, Columns):
             f"{name} on its carrier: {verdict_words(self.verdict)}; {len(self.directions):,} directions, {how_much}"
         )
         places = objects([vector_text(way, ".3f") for way in self.directions])
-        rows = self.weakest_rows("m/s²", places)
-        return Summary(headline, self.facts(), ("along", *ROW_HEADS[1:]), rows, self.notes)
+        return self.table(headline, places)
 
 
 def transport_limits(

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.applications.transport import carrier_columns, counted_bodies, transport_limits
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, objects
-from holdfast.base.field_hints import hinting
-from holdfast.base.kinds import shaped
-from holdfast.base.public import Summary
+from holdfast.base.errors import hinting
+from holdfast.base.public import Of, Summary, column
 from holdfast.engines.answers import Undecided
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, checked_loads, engine_of
 from holdfast.queries.result import vector_text
@@ -25,9 +22,6 @@ from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene
 
 
-@archived
-@shaped(directions="n 3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class TransportUnder(Sampled):
     """The largest acceleration of the carrier along each of n directions, in each of ``samples`` samples.
 
@@ -47,25 +41,14 @@ class TransportUnder(Sampled):
     place: ClassVar[str] = "along"
 
     scene: str
-    directions: Float
+    directions: Float = column("n 3")
 
-    @property
-    def acceleration(self) -> Float:
-        """The largest acceleration (samples, n) [m/s²] before anything moves."""
-        return self._values
+    plain = "scene directions acceleration status nominal nominal_status stands undecided undecided_limits samples seed"
 
-    @property
-    def undecided_limits(self) -> Undecided:
-        """How many of the limits on all samples are not known (``count``, ``share``), and why (``reasons``)."""
-        return self.answers.undecided
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = (
-            *("scene", "directions", "acceleration", "status", "nominal", "nominal_status"),
-            *("stands", "undecided", "undecided_limits", "samples", "seed"),
-        )
-        return self.about() | {name: to_dict(getattr(self, name)) for name in names}
+    acceleration = Of[Float]("_values", "The largest acceleration (samples, n) [m/s²] before anything moves.")
+    undecided_limits = Of[Undecided](
+        "answers.undecided", "How many of the limits on all samples are not known (``count``, ``share``), and why."
+    )
 
     def summary(self) -> Summary:
         """Summarise the answer by quantiles of the directions with the smallest medians."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -22,14 +22,13 @@ from holdfast.assembly.caution import (
     warn_of_overlaps,
 )
 from holdfast.assembly.connected import components
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked_items, checked_number, checked_truth, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.memory import Memory
-from holdfast.base.public import Summary, in_notebook, number
+from holdfast.base.public import Record, Summary, in_notebook, number
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
-from holdfast.base.values import Value, shortened
+from holdfast.base.values import shortened
 from holdfast.contacts.contact_search import Found, search
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import Overlap, nearest_outside
@@ -45,9 +44,7 @@ MOST_CACHED = 4000  # bodies in the cache of an assembly and its edits, counted 
 FIXED = -1  # the body number of all fixed bodies, which are one node of the contact graph
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Assembly(Value):
+class Assembly(Record):
     """The bodies of a scene and the interfaces between them.
 
     The J movable bodies are numbered 0..J-1 in scene order; all fixed bodies together are the node FIXED. ``overlaps``

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,22 +11,17 @@ from scipy import sparse
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.axes import contact_axes
 from holdfast.assembly.strengths import strengths_of
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.entries import Entries
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.rigid import cross
-from holdfast.base.values import Value, seal
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.patch_nodes import Sampling, nodes_of
 from holdfast.contacts.spots import corrected
 from holdfast.native import core
 
 
-@archived
-@shaped(points="I 3", axes="I 3 3", mu="I", weights="I", interface="I", a="I", b="I", pull="I")
-@dataclass(frozen=True, eq=False, repr=False)
-class ContactNodes(Value):
+class ContactNodes(Record):
     """The I contact nodes of an assembly; contact forces act at the nodes.
 
     The force at node i is (f_n, f_t1, f_t2) along the rows of ``axes[i]``. It acts on body b, and its negative acts on
@@ -38,17 +32,14 @@ class ContactNodes(Value):
     of programs and models are those of the plain cone, f_n + pull beside f_t; only answers show f_n itself.
     """
 
-    points: Float
-    axes: Float
-    mu: Float
-    weights: Float
-    interface: Int
-    a: Int
-    b: Int
-    pull: Float
-
-    def __post_init__(self) -> None:
-        seal(self)
+    points: Float = column("I 3")
+    axes: Float = column("I 3 3")
+    mu: Float = column("I")
+    weights: Float = column("I")
+    interface: Int = column("I")
+    a: Int = column("I")
+    b: Int = column("I")
+    pull: Float = column("I")
 
     @property
     def normals(self) -> Float:

@@ -49,7 +49,6 @@ class HoldData:
     asked: Float
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class HeldNodes(ContactNodes):
     """Contact nodes, and after them the K nodes of holds, with their ``data``."""
 

@@ -14,7 +14,7 @@ import math
 import os
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from enum import Enum
 from pathlib import Path
 from typing import Any, TypeVar
@@ -34,7 +34,6 @@ SMALL = 64  # arrays of at most this many numbers are written into the JSON text
 MOST_PACKED = 1100  # bytes to which one byte of an archive may unpack; no compression does better
 # Fields that earlier versions saved, of answers that were interpolated between others; files that have them are read
 GONE = {"Answers": {"solved", "error"}, "MapPoint": {"solved", "error"}}
-NEW: dict[str, dict[str, Any]] = {"Step": {"found": ()}}  # fields that older files lack, and what is meant by that
 OPEN = 2  # arrays at most this many levels deep are entries of the .npz file, so that other programs can read them
 
 C = TypeVar("C", bound=type)
@@ -83,7 +82,13 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
     suffix = _suffix(path)
     with located(str(path)):
         try:
-            data, arrays = _json(Path(path)) if suffix == ".json" else _npz(Path(path))
+            if suffix == ".npz":
+                data, arrays = _npz(Path(path))
+            else:
+                text = read_ordinary(
+                    Path(path), "answer file", most=MAX_BYTES, error=HoldfastError, too_large="save it as .npz"
+                )
+                data, arrays = json.loads(text.decode("utf-8-sig")), {}
             if not isinstance(data, dict) or data.get("format") != FORMAT:
                 shown = data.get("format") if isinstance(data, dict) else type(data).__name__
                 remedy = f"needs {FORMAT!r}, as answer.save(path) writes it; what --json prints is for other programs"
@@ -102,18 +107,14 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
 
 def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
     """Return plain data for JSON: arrays as lists, infinity as the text "inf", values as dicts of their fields."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
     if isinstance(value, Enum):
         return value.value
-    if isinstance(value, float | np.floating):
+    if isinstance(value, float):
         if math.isnan(value):
             raise ValueError("an answer holds NaN: a defect in holdfast")
-        return float(value) if math.isfinite(value) else str(float(value))
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, int | np.integer):
-        return int(value)
-    if isinstance(value, np.ndarray):
-        return to_dict(value.tolist())
+        return value if math.isfinite(value) else str(value)
     if isinstance(value, tuple | list):
         return [to_dict(item) for item in value]
     if isinstance(value, Mapping):
@@ -121,7 +122,7 @@ def to_dict(value: Any) -> Any:  # noqa: ANN401 - anything that a value holds
     if isinstance(value, Value):
         own = getattr(value, "to_dict", None)
         return own() if own is not None else {name: to_dict(item) for name, item in items_of(value)}
-    return value if value is None or isinstance(value, str) else str(value)
+    return value if value is None or isinstance(value, str | int) else str(value)
 
 
 class _Writer:
@@ -138,16 +139,14 @@ class _Writer:
         self.alive: list[Any] = []  # keeps the objects in ``seen`` alive, so that their ids are not used again
 
     def plain(self, item: Any) -> Any:  # noqa: ANN401
-        if item is None or isinstance(item, bool | np.bool_):
-            return None if item is None else bool(item)
+        if isinstance(item, np.generic):
+            item = item.item()
         if isinstance(item, Enum):
             return {"$enum": [type(item).__name__, item.value]}
-        if isinstance(item, str):
-            return str(item)
-        if isinstance(item, int | np.integer):
-            return int(item)
-        if isinstance(item, float | np.floating):
-            return float(item) if math.isfinite(item) else {"$float": str(float(item))}
+        if item is None or isinstance(item, str | int):
+            return item
+        if isinstance(item, float):
+            return item if math.isfinite(item) else {"$float": str(item)}
         if isinstance(item, Path):
             return {"$path": str(item)}
         if isinstance(item, tuple):
@@ -259,12 +258,11 @@ class _Reader:
         raise ValueError(f"unknown tag {tag!r:.40}")
 
     def built(self, cls: type, data: Mapping[str, Any]) -> Any:  # noqa: ANN401
-        names = {entry.name for entry in fields(cls)}
-        new = NEW.get(cls.__name__, {})
-        if names != (set(data) - GONE.get(cls.__name__, set())) | set(new):
-            raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
         parts = {name: self.value(part) for name, part in data.items()}  # of all, for later ones may refer to them
-        state = new | {name: parts[name] for name in parts if name in names}
+        state = {entry.name: parts.pop(entry.name, entry.default) for entry in fields(cls)}
+        lacking = any(part is MISSING for part in state.values())  # older files lack fields that have a default
+        if lacking or parts.keys() - GONE.get(cls.__name__, set()):
+            raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
         wrong = misfit(cls, state)
         if wrong:
             raise ValueError(wrong)
@@ -281,11 +279,6 @@ def _class(name: str, base: type) -> Any:  # noqa: ANN401
     if cls is None or not issubclass(cls, base):
         raise ValueError(f"holds a {name!r:.40}, which is not known")
     return cls
-
-
-def _json(path: Path) -> tuple[Any, Mapping[str, Any]]:
-    content = read_ordinary(path, "answer file", most=MAX_BYTES, error=HoldfastError, too_large="save it as .npz")
-    return json.loads(content.decode("utf-8-sig")), {}
 
 
 def _npz(path: Path) -> tuple[Any, Mapping[str, Any]]:

@@ -5,11 +5,16 @@ from __future__ import annotations
 import difflib
 import os
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
 
 from holdfast.base.text import listed, one_line, quoted
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 MOST_NAMES = 20  # largest number of known names that a remedy lists
 PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"  # where all of holdfast's modules lie
@@ -85,3 +90,29 @@ def nearest_of(name: object, known: Iterable[str]) -> str:
     names = list(known)
     near = difflib.get_close_matches(str(name), names, n=1)
     return f"did you mean {quoted(near[0])}?" if near else f"known: {listed(names, MOST_NAMES)}"
+
+
+def hinting(**values: type[Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Let the TypeError for a keyword that is a field of a value say so (decorator): ``hinting(where=Where)``.
+
+    ``values`` are the classes of the arguments with these names, dataclasses all.
+    """
+    from dataclasses import fields  # `import holdfast` costs next to nothing without it
+
+    homes = {each.name: (argument, kind) for argument, kind in values.items() for each in fields(kind)}
+
+    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+        known = function.__annotations__
+
+        @wraps(function)
+        def called(*args: P.args, **kwargs: P.kwargs) -> R:
+            for name in kwargs:
+                if name in homes and name not in known:
+                    argument, kind = homes[name]
+                    hint = f"it is a field of {kind.__name__}: {argument}={kind.__name__}({name}=...)"
+                    raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}; {hint}")
+            return function(*args, **kwargs)
+
+        return called
+
+    return decorated

@@ -1,16 +1,20 @@
-"""The base class of answers that users receive: they can be saved, turned into plain data, and summarised."""
+"""What answers are made of: records that declare columns; and how these are saved, told, summarised and drawn."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, TypeVar, dataclass_transform
 
-from holdfast.base.archive import save, to_dict
-from holdfast.base.painters import glimpse
+from holdfast.base.archive import archived, save, to_dict
+from holdfast.base.errors import no_truth
+from holdfast.base.painters import glimpse, paint
 from holdfast.base.text import escaped, one_line
 from holdfast.base.values import LONGEST, Value, items_of, seal
+
+T = TypeVar("T")
 
 MOST_ROWS = 12  # largest number of rows of each table that a summary shows
 LONGEST_CELL = 160  # largest number of characters in a cell of a table
@@ -32,14 +36,65 @@ class Summary:
     notes: Sequence[str] = ()
 
 
-class PublicValue(Value):
-    """Base class of the answers that users receive.
+def column(shape: str, *, of: Any = None, **default: Any) -> Any:  # noqa: ANN401 - of any field
+    """Declare a field of a record with its ``shape``: "n 3" is (n, 3) for any n, the same in all columns of a record.
 
-    A subclass is a frozen dataclass declared with ``eq=False, repr=False``. Its arrays are made read-only.
+    ``of`` is the annotation of what an array of objects holds. ``default`` may be that of the field.
     """
+    return field(metadata={"shape": shape, "of": of}, **default)
+
+
+@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(column, field))
+class Record(Value):
+    """A value that is declared by its annotations alone: a frozen dataclass that can be saved, under its name.
+
+    Its arrays are made read-only. What is read from a file is checked against annotations and columns. Arguments of the
+    class are ``kw_only``, as of a dataclass, and ``ask``: what to ask instead of the truth of a value, an error.
+    ``plain`` names what plain data holds, in that order; by default it is all fields.
+    """
+
+    plain: ClassVar[str] = ""
+
+    def __init_subclass__(cls, *, kw_only: bool = False, ask: str = "") -> None:
+        super().__init_subclass__()
+        dataclass(frozen=True, eq=False, repr=False, kw_only=kw_only)(cls)
+        archived(cls)
+        if ask:
+
+            def refused(value: object) -> bool:
+                raise no_truth(value, f"ask {ask}")
+
+            cls.__bool__ = refused  # type: ignore[attr-defined]
 
     def __post_init__(self) -> None:
         seal(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data that every JSON writer accepts: arrays become lists, infinity becomes the text "inf"."""
+        names = self.plain.split() or [name for name, _ in items_of(self)]
+        return {name: to_dict(getattr(self, name)) for name in names}
+
+
+class Of(property, Generic[T]):
+    """What a part of a record knows, as an attribute of it: ``engine = Of[str]("answers.engine", "Its name.")``."""
+
+    def __init__(self, path: str, text: str) -> None:
+        super().__init__(attrgetter(path))
+        self.__doc__ = text
+
+    if TYPE_CHECKING:
+
+        def __get__(self, record: object, owner: type | None = None, /) -> T: ...  # type: ignore[override]
+
+        def __set__(self, record: object, value: Never, /) -> None: ...
+
+
+@dataclass_transform(eq_default=False, frozen_default=True, kw_only_default=True, field_specifiers=(column, field))
+class PublicValue(Record):
+    """Base class of the answers that users receive."""
+
+    def __init_subclass__(cls, *, kw_only: bool = True, ask: str = "") -> None:
+        super().__init_subclass__(kw_only=kw_only, ask=ask)
 
     def summary(self) -> Summary:
         """Return a short summary of the answer."""
@@ -47,7 +102,11 @@ class PublicValue(Value):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data that every JSON writer accepts: arrays become lists, infinity becomes the text "inf"."""
-        return {name: to_dict(item) for name, item in items_of(self)}
+        return self.about() | super().to_dict()
+
+    def about(self) -> dict[str, Any]:
+        """Return what plain data begins with."""
+        return {}
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the answer to a .json or .npz file without loss. ``holdfast.load_answer`` reads it back.
@@ -62,6 +121,14 @@ class PublicValue(Value):
     def _repr_html_(self) -> str:
         """Return the answer for notebooks: a small picture, headline, facts, a few rows and notes, without scripts."""
         return in_notebook(self, self.summary())
+
+
+class Pictured:
+    """An answer that can be drawn."""
+
+    def save_png(self, path: str | os.PathLike[str]) -> None:
+        """Draw the answer as a PNG picture; this needs no display."""
+        paint(self, path, ".png")
 
 
 def in_notebook(value: object, summary: Summary) -> str:

@@ -5,10 +5,8 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
-from holdfast.base.archive import archived
 from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
 from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message, nearest_of
@@ -23,8 +21,6 @@ SHOWN = 8  # largest number of scenes without answers in a report
 VERDICTS = (Status.STABLE.value, Status.UNSTABLE.value, Status.UNDECIDED.value)
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class BatchReport(PublicValue):
     """The numbers of scenes in the folder of a batch, by outcome and verdict.
 

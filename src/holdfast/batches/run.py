@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 from holdfast.base.arrays import checked_items, checked_number, checked_whole
 from holdfast.base.borders.outcomes import DONE, OUTCOMES
 from holdfast.base.borders.supervisor import Limits, Reply
-from holdfast.base.errors import HoldfastError, message
-from holdfast.base.field_hints import hinting
+from holdfast.base.errors import HoldfastError, hinting, message
 from holdfast.base.files import checked_path
 from holdfast.base.parallel import cores
 from holdfast.base.progress import lines, report

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum, auto
 from functools import cached_property
 from typing import Any
@@ -12,10 +12,10 @@ import numpy as np
 
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, Objects, frozen, objects
-from holdfast.base.errors import HoldfastError, message, no_truth
-from holdfast.base.kinds import check_kinds, shaped
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.public import Record, column
 from holdfast.base.text import listed
-from holdfast.base.values import Value, altered, seal
+from holdfast.base.values import altered
 from holdfast.engines.mechanism import NAMED, Mechanism
 from holdfast.engines.verdict import Status, Verdict
 
@@ -57,16 +57,14 @@ ONLY_BALANCED = "only balanced"  # in the note on bodies that the least push mov
 WEAKEST_FIRST = (Bound.NONE, Bound.ESTIMATED, Bound.PROVED)
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Undecided(Value):
+class Undecided(Record, kw_only=True, ask=".count, which is 0 where every answer is known"):
     """How many of ``rows`` answers are not known, with the ``reasons`` in words; without such answers, none."""
 
     count: int
     rows: int
     reasons: tuple[str, ...]
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .count, which is 0 where every answer is known")
+    plain = "count share reasons"
 
     @property
     def share(self) -> float:
@@ -92,15 +90,8 @@ class Undecided(Value):
         of = f"{rows} {'is' if self.count == 1 else 'are'} " if rows else ""
         return f"{self.count:,} of {self.rows:,} {of}undecided ({100 * self.share:.3g} %)" if self.count else ""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the count, the share and the reasons as plain data for JSON."""
-        return {"count": self.count, "share": self.share, "reasons": list(self.reasons)}
 
-
-@archived
-@shaped(force="n", lower="n")
-@dataclass(frozen=True, eq=False, repr=False)
-class Step(Value):
+class Step(Record):
     """``force`` and ``lower`` (n,) of all rows after one step towards their answers.
 
     ``name`` says what the step looks at, and ``why`` what it does to an answer and for which reason. ``found`` has a
@@ -109,12 +100,9 @@ class Step(Value):
 
     name: str
     why: str
-    force: Float
-    lower: Float
+    force: Float = column("n")
+    lower: Float = column("n")
     found: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     def rows(self, which: Any) -> Step:  # noqa: ANN401 - whatever takes rows of an array
         """Return the step of some rows."""
@@ -122,10 +110,7 @@ class Step(Value):
         return replace(self, force=self.force[which], lower=self.lower[which], found=found)
 
 
-@archived
-@shaped(force="n", lower="n", upper="n", status="n", mechanism="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Answers(Value):
+class Answers(Record, kw_only=True):
     """A table that gives, for each of n loads, the largest force before something moves, its bounds and the mechanism.
 
     The columns are read-only and have length n:
@@ -147,11 +132,11 @@ class Answers(Value):
     Columns of different lengths raise HoldfastError.
     """
 
-    force: Float
-    lower: Float
-    upper: Float
-    status: Objects
-    mechanism: Objects
+    force: Float = column("n")
+    lower: Float = column("n")
+    upper: Float = column("n")
+    status: Objects = column("n", of=Status)
+    mechanism: Objects = column("n", of=Mechanism | None)
     engine: str
     claim: Claim
     lower_bound: Bound
@@ -161,7 +146,7 @@ class Answers(Value):
     steps: tuple[Step, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        seal(self)
+        super().__post_init__()
         lengths = {name: len(getattr(self, name)) for name in COLUMNS}
         if len(set(lengths.values())) > 1:
             each = ", ".join(f"{name} {length}" for name, length in lengths.items())
@@ -220,8 +205,6 @@ class Answers(Value):
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if the rows that were read from a file cannot be answers."""
-        check_kinds(self.status, Status, "answers: status")
-        check_kinds(self.mechanism, Mechanism | None, "answers: mechanism")
         if not ((self.lower <= self.force) & (self.force <= self.upper)).all():
             raise HoldfastError(message("answers", "a force lies outside its bounds", "needs lower <= force <= upper"))
 

@@ -16,10 +16,8 @@ from typing import Literal
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
-from holdfast.base.public import number
-from holdfast.base.values import Value
+from holdfast.base.public import Record, number
 from holdfast.contacts.tolerances import DEFAULT_ANGLE
 from holdfast.engines.forces import NO_FORCE
 from holdfast.engines.verdict import ContactForces, GroupVerdict
@@ -32,9 +30,7 @@ CRUSHED = 1 + NO_FORCE  # share of a limit beyond which a body is crushed: NO_FO
 UNCHECKED = "who is crushed was not asked here: stability, robustness, load_factor, transport_limits and carry ask it"
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Bearing(Value):
+class Bearing(Record, kw_only=True):
     """How much a body bears, beside what it may bear.
 
     ``limit`` is its "top_load" [N] or its "pressure" [Pa], whichever ``kind`` says, and ``load`` what it bears in the
@@ -46,6 +42,8 @@ class Bearing(Value):
     load: float
     limit: float
     by: tuple[str, ...]
+
+    plain = "body kind load limit by share"
 
     @property
     def share(self) -> float:

@@ -11,13 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
+from holdfast.base.public import Record
 from holdfast.base.ranges import LENGTH, MOST_SEED, STIFFNESS, TOLERANCE
 from holdfast.base.text import quoted
-from holdfast.base.values import Value
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.patch_nodes import interface_nodes
 from holdfast.geometry.polygon import inside, shapely_polygon
@@ -39,9 +38,7 @@ MODULUS = {
 BED = {name: modulus / DEPTH for name, modulus in MODULUS.items()}  # [N/m³]
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Imperfect(Value):
+class Imperfect(Record):
     """Faces that touch at high spots, with contacts that are not equally stiff.
 
     - ``flatness`` [m]: peak to valley of the clearance between the two faces of every patch of contact: a smooth random

@@ -7,7 +7,7 @@ compliant/, and limit/ knows nothing of compliant/.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
@@ -15,9 +15,8 @@ from scipy import sparse
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes, equilibrium_operator, wrenches_of
 from holdfast.assembly.strengths import with_pull
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float
-from holdfast.base.values import Value
+from holdfast.base.public import Record
 from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.compliant.refinement import REFINEMENTS
@@ -34,9 +33,7 @@ from holdfast.scene.hold import held_names
 COMES_ABOUT = "an equilibrium exists that needs no self-stress"
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Limit(Value):
+class Limit(Record):
     """Static limit analysis over all corners of all patches, which carry whatever the patches can.
 
     ``cone``: "exact", or a polygon of ``sides`` "inscribed" (cautious) or "circumscribed" (optimistic).

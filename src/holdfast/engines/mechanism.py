@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import NO_NODES, ContactNodes, joined_nodes, reordered_nodes
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.rigid import cross, shift_twist
 from holdfast.base.text import listed
-from holdfast.base.values import Value, seal
 
 SLIGHT = 1e-3  # speed, relative to the fastest body, below which one of elastic bodies yields and does not move
 AT_REST = 1e-6  # speed, relative to the largest, below which something counts as at rest
@@ -31,10 +29,7 @@ NAMED = 8  # the most body names in one part of a sentence
 Mode = Literal["slip", "topple", "mixed", "roll", "crush", "none"]
 
 
-@archived
-@shaped(names="K", com="K 3", numbers="K")
-@dataclass(frozen=True, eq=False, repr=False)
-class Kinematics(Value):
+class Kinematics(Record):
     """The bodies and contact nodes that are needed to put a motion into words. All mechanisms of one state share them.
 
     ``names`` are those of the K movable bodies that were considered, the bodies of one group of the assembly or of all
@@ -43,16 +38,13 @@ class Kinematics(Value):
     the names of the two bodies of every interface, and ``nodes`` are the contact nodes on these interfaces.
     """
 
-    names: tuple[str, ...]
-    com: Float
-    numbers: Int
+    names: tuple[str, ...] = column("K")
+    com: Float = column("K 3")
+    numbers: Int = column("K")
     count: int
     size: float
     pairs: tuple[tuple[str, str], ...]
     nodes: ContactNodes
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if a number that was read from a file is that of no body, contact or place."""
@@ -114,10 +106,7 @@ class Kinematics(Value):
         )
 
 
-@archived
-@shaped(own="K 6")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Mechanism(Value):
+class Mechanism(Record, kw_only=True):
     """The motion with which bodies begin to move.
 
     ``twists`` (J, 6) are the twists of all movable bodies about their centres of mass, along the world axes; bodies of
@@ -133,10 +122,12 @@ class Mechanism(Value):
     """
 
     moving: tuple[str, ...]
-    own: Float
+    own: Float = column("K 6")
     mode: Mode
     dual: bool
     kinematics: Kinematics
+
+    plain = "moving twists mode text"
 
     def __post_init__(self) -> None:
         self.own.setflags(write=False)  # the only array that is not sealed yet: maps make thousands of mechanisms
@@ -177,11 +168,6 @@ class Mechanism(Value):
         if self.mode == "crush":
             return f"{listed(self.moving, NAMED)} bears as much as it may"
         return "; ".join(_groups(self) + _contacts(self))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the motion and its description in words, as plain data for JSON."""
-        names = ("moving", "twists", "mode", "text")
-        return {name: to_dict(getattr(self, name)) for name in names}
 
 
 def crush_of(body: str, count: int) -> Mechanism:

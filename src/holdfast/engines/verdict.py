@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import StrEnum, auto
 from typing import Any
 
@@ -12,8 +11,7 @@ import numpy as np
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import no_truth
-from holdfast.base.kinds import shaped
-from holdfast.base.values import Value, seal
+from holdfast.base.public import Of, Record, column
 from holdfast.engines.mechanism import Mechanism
 
 
@@ -34,10 +32,7 @@ class Status(StrEnum):
         raise no_truth(self, f"compare it: status is hf.Status.{self.name}")
 
 
-@archived
-@shaped(points="I 3", normal="I 3", force="I 3", interface="I", usage="I")
-@dataclass(frozen=True, eq=False, repr=False)
-class ContactForces(Value):
+class ContactForces(Record):
     """The contact forces at the I contact nodes of an assembly at rest. All vectors are in the world frame.
 
     ``points`` (I, 3) [m] are the nodes, and ``interface`` (I,) the number of the interface that each lies on. ``force``
@@ -46,19 +41,14 @@ class ContactForces(Value):
     it is 0 at nodes without force.
     """
 
-    points: Float
-    normal: Float
-    force: Float
-    interface: Int
-    usage: Float
-
-    def __post_init__(self) -> None:
-        seal(self)
+    points: Float = column("I 3")
+    normal: Float = column("I 3")
+    force: Float = column("I 3")
+    interface: Int = column("I")
+    usage: Float = column("I")
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Certificate(Value):
+class Certificate(Record):
     """Proof that no equilibrium exists (Farkas' lemma): a motion that gains power and that no contact can resist.
 
     The motion is that of the verdict's mechanism. ``power`` [W] is the power of the loads along it, at the scale of the
@@ -70,9 +60,7 @@ class Certificate(Value):
     violation: float
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Look(Value):
+class Look(Record):
     """One step towards a verdict: ``at`` says what was looked at, and ``found`` what came of it, both in words."""
 
     at: str
@@ -100,9 +88,7 @@ class _WhenRead:
         value.__dict__[self._name] = content
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Verdict(Value):
+class Verdict(Record, kw_only=True, ask=".stable or .status"):
     """The answer to whether an assembly stands, with the evidence for it.
 
     - ``status``: STABLE, UNSTABLE or UNDECIDED, explained by ``reason`` in words.
@@ -129,8 +115,8 @@ class Verdict(Value):
     balanced: tuple[str, ...] = ()
     steps: tuple[Look, ...] = ()
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .stable or .status")
+    def __post_init__(self) -> None:
+        """Read nothing: what is given as a function is called when it is first asked for."""
 
     @property
     def stable(self) -> bool:
@@ -167,13 +153,13 @@ class Verdict(Value):
         return "\n".join([*lines, f"so it is {self.status}: {self.reason}"])
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class GroupVerdict(Value):
+class GroupVerdict(Record, kw_only=True, ask=".verdict.stable"):
     """The verdict on one group of bodies, given by their names; contacts join the bodies of a group with each other."""
 
     bodies: tuple[str, ...]
     verdict: Verdict
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .verdict.stable")
+    status = Of[Status]("verdict.status", "The status of the verdict.")
+    reason = Of[str]("verdict.reason", "The reason for it, in words.")
+
+    plain = "bodies status reason"

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
+from holdfast.base.public import Record, column
 from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
-from holdfast.base.values import Value, seal
 from holdfast.geometry.area import areas_of
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
 from holdfast.geometry.spatial import search_tree
@@ -30,9 +27,7 @@ FACING = 1.2  # [spacings] distance that a unit difference of normals counts as:
 LEAST_MEAN = 0.1  # a mean normal of a cell that is shorter than this is not used
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Cells(Value):
+class Cells(Record):
     """The C cells of a surface, each with a query point.
 
     ``points`` (C, 3) [m] are the query points, with outward unit ``normals`` (C, 3). The cells consist of ``triangles``
@@ -41,15 +36,12 @@ class Cells(Value):
     the triangle on which the point lies.
     """
 
-    points: Float
-    normals: Float
-    vertices: Float
-    triangles: Int
-    cell: Int
-    turned: Float
-
-    def __post_init__(self) -> None:
-        seal(self)
+    points: Float = column("C 3")
+    normals: Float = column("C 3")
+    vertices: Float = column("V 3")
+    triangles: Int = column("T 3")
+    cell: Int = column("T")
+    turned: Float = column("C")
 
     @property
     def areas(self) -> Float:

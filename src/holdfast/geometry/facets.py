@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int
-from holdfast.base.values import Value, seal
+from holdfast.base.public import Record
 from holdfast.geometry.area import outline_vector
 from holdfast.geometry.topology import Topology
 
@@ -17,9 +14,7 @@ COPLANAR = 1e-5  # [rad] largest angle between neighbouring triangles of one fac
 FLATNESS = 1e-7  # largest deviation of vertices from the plane of their facet, relative to the size of the surface
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Facets(Value):
+class Facets(Record):
     """The large flat faces of a surface.
 
     ``label`` (F,) is the number of the facet to which each triangle belongs, or -1. ``rings`` holds a tuple for each
@@ -28,9 +23,6 @@ class Facets(Value):
 
     label: Int
     rings: tuple[tuple[Int, ...], ...]
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float, topology: Topology) -> Facets:

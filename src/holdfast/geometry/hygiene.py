@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
-from holdfast.base.values import Value
+from holdfast.base.public import Record
 from holdfast.geometry.area import area_vectors
 from holdfast.geometry.closed_parts import joined, parts_as_given, parts_by_winding
 from holdfast.geometry.topology import Edges
@@ -25,9 +24,7 @@ SCRAP = 0.01  # share of the total area; smaller pieces without an inside do not
 FOLD = 1e-5  # share of the total area; a repeated face that bounds nothing is only removed if it is smaller
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class PlaneFit(Value):
+class PlaneFit(Record):
     """A flat region of a noisy mesh.
 
     ``normal`` (3,) and ``offset`` [m] define its plane normal · x = offset in the body frame, and ``area`` [m²] is that
@@ -42,9 +39,7 @@ class PlaneFit(Value):
     worst: float
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class MeshReport(Value):
+class MeshReport(Record):
     """What a mesh was like and what was done about it.
 
     The counts are: vertices ``welded``, ``degenerate`` and ``duplicate`` faces removed (both faces of a fold), faces

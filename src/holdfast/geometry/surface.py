@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from weakref import WeakValueDictionary
 
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, frozen
-from holdfast.base.kinds import shaped
-from holdfast.base.values import Value, seal
+from holdfast.base.public import Record, column
 from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.curved import curved_faces
@@ -33,23 +31,17 @@ OUTWARD = frozen(np.diag([-1.0, -1.0, 1.0]))
 HUB = 64  # a vertex with more faces is the hub of a fan, which is triangulated differently before it is reduced
 
 
-@archived
-@shaped(vertices="V 3", faces="F 3")
-@dataclass(frozen=True, eq=False, repr=False)
-class Surface(Value):
+class Surface(Record):
     """A surface of triangles with outward normals: ``vertices`` (V, 3) [m] and ``faces`` (F, 3).
 
     ``sagitta`` [m] is the largest distance by which the triangles lie inside the curved surface that they represent.
     ``oriented`` is True if it is known which side is the inside.
     """
 
-    vertices: Float
-    faces: Int
+    vertices: Float = column("V 3")
+    faces: Int = column("F 3")
     sagitta: float = 0.0
     oriented: bool = True
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     @classmethod
     def of_box(cls, size: Float, centre: Float) -> Surface:

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.public import Record
 from holdfast.base.values import Value, seal
 from holdfast.native import core
 
@@ -42,9 +42,7 @@ class Edges(Value):
         return cls(*core.edges_of(np.ascontiguousarray(faces), count))
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Topology(Value):
+class Topology(Record):
     """Edges and vertices of a triangle surface.
 
     ``edges`` (E, 2) are the vertices of each edge, and ``sides`` (E, 2) its two faces, -1 if there is none. ``bend``
@@ -61,9 +59,6 @@ class Topology(Value):
     starts: Int
     neighbours: Int
     closed: bool
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     @classmethod
     def of(cls, vertices: Float, faces: Int, normals: Float) -> Topology:

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked, checked_number, checked_rows, checked_whole, frozen
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.kinds import shaped
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import PublicValue, Summary, column, number
 from holdfast.base.ranges import FORCE, MANY, PLACE, SCALE
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import quoted
@@ -35,9 +31,6 @@ ALONG = 4  # pushes sampled at each point
 OBLIQUE = 0.3  # standard deviation of each component of a push about the unit inward normal
 
 
-@archived
-@shaped(known="m 6", price="m", box="6", com="3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Constraint(PublicValue):
     """A lower bound of the load factor of any wrench on ``body``, as a function with a derivative.
 
@@ -62,10 +55,10 @@ class Constraint(PublicValue):
     body: str
     engine: str
     claim: Claim
-    known: Float
-    price: Float
-    com: Float
-    box: Float
+    known: Float = column("m 6")
+    price: Float = column("m")
+    com: Float = column("3")
+    box: Float = column("6")
     accuracy: float
     accuracy_of_most: float
     accuracy_wanted: float
@@ -73,6 +66,10 @@ class Constraint(PublicValue):
     notes: tuple[str, ...]
     above: float = 0.0
     above_by: float = 0.0
+
+    plain = (
+        "body engine claim known price com box accuracy accuracy_of_most accuracy_wanted solves above above_by notes"
+    )
 
     def value(self, wrenches: ArrayLike) -> float | Float:
         """Return the load factors of ``wrenches`` (6,) or (n, 6): a number, or (n,).
@@ -127,19 +124,11 @@ class Constraint(PublicValue):
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if the values that were read from a file cannot be those of a constraint."""
-        checked(self.known, (None, 6), "known")
-        price = checked(self.price, (len(self.known),), "price")
         axes = self.known[:12] if len(self.known) >= 12 else np.zeros((12, 6))
         along = np.concatenate([np.diag(axes[:6]), -np.diag(axes[6:])])
-        if not (price >= 0).all() or not (along > 0).all() or np.count_nonzero(axes) != 12:
+        if not (self.price >= 0).all() or not (along > 0).all() or np.count_nonzero(axes) != 12:
             problem = "the first twelve points are not along the axes, or a price is negative"
             raise HoldfastError(message("constraint: known", problem, "needs what a constraint saved"))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all known wrenches and their prices."""
-        names = ("body", "engine", "claim", "known", "price", "com", "box")
-        more = ("accuracy", "accuracy_of_most", "accuracy_wanted", "solves", "above", "above_by", "notes")
-        return {name: to_dict(getattr(self, name)) for name in (*names, *more)}
 
     def summary(self) -> Summary:
         """Summarise the constraint by the largest forces and torques along the axes."""

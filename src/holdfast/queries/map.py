@@ -7,23 +7,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.base.archive import archived, to_dict
+from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Bool, Float, Objects, checked_number, checked_whole, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
-from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.painters import paint
 from holdfast.base.progress import reported
-from holdfast.base.public import Summary
+from holdfast.base.public import Pictured, Record, Summary, column
 from holdfast.base.ranges import LENGTH
 from holdfast.base.rounding import COORDINATES
-from holdfast.base.values import Table, Value
+from holdfast.base.values import Table
 from holdfast.certificates.certified import Certified
 from holdfast.certificates.question import Question
 from holdfast.contacts.interface import Patch
@@ -52,9 +51,7 @@ TOGETHER = 1000  # bodies are answered in one batch until the batch has this man
 MAX_POINTS = 2_000_000  # largest number of points in one map; more would exhaust the memory
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class MapPoint(Value):
+class MapPoint(Record, kw_only=True):
     """One point of a robustness map, and what a push there does.
 
     A push of ``force`` [N] at ``point`` (3,) [m] along the inward unit vector ``direction`` (3,), both in the world
@@ -73,10 +70,7 @@ class MapPoint(Value):
     mechanism: str
 
 
-@archived
-@shaped(answers="n", points="n 3", normals="n 3", body="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class RobustnessMap(Certified, Forces):
+class RobustnessMap(Certified, Pictured, Forces):
     """The robustness to inward pushes at n points on the exposed surfaces of bodies.
 
     ``points`` (n, 3) [m] and the outward unit ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds the name
@@ -88,22 +82,19 @@ class RobustnessMap(Certified, Forces):
     """
 
     assembly: Assembly
-    points: Float
-    normals: Float
-    body: Objects
+    points: Float = column("n 3")
+    normals: Float = column("n 3")
+    body: Objects = column("n", of=str)
     cells: Table[str, Cells]
     hidden: Table[str, Cells]
 
+    plain = "points normals body force status lower upper moving mode"
+
     def checked_after_load(self) -> None:
         """Raise HoldfastError if the cells that were read from a file are not those of the points."""
-        check_kinds(self.body, str, "map: body")
         named = [name for name, cells in self.cells.items() for _ in cells.points]
         if named != self.body.tolist() or not all(map(_whole, (*self.cells.values(), *self.hidden.values()))):
             raise HoldfastError(message("map", "its cells are not those of its points", "needs a cell for each point"))
-
-    def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the map as a PNG picture; this needs no display."""
-        paint(self, path, ".png")
 
     def save_html(self, path: str | os.PathLike[str]) -> None:
         """Write the map as one HTML page that opens offline and shows the largest push under the pointer."""
@@ -140,14 +131,11 @@ class RobustnessMap(Certified, Forces):
         """Return the body and the point that a row answers, as plain data."""
         return {"body": self.body[row], "point": to_dict(self.points[row])}
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON: the columns and the weakest points, without meshes and mechanisms."""
-        names = ("points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode")
-        weakest = {
-            "weakest": to_dict(self.weakest()) if len(self.force) else None,
-            "weakest_of_each_body": to_dict(self.weakest_of_each_body()),
-        }
-        return {"scene": self.assembly.scene.name} | self.about() | weakest | self.columns(*names)
+    def about(self) -> dict[str, Any]:
+        """Return what applies to the whole map as plain data, and its weakest points."""
+        weakest = self.weakest() if len(self.force) else None
+        points = {"weakest": to_dict(weakest), "weakest_of_each_body": to_dict(self.weakest_of_each_body())}
+        return {"scene": self.assembly.scene.name} | super().about() | points
 
     def summary(self) -> Summary:
         """Summarise the map by the weakest point of every body."""
@@ -221,15 +209,9 @@ def map_point(answers: Answers, row: int, body: str, point: Float, normal: Float
 
 
 def _whole(cells: Cells) -> bool:
-    """Return whether cells that were read from a file have consistent shapes and indices."""
-    count = len(cells.points)
-    wide = [array.shape == (len(array), 3) for array in (cells.points, cells.normals, cells.vertices, cells.triangles)]
-    if not all(wide) or len(cells.normals) != count or cells.cell.shape != (len(cells.triangles),):
-        return False
+    """Return whether cells that were read from a file have consistent indices."""
     corners, owners = cells.triangles, cells.cell
     within = (corners >= 0) & (corners < len(cells.vertices))
-    if cells.turned.shape != (count,):
-        return False
     return bool(within.all() and ((owners >= 0) & (owners < len(cells.points))).all())
 
 

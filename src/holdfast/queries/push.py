@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
+from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float, checked, checked_truth
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.kinds import shaped
-from holdfast.base.public import Summary, number
+from holdfast.base.public import Summary, column, number
 from holdfast.base.ranges import ACCELERATION
 from holdfast.base.text import quoted
 from holdfast.certificates.certified import Certified, asking
@@ -38,13 +37,10 @@ from holdfast.queries.request import (
     pushes,
     total_wrench,
 )
-from holdfast.queries.result import Forces, Single, amount, gives_way, least, places_of, verdict_words
+from holdfast.queries.result import ROW, First, Forces, Single, amount, gives_way, least, places_of, verdict_words
 from holdfast.scene.scene import Scene
 
 
-@archived
-@shaped(answers="n", points="n 3", directions="n 3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Robustness(Certified, Forces):
     """The largest push at each of n points before anything moves.
 
@@ -63,17 +59,14 @@ class Robustness(Certified, Forces):
     """
 
     body: str
-    points: Float
-    directions: Float
+    points: Float = column("n 3")
+    directions: Float = column("n 3")
+
+    plain = f"body points directions force {ROW}"
 
     def where(self, row: int) -> dict[str, Any]:
         """Return the push that a row answers, as plain data."""
         return {"point": to_dict(self.points[row]), "direction": to_dict(self.directions[row])}
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all columns."""
-        names = ("force", "status", "lower", "upper", "moving", "mode", "mechanism")
-        return self.about() | {"body": self.body} | self.columns("points", "directions", *names)
 
     def summary(self) -> Summary:
         """Summarise the answer by its weakest pushes."""
@@ -83,9 +76,6 @@ class Robustness(Certified, Forces):
         return self.table(headline, places_of(self.points))
 
 
-@archived
-@shaped(answers="1")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class LoadFactor(Certified, Single):
     """The largest ``factor`` by which a set of loads can be multiplied before anything moves.
 
@@ -93,14 +83,11 @@ class LoadFactor(Certified, Single):
     ``mechanism`` have the same meaning as in Robustness, but each is a single value.
     """
 
-    @property
-    def factor(self) -> float:
-        """The largest factor before anything moves; 0 if the status is UNSTABLE or UNDECIDED, inf if it is INFINITE."""
-        return float(self.answers.force[0])
+    factor = First[float](
+        "force", "The largest factor before anything moves; 0 if it is UNSTABLE or UNDECIDED, inf if it is INFINITE."
+    )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        return self.about() | self.columns("factor", "status", "lower", "upper", "moving", "mode", "mechanism")
+    plain = f"factor {ROW}"
 
     def summary(self) -> Summary:
         """Summarise the answer by the factor, its bounds and what gives way."""

@@ -15,8 +15,8 @@ from holdfast.assembly.on_surface import check_on_surface, pointing_out
 from holdfast.assembly.strengths import check_strengths
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes, checked_truth
-from holdfast.base.by_name import Registry
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
+from holdfast.base.names import Registry
 from holdfast.base.ranges import FORCE, PLACE
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import quoted

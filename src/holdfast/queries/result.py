@@ -3,59 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import Of, PublicValue, Summary, column, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Answers, Bound, Claim, Undecided
 from holdfast.engines.mechanism import Mechanism, Mode
 from holdfast.engines.verdict import Status, Verdict
 
+T = TypeVar("T")
+
+ROW = "status lower upper moving mode mechanism"  # columns that plain data tells of most answers
 SHOWN = 8  # largest number of rows in a summary
 NAMED = 4  # largest number of body names in one cell of a summary
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Result(PublicValue):
     """A result that holds the table ``answers``; this class shows what applies to the whole table."""
 
     answers: Answers
 
-    @property
-    def engine(self) -> str:
-        """The name of the engine that answered."""
-        return self.answers.engine
-
-    @property
-    def claim(self) -> Claim:
-        """What the engine promises about its answers."""
-        return self.answers.claim
-
-    @property
-    def lower_bound(self) -> Bound:
-        """How the bound ``lower`` is known."""
-        return self.answers.lower_bound
-
-    @property
-    def upper_bound(self) -> Bound:
-        """How the bound ``upper`` is known."""
-        return self.answers.upper_bound
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the reader of the scene's file guessed or left out, and the simplifications of the answer."""
-        return self.answers.notes
-
-    @property
-    def verdict(self) -> Verdict:
-        """The verdict on whether the assembly stands under the standing loads alone."""
-        return self.answers.verdict
+    engine = Of[str]("answers.engine", "The name of the engine that answered.")
+    claim = Of[Claim]("answers.claim", "What the engine promises about its answers.")
+    lower_bound = Of[Bound]("answers.lower_bound", "How the bound ``lower`` is known.")
+    upper_bound = Of[Bound]("answers.upper_bound", "How the bound ``upper`` is known.")
+    notes = Of[tuple[str, ...]](
+        "answers.notes",
+        "What the reader of the scene's file guessed or left out, and the simplifications of the answer.",
+    )
+    verdict = Of[Verdict](
+        "answers.verdict", "The verdict on whether the assembly stands under the standing loads alone."
+    )
 
     def about(self) -> dict[str, Any]:
         """Return what applies to the whole table as plain data."""
@@ -69,10 +52,6 @@ class Result(PublicValue):
             "undecided": self.answers.undecided.to_dict(),
         }
 
-    def columns(self, *names: str) -> dict[str, Any]:
-        """Return the attributes with these names as plain data."""
-        return {name: to_dict(getattr(self, name)) for name in names}
-
     def facts(self) -> list[tuple[str, str]]:
         """Return what applies to the whole table as (name, text) pairs for a summary."""
         undecided = self.answers.undecided
@@ -85,11 +64,25 @@ class Result(PublicValue):
         ]
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Columns(Result):
     """A result with n rows, each of which answers one load."""
 
     unit: ClassVar[str] = ""
+    heads: ClassVar[tuple[str, str]] = ("where", "answer")  # of the first columns of the table in a summary
+
+    answers: Answers = column("n")
+
+    status = Of[Objects]("answers.status", "The status (n,) of each answer: FINITE, INFINITE, UNSTABLE or UNDECIDED.")
+    undecided = Of[Undecided](
+        "answers.undecided", "How many of the n answers are not known (``count``, ``share``), and why (``reasons``)."
+    )
+    lower = Of[Float]("answers.lower", "The lower bounds (n,) of the true answers, as far as the engine promises them.")
+    upper = Of[Float]("answers.upper", "The upper bounds (n,) of the true answers, as far as the engine promises them.")
+    moving = Of[Objects]("answers.moving", "The names (n,) of the bodies that begin to move, one tuple for each row.")
+    mode = Of[Objects](
+        "answers.mode", 'What the contacts do (n,): "slip", "topple", "mixed", "roll", "crush" or "none".'
+    )
+    mechanism = Of[Objects]("answers.mechanism", "The mechanism (n,) of each row, or None where nothing gives way.")
 
     def explain(self, row: int | None = None) -> str:
         """Explain in lines of text how one answer came about: the raw answer, then each amendment and its reason.
@@ -107,41 +100,6 @@ class Columns(Result):
         """Return the answer of a result with one row; raise HoldfastError if it has several or is undecided."""
         return only_answer(self)
 
-    @property
-    def status(self) -> Objects:
-        """The status (n,) of each answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
-        return self.answers.status
-
-    @property
-    def undecided(self) -> Undecided:
-        """How many of the n answers are not known (``count``, ``share``), and why (``reasons``)."""
-        return self.answers.undecided
-
-    @property
-    def lower(self) -> Float:
-        """The lower bounds (n,) of the true answers, as far as the engine can promise them."""
-        return self.answers.lower
-
-    @property
-    def upper(self) -> Float:
-        """The upper bounds (n,) of the true answers, as far as the engine can promise them."""
-        return self.answers.upper
-
-    @property
-    def moving(self) -> Objects:
-        """The names (n,) of the bodies that begin to move, one tuple for each row."""
-        return self.answers.moving
-
-    @property
-    def mode(self) -> Objects:
-        """What the contacts do (n,): "slip", "topple", "mixed", "roll", "crush" or "none"."""
-        return self.answers.mode
-
-    @property
-    def mechanism(self) -> Objects:
-        """The mechanism (n,) of each row, or None where nothing gives way."""
-        return self.answers.mechanism
-
     def about(self) -> dict[str, Any]:
         """Return what applies to the whole table as plain data, with the bound that holds for all rows.
 
@@ -156,85 +114,61 @@ class Columns(Result):
         """Return the load that a row answers, as plain data."""
         return {}
 
-    def weakest_rows(self, unit: str, places: Objects | None = None) -> list[list[str]]:
-        """Return the rows with the smallest answers as texts for a summary; undecided rows come last.
+    def table(self, headline: str, places: Objects) -> Summary:
+        """Return a summary with the rows with the smallest answers; undecided rows come last.
 
         ``places`` (n,) are texts that say which load each row answers.
         """
         answers = self.answers
-        return [
+        rows = [
             [
-                "" if places is None else str(places[k]),
-                amount(answers.status[k], answers.force[k], unit),
+                str(places[k]),
+                amount(answers.status[k], answers.force[k], self.unit),
                 f"{number(answers.lower[k])} to {number(answers.upper[k])}",
                 str(answers.status[k]),
                 gives_way(answers.mode[k], answers.moving[k]),
             ]
             for k in answers.ranking[:SHOWN].tolist()
         ]
+        return Summary(headline, self.facts(), (*self.heads, *ROW_HEADS[2:]), rows, self.notes)
 
 
 ROW_HEADS = ("where", "answer", "between", "status", "what gives way")
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Forces(Columns):
     """A result whose n rows are forces."""
 
     unit: ClassVar[str] = "N"
 
-    @property
-    def force(self) -> Float:
-        """The largest force (n,) [N] before anything moves."""
-        return self.answers.force
-
-    def table(self, headline: str, places: Objects | None = None) -> Summary:
-        """Return a summary with this headline and the weakest rows."""
-        rows = self.weakest_rows("N", places)
-        return Summary(headline, self.facts(), ROW_HEADS, rows, self.notes)
+    force = Of[Float]("answers.force", "The largest force (n,) [N] before anything moves.")
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class First(Of[T]):
+    """The only row of a column of a table of answers."""
+
+    def __init__(self, name: str, text: str) -> None:
+        property.__init__(self, lambda result: getattr(result.answers, name).item(0))
+        self.__doc__ = text
+
+
 class Single(Result):
     """A result with one row, whose columns are shown as single values."""
+
+    answers: Answers = column("1")
+
+    status = First[Status]("status", "The status of the answer: FINITE, INFINITE, UNSTABLE or UNDECIDED.")
+    lower = First[float]("lower", "The lower bound of the true answer, as far as the engine can promise it.")
+    upper = First[float]("upper", "The upper bound of the true answer, as far as the engine can promise it.")
+    moving = First[tuple[str, ...]]("moving", "The names of the bodies that begin to move.")
+    mode = First[Mode]("mode", 'What the contacts do: "slip", "topple", "mixed", "roll", "crush" or "none".')
+    mechanism = First[Mechanism | None](
+        "mechanism", "The motion with which the bodies begin to move, or None if nothing gives way."
+    )
 
     def __float__(self) -> float:
         """Return the answer; raise HoldfastError if it is undecided."""
         return only_answer(self)
-
-    @property
-    def status(self) -> Status:
-        """The status of the answer: FINITE, INFINITE, UNSTABLE or UNDECIDED."""
-        status: Status = self.answers.status[0]
-        return status
-
-    @property
-    def lower(self) -> float:
-        """The lower bound of the true answer, as far as the engine can promise it."""
-        return float(self.answers.lower[0])
-
-    @property
-    def upper(self) -> float:
-        """The upper bound of the true answer, as far as the engine can promise it."""
-        return float(self.answers.upper[0])
-
-    @property
-    def moving(self) -> tuple[str, ...]:
-        """The names of the bodies that begin to move."""
-        moving: tuple[str, ...] = self.answers.moving[0]
-        return moving
-
-    @property
-    def mode(self) -> Mode:
-        """What the contacts do: "slip", "topple", "mixed", "roll", "crush" or "none"."""
-        mode: Mode = self.answers.mode[0]
-        return mode
-
-    @property
-    def mechanism(self) -> Mechanism | None:
-        """The motion with which the bodies begin to move, or None if nothing gives way."""
-        mechanism: Mechanism | None = self.answers.mechanism[0]
-        return mechanism
 
 
 def only_answer(result: Result) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -10,14 +9,11 @@ from numpy.typing import ArrayLike
 
 from holdfast.base.arrays import Bool, Float, Int, Objects, checked, checked_number, frozen
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.kinds import check_kinds, shaped
-from holdfast.base.public import Summary, number
+from holdfast.base.public import Summary, column, number
 from holdfast.engines.verdict import Status
 from holdfast.queries.result import SHOWN, Result, amount
 
 
-@shaped(nominal="n", nominal_status="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Sampled(Result):
     """A result with n answers in each of ``samples`` samples of the uncertain quantities.
 
@@ -28,8 +24,8 @@ class Sampled(Result):
     unit: ClassVar[str] = ""
     place: ClassVar[str] = ""  # title of the column that says which of the n answers a row is about
 
-    nominal: Float
-    nominal_status: Objects
+    nominal: Float = column("n")
+    nominal_status: Objects = column("n", of=Status)
     stands: float
     undecided: float
     samples: int
@@ -55,7 +51,6 @@ class Sampled(Result):
         if len(self.answers) != max(self.samples, 0) * len(self.nominal) or self.samples < 1:
             problem = f"{len(self.answers)} answers for {self.samples} samples of {len(self.nominal)}"
             raise HoldfastError(message("answer under uncertainty", problem, "needs one for each"))
-        check_kinds(self.nominal_status, Status, "nominal_status")
 
     def weakest(self, headline: str, places: Objects) -> Summary:
         """Summarise the answer by quantiles of the rows with the smallest medians; ``places`` (n,) are their names."""

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.strengths import refuse_joined
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_direction
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.kinds import shaped
-from holdfast.base.public import Summary, number
+from holdfast.base.public import Summary, column, number
 from holdfast.base.ranges import PLACE
 from holdfast.base.text import quoted
 from holdfast.base.values import Table
@@ -30,14 +26,11 @@ from holdfast.queries.request import (
     push_columns,
     total_wrench,
 )
-from holdfast.queries.result import NAMED, SHOWN, Single, gives_way
+from holdfast.queries.result import NAMED, SHOWN, First, Single, gives_way
 from holdfast.queries.uncertain import Pair
 from holdfast.scene.scene import Scene
 
 
-@archived
-@shaped(answers="1", d_point="3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Sensitivity(Single):
     """The derivatives of the largest push ``force`` [N], which lies between ``lower`` and ``upper``.
 
@@ -52,17 +45,11 @@ class Sensitivity(Single):
     d_mu: Table[Pair, float]
     d_mass: Table[str, float]
     d_com: Table[str, Float]
-    d_point: Float
+    d_point: Float = column("3")
 
-    @property
-    def force(self) -> float:
-        """The largest push [N]."""
-        return float(self.answers.force[0])
+    plain = "body force lower upper status moving mode d_mu d_mass d_com d_point"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = ("body", "force", "lower", "upper", "status", "moving", "mode", "d_mu", "d_mass", "d_com", "d_point")
-        return self.about() | self.columns(*names)
+    force = First[float]("force", "The largest push [N].")
 
     def summary(self) -> Summary:
         """Summarise the answer by its largest derivatives."""

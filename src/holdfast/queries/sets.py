@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
-from holdfast.base.archive import archived, to_dict
+from holdfast.base.archive import to_dict
 from holdfast.base.arrays import (
     Bool,
     Float,
@@ -27,8 +27,7 @@ from holdfast.base.arrays import (
     objects,
 )
 from holdfast.base.errors import HoldfastError, SceneError, message
-from holdfast.base.kinds import shaped
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import PublicValue, Summary, column, number
 from holdfast.base.ranges import ACCELERATION, FORCE, MANY, SCALE
 from holdfast.base.rounding import COORDINATES
 from holdfast.engines.answers import Claim
@@ -57,9 +56,6 @@ ASKED = {3: "accelerations", 6: "wrenches"}  # what sets are of, by dimension
 ACCELERATION_BOUND = 5.0  # default bound of each component of an acceleration, in g
 
 
-@archived
-@shaped(units="d", box="d", vertices="v d")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class ConvexSet(PublicValue):
     """A set of loads between two polyhedra: nothing outside ``outer`` is in it.
 
@@ -87,14 +83,16 @@ class ConvexSet(PublicValue):
     claim: Claim
     inner: tuple[Float, Float]
     outer: tuple[Float, Float]
-    vertices: Float
-    box: Float
+    vertices: Float = column("v d")
+    box: Float = column("d")
     accuracy: float
     accuracy_wanted: float
     solves: int
-    units: tuple[str, ...]
+    units: tuple[str, ...] = column("d")
     frame: str
     notes: tuple[str, ...]
+
+    plain = "engine claim vertices box accuracy accuracy_wanted solves units frame notes"
 
     def contains(self, coordinates: Any) -> bool | Objects | None:  # noqa: ANN401 - (d,) or (n, d) numbers, checked
         """Return whether ``coordinates`` are in what holds (True), certainly outside (False), or neither (None).
@@ -135,8 +133,7 @@ class ConvexSet(PublicValue):
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if the values that were read from a file cannot be those of a set."""
-        dimension = len(checked(self.box, (None,), "box"))
-        checked(self.vertices, (None, dimension), "vertices")
+        dimension = len(self.box)
         for name in ("accuracy", "accuracy_wanted"):
             checked_number(getattr(self, name), name, minimum=0)
         for name in ("inner", "outer"):
@@ -146,12 +143,9 @@ class ConvexSet(PublicValue):
                 problem = f"has {b.min():g}"
                 raise HoldfastError(message(f"{name}: b", problem, "needs positive numbers: 0 is in the set"))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with both polyhedra as A and b of A x <= b."""
-        known = ("accuracy", "accuracy_wanted", "solves")
-        names = ("engine", "claim", "vertices", "box", *known, "units", "frame", "notes")
-        half_spaces = {name: to_dict(dict(zip("Ab", getattr(self, name), strict=True))) for name in ("inner", "outer")}
-        return half_spaces | {name: to_dict(getattr(self, name)) for name in names}
+    def about(self) -> dict[str, Any]:
+        """Return both polyhedra as plain data, as A and b of A x <= b."""
+        return {name: to_dict(dict(zip("Ab", getattr(self, name), strict=True))) for name in ("inner", "outer")}
 
     def summary(self) -> Summary:
         """Summarise the extent of the set and how close the two polyhedra are."""

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import InitVar, dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly, body_forces
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, Int
-from holdfast.base.errors import HoldfastError, message, no_truth, warn
-from holdfast.base.public import PublicValue, Summary
+from holdfast.base.errors import HoldfastError, message, warn
+from holdfast.base.public import Of, PublicValue, Summary
 from holdfast.base.text import listed
 from holdfast.base.values import altered
 from holdfast.certificates.certified import Certified, asking
@@ -43,9 +41,7 @@ WAYS = 36  # level directions that are asked; between them at most 1 - cos(180°
 CLOSE = 1e-3  # share of all friction to which a margin is known
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Stability(Certified, PublicValue):
+class Stability(Certified, PublicValue, ask=".stable or .status"):
     """The verdict on whether an assembly stands at rest.
 
     ``status`` is STABLE, UNSTABLE or UNDECIDED, and ``reason`` explains it in words. ``equilibrium_exists`` is True or
@@ -71,14 +67,33 @@ class Stability(Certified, PublicValue):
     groups: tuple[GroupVerdict, ...]
     notes: tuple[str, ...]
     bearing: tuple[Bearing, ...] = ()
-    margin_asked: InitVar[Callable[[Sequence[int] | None], float] | None] = None
 
-    def __post_init__(self, margin_asked: Callable[[Sequence[int] | None], float] | None) -> None:
-        object.__setattr__(self, "_margin_asked", margin_asked)
-        super().__post_init__()
+    plain = (
+        "engine claim status equilibrium_exists self_stress forces residual moving mechanism certificate reason notes "
+        "groups stable bearing"
+    )
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .stable or .status")
+    status = Of[Status](
+        "verdict.status", "STABLE, UNSTABLE or UNDECIDED, of the verdict. Rigid bodies stand, even if they are crushed."
+    )
+    reason = Of[str]("verdict.reason", "The reason for the verdict, in words.")
+    balanced = Of[tuple[str, ...]](
+        "verdict.balanced",
+        "The names of the bodies that are only balanced: they stand, but the least push moves them.",
+    )
+    equilibrium_exists = Of[bool | None](
+        "verdict.equilibrium_exists",
+        "Whether an equilibrium exists: True or False with evidence, None if that is not known.",
+    )
+    self_stress = Of[bool | None](
+        "verdict.self_stress", "Whether contacts can press each other without any load, None if that is not known."
+    )
+    forces = Of[ContactForces | None]("verdict.forces", "The contact forces if the assembly stands, else None.")
+    residual = Of[float]("verdict.residual", "The equilibrium error of the contact forces over the total weight.")
+    mechanism = Of[Mechanism | None]("verdict.mechanism", "The motion with which the bodies begin to move, or None.")
+    certificate = Of[Certificate | None](
+        "verdict.certificate", "The proof that no contact can prevent the motion, or None."
+    )
 
     @property
     def stable(self) -> bool:
@@ -89,11 +104,6 @@ class Stability(Certified, PublicValue):
     def crushed(self) -> tuple[str, ...]:
         """The names of the bodies that bear more than they may, the most crushed first."""
         return tuple(dict.fromkeys(one.body for one in self.bearing if one.crushed))
-
-    @property
-    def status(self) -> Status:
-        """The status of the verdict: STABLE, UNSTABLE or UNDECIDED. Rigid bodies stand, even if they are crushed."""
-        return self.verdict.status
 
     @cached_property
     def margin(self) -> float:
@@ -123,49 +133,9 @@ class Stability(Certified, PublicValue):
         return asked(groups)
 
     @property
-    def balanced(self) -> tuple[str, ...]:
-        """The names of the bodies that are only balanced: they stand, and the slightest push moves them."""
-        return self.verdict.balanced
-
-    @property
-    def reason(self) -> str:
-        """The reason for the verdict, in words."""
-        return self.verdict.reason
-
-    @property
-    def equilibrium_exists(self) -> bool | None:
-        """Whether an equilibrium exists: True or False with evidence, None if it is not known."""
-        return self.verdict.equilibrium_exists
-
-    @property
-    def self_stress(self) -> bool | None:
-        """Whether contacts can press each other without any load, None if that is not known."""
-        return self.verdict.self_stress
-
-    @property
-    def forces(self) -> ContactForces | None:
-        """The contact forces if the assembly stands, else None."""
-        return self.verdict.forces
-
-    @property
-    def residual(self) -> float:
-        """The equilibrium error of the contact forces, divided by the total weight."""
-        return self.verdict.residual
-
-    @property
     def moving(self) -> tuple[str, ...]:
         """The names of the bodies that move; empty if there is no mechanism."""
         return () if self.verdict.mechanism is None else self.verdict.mechanism.moving
-
-    @property
-    def mechanism(self) -> Mechanism | None:
-        """The motion with which the bodies begin to move, or None."""
-        return self.verdict.mechanism
-
-    @property
-    def certificate(self) -> Certificate | None:
-        """The proof that no contact can prevent the motion, or None."""
-        return self.verdict.certificate
 
     def explain(self) -> str:
         """Explain in lines of text how the verdict came about: what was looked at, in order, and what decided.
@@ -177,17 +147,6 @@ class Stability(Certified, PublicValue):
             lines += [f"{listed(group.bodies)}:", *group.verdict.explained.splitlines()]
         lines += [f"{'crushed' if one.crushed else 'bearing'}: {one.text}" for one in self.bearing]
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = ("engine", "claim", "status", "equilibrium_exists", "self_stress", "forces", "residual", "moving")
-        data = {name: to_dict(getattr(self, name)) for name in (*names, "mechanism", "certificate", "reason", "notes")}
-        groups = [
-            {"bodies": list(g.bodies), "status": g.verdict.status.value, "reason": g.verdict.reason}
-            for g in self.groups
-        ]
-        bearing = [to_dict(one) | {"share": to_dict(one.share)} for one in self.bearing]
-        return data | {"groups": groups, "stable": self.stable, "bearing": bearing}
 
     def summary(self) -> Summary:
         """Summarise the verdict and its reason."""
@@ -223,7 +182,6 @@ def stability(
     lacking = {*limited(assembly.bodies)} - {one.body for one in bearing}
     if verdict.stable and lacking:
         notes = (*notes, f"what {listed(sorted(lacking))} may bear was not compared: forces on it are not known")
-    margin = partial(margin_of, method, assembly, standing, pressed)
     found = Stability(
         engine=method.name,
         claim=method.claim,
@@ -231,8 +189,8 @@ def stability(
         groups=groups,
         notes=notes,
         bearing=bearing,
-        margin_asked=margin,
     )
+    vars(found)["_margin_asked"] = partial(margin_of, method, assembly, standing, pressed)
     return asking(found, Question(assembly, standing))
 
 

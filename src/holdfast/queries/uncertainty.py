@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
-from holdfast.base.field_hints import hinting
-from holdfast.base.kinds import shaped
-from holdfast.base.public import Summary
+from holdfast.base.errors import hinting
+from holdfast.base.public import Of, Summary, column
 from holdfast.engines.answers import Undecided
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (
@@ -33,9 +30,6 @@ from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene
 
 
-@archived
-@shaped(points="n 3", directions="n 3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class RobustnessUnder(Sampled):
     """The largest push at each of n points, in each of ``samples`` samples of the uncertain quantities.
 
@@ -55,26 +49,15 @@ class RobustnessUnder(Sampled):
     place: ClassVar[str] = "where"
 
     body: str
-    points: Float
-    directions: Float
+    points: Float = column("n 3")
+    directions: Float = column("n 3")
 
-    @property
-    def force(self) -> Float:
-        """The largest force (samples, n) [N] before anything moves."""
-        return self._values
+    plain = "body points directions force status nominal nominal_status stands undecided undecided_pushes samples seed"
 
-    @property
-    def undecided_pushes(self) -> Undecided:
-        """How many of the pushes on all samples are not known (``count``, ``share``), and why (``reasons``)."""
-        return self.answers.undecided
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = (
-            *("body", "points", "directions", "force", "status", "nominal", "nominal_status"),
-            *("stands", "undecided", "undecided_pushes", "samples", "seed"),
-        )
-        return self.about() | {name: to_dict(getattr(self, name)) for name in names}
+    force = Of[Float]("_values", "The largest force (samples, n) [N] before anything moves.")
+    undecided_pushes = Of[Undecided](
+        "answers.undecided", "How many of the pushes on all samples are not known (``count``, ``share``), and why."
+    )
 
     def summary(self) -> Summary:
         """Summarise the answer by quantiles at the points with the smallest medians."""

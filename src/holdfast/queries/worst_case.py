@@ -7,21 +7,17 @@ more weight, so that is no proof. Up to where an equilibrium exists is least at 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import chain
-from typing import Any
 
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.strengths import refuse_joined
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Objects, objects
-from holdfast.base.errors import HoldfastError, message
-from holdfast.base.kinds import check_kinds, fits, shaped
 from holdfast.base.progress import reported
-from holdfast.base.public import Summary
+from holdfast.base.public import Summary, column
 from holdfast.base.values import Table
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import WORST_CASES, Corner
@@ -57,9 +53,6 @@ GUARANTEE = (
 )
 
 
-@archived
-@shaped(answers="n", nominal="n", nominal_status="n", masses="n", coms="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class WorstCase(Forces):
     """The smallest R at each of n points over all values of the uncertain quantities.
 
@@ -77,46 +70,26 @@ class WorstCase(Forces):
     """
 
     body: str
-    nominal: Float
-    nominal_status: Objects
+    nominal: Float = column("n")
+    nominal_status: Objects = column("n", of=Status)
     mu: Table[Pair, float]
-    masses: Objects
-    coms: Objects
+    masses: Objects = column("n", of=Mapping[str, float])
+    coms: Objects = column("n", of=Mapping[str, tuple[float, float, float]])
     corners: int
     guarantee: str
 
-    def checked_after_load(self) -> None:
-        """Raise HoldfastError if the values that were read from a file have the wrong types."""
-        for name, wanted in (("masses", Mapping[str, float]), ("coms", Mapping[str, tuple[float, float, float]])):
-            if not all(fits(item, wanted) for item in getattr(self, name)):
-                problem = "are not by the names of bodies"
-                raise HoldfastError(message(f"worst case: {name}", problem, "needs those that an answer's save wrote"))
-        check_kinds(self.nominal_status, Status, "nominal_status")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = (
-            "force",
-            "lower",
-            "upper",
-            "status",
-            "moving",
-            "mode",
-            "nominal",
-            "nominal_status",
-            "mu",
-            "masses",
-            "coms",
-        )
-        whole = {"body": self.body, "corners": self.corners, "guarantee": self.guarantee}
-        return self.about() | whole | self.columns(*names)
+    plain = "body corners guarantee force lower upper status moving mode nominal nominal_status mu masses coms"
 
     def summary(self) -> Summary:
         """Summarise the answer by its weakest points."""
         headline = f"{len(self.force):,} pushes on {self.body} at {self.corners:,} corners: {least(self.answers, 'N')}"
         nominal = zip(self.nominal_status, self.nominal, strict=True)
-        found = self.table(headline, objects([f"nominal {amount(status, value, 'N')}" for status, value in nominal]))
-        return replace(found, facts=(*found.facts, ("guarantee", self.guarantee)))
+        places = objects([f"nominal {amount(status, value, 'N')}" for status, value in nominal])
+        return self.table(headline, places)
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Return what applies to the whole table as (name, text) pairs, and what was proved or asked."""
+        return [*super().facts(), ("guarantee", self.guarantee)]
 
 
 def worst_case(

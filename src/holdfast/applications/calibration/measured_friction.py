@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Objects
-from holdfast.base.kinds import check_kinds, shaped
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import PublicValue, Summary, column, number
 from holdfast.base.text import listed
 from holdfast.base.values import Table
 from holdfast.queries.result import SHOWN
 from holdfast.queries.uncertain import Pair
 
 
-@archived
-@shaped(bodies="n", points="n 3", directions="n 3", force="n", moved="n", predicted="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class MeasuredFriction(PublicValue):
     """What n measured pushes say about the coefficients of friction of pairs of bodies, by the names of the two.
 
@@ -46,18 +39,14 @@ class MeasuredFriction(PublicValue):
     scatter: float
     scatter_estimated: bool
     confidence: float
-    bodies: Objects
-    points: Float
-    directions: Float
-    force: Float
-    moved: Bool
-    predicted: Float
+    bodies: Objects = column("n", of=str)
+    points: Float = column("n 3")
+    directions: Float = column("n 3")
+    force: Float = column("n")
+    moved: Bool = column("n")
+    predicted: Float = column("n")
     engine: str
     notes: tuple[str, ...]
-
-    def checked_after_load(self) -> None:
-        """Raise HoldfastError if the values that were read from a file have the wrong types."""
-        check_kinds(self.bodies, str, "bodies")
 
     @property
     def worst(self) -> list[int]:

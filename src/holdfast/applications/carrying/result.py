@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,22 +9,19 @@ import numpy as np
 from holdfast.applications.carrying.profile import Profile
 from holdfast.applications.transport import speed_within
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
-from holdfast.base.arrays import Bool, Float, frozen
-from holdfast.base.errors import HoldfastError, message, no_truth
-from holdfast.base.kinds import shaped
-from holdfast.base.painters import paint
-from holdfast.base.public import Summary, number
+from holdfast.base.archive import to_dict
+from holdfast.base.arrays import Bool, Float, frozen, objects
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.public import Of, Pictured, Summary, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.verdict import Status
-from holdfast.queries.result import NAMED, ROW_HEADS, Columns, gives_way, verdict_words
+from holdfast.queries.result import NAMED, ROW, Columns, gives_way, verdict_words
+
+WORDS = {Status.STABLE: "holds", Status.UNSTABLE: "gives way", Status.UNDECIDED: "undecided"}
 
 
-@archived
-@shaped(answers="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Carried(Columns):
+class Carried(Pictured, Columns, ask=".holds or .outcome"):
     """Whether a load holds while its carrier moves by ``profile`` at n times.
 
     ``factor`` (n,) is the largest factor on the inertial loads of each time before something moves: the load holds
@@ -39,6 +34,9 @@ class Carried(Columns):
     otherwise; ``reason`` says why. ``time`` [s] is the onset of motion, to a thousandth of a step of the profile, or
     inf if nothing is known to move; ``first`` holds the names of the bodies that move first. Rows after ``time`` assume
     that nothing has moved before.
+
+    Its picture shows the accelerations and the used share of the load's capacity over time, in colours that say which
+    bodies would give way first.
     """
 
     assembly: Assembly
@@ -46,13 +44,12 @@ class Carried(Columns):
     time: float
     first: tuple[str, ...]
 
-    @property
-    def factor(self) -> Float:
-        """The largest factor (n,) on the inertial loads of each time before something moves."""
-        return self.answers.force
+    heads = ("at", "factor")
+    plain = f"factor {ROW}"
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .holds or .outcome")
+    factor = Of[Float](
+        "answers.force", "The largest factor (n,) on the inertial loads of each time before something moves."
+    )
 
     @property
     def holds(self) -> bool:
@@ -118,44 +115,36 @@ class Carried(Columns):
         with np.errstate(divide="ignore"):
             return speed_within(1 / self.lower, margin, "time_scale")
 
-    def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the accelerations and the used share of the load's capacity over time as a PNG picture.
-
-        Colours show which bodies would give way first.
-        """
-        paint(self, path, ".png")
-
     def where(self, row: int) -> dict[str, Any]:
         """Return the time that a row answers, as plain data."""
         return {"time": to_dict(float(self.profile.time[row]))}
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all columns."""
-        names = ("factor", "status", "lower", "upper", "moving", "mode", "mechanism")
+    def about(self) -> dict[str, Any]:
+        """Return what applies to all times as plain data, and the motion."""
         scale = None if self.claim is Claim.ESTIMATED else to_dict(self.time_scale())
         about: dict[str, Any] = {"scene": self.assembly.scene.name, "profile": self.profile.name}
         about |= {"source": self.profile.source, "outcome": self.outcome.value, "reason": self.reason}
         about |= {"time": to_dict(self.time), "first": list(self.first), "time_scale": scale}
         motion = ("time", "acceleration", "angular_acceleration", "angular_velocity")
         samples = {"samples": {name: to_dict(getattr(self.profile, name)) for name in motion}}
-        return about | self.about() | samples | self.columns(*names)
+        return about | super().about() | samples
 
-    def summary(self) -> Summary:
-        """Summarise the outcome by the times with the smallest factors."""
-        name = self.assembly.scene.name or "assembly"
-        words = {Status.STABLE: "holds", Status.UNSTABLE: "gives way"}.get(self.outcome, "undecided")
-        facts = [("outcome", words), ("why", self.reason)]
+    def facts(self) -> list[tuple[str, str]]:
+        """Return the outcome and what applies to all times as (name, text) pairs."""
+        facts = [("outcome", WORDS[self.outcome]), ("why", self.reason)]
         if self.claim is not Claim.ESTIMATED:
             what = "safe speed" if self.claim is Claim.HOLDS else "an equilibrium exists at"
             facts.append((what, f"{number(self.time_scale())} times the speed"))
         if self.first:
             facts.append(("moves first", listed(self.first, NAMED)))
-        times = np.array([f"{number(float(t), 's')}" for t in self.profile.time], dtype=object)
-        headline = (
-            f"{name}, {self.profile.name or 'a motion'}: {words}; {self.reason}; at rest {verdict_words(self.verdict)}"
-        )
-        rows = self.weakest_rows("", times)
-        return Summary(headline, [*facts, *self.facts()], ("at", "factor", *ROW_HEADS[2:]), rows, self.notes)
+        return [*facts, *super().facts()]
+
+    def summary(self) -> Summary:
+        """Summarise the outcome by the times with the smallest factors."""
+        name, motion = self.assembly.scene.name or "assembly", self.profile.name or "a motion"
+        outcome = f"{WORDS[self.outcome]}; {self.reason}; at rest {verdict_words(self.verdict)}"
+        times = objects([number(float(t), "s") for t in self.profile.time])
+        return self.table(f"{name}, {motion}: {outcome}", times)
 
 
 def held(answers: Answers) -> Bool:

@@ -20,21 +20,16 @@ from numpy.typing import ArrayLike
 
 from holdfast.applications.disassembly.hands import held_still
 from holdfast.applications.disassembly.least_hold import HandHold, handled, hands_column
-from holdfast.applications.disassembly.order import SHOWN, SOLVES, planned
+from holdfast.applications.disassembly.order import SHOWN, SOLVES, StepByStep, planned
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.base.archive import archived, to_dict
+from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_whole
-from holdfast.base.errors import no_truth
-from holdfast.base.kinds import shaped
 from holdfast.base.progress import reported
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import Record, Summary, number
 from holdfast.base.ranges import MANY
 from holdfast.base.text import listed
-from holdfast.base.values import Value
-from holdfast.certificates.certified import CertifiedStates
 from holdfast.certificates.question import Question
-from holdfast.engines.answers import Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import Status
@@ -49,9 +44,7 @@ SAFE = "everything stands with it, and while its weight is set down"
 CLOSE = 0.97  # pushes that hold at this share of the smallest known push get no full answer
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class BuildStep(Value):
+class BuildStep(Record):
     """One body that is put in, and the weakest point of the state that follows.
 
     ``hold`` means that the body must be held against turning while it is set down. ``weakest`` is the point of all
@@ -68,10 +61,7 @@ class BuildStep(Value):
     holds: tuple[HandHold, ...] = ()
 
 
-@archived
-@shaped(lift="3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class BuildOrder(CertifiedStates, PublicValue):
+class BuildOrder(StepByStep, ask=".reached, which says whether everything can be put in"):
     """An order in which the bodies of ``assembly`` can be put in, each along minus ``lift`` (3,), a unit vector.
 
     ``steps`` are in order. After each of them, everything that is in place stands by the verdict of ``method``. If
@@ -81,33 +71,10 @@ class BuildOrder(CertifiedStates, PublicValue):
     ``falsework`` names those that have to be propped besides; only if there are none may ``reached`` be true.
     """
 
-    assembly: Assembly
-    method: Engine
-    lift: Float
     steps: tuple[BuildStep, ...]
-    reached: bool
-    proven: bool
     stuck: tuple[Removal, ...]
-    hands: int = 0
-    falsework: tuple[str, ...] = ()
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .reached, which says whether everything can be put in")
-
-    @property
-    def engine(self) -> str:
-        """The name of the engine."""
-        return self.method.name
-
-    @property
-    def claim(self) -> Claim:
-        """What the engine promises about its answers."""
-        return self.method.claim
-
-    @property
-    def order(self) -> tuple[str, ...]:
-        """The names of the bodies in the order in which they are put in."""
-        return tuple(step.body for step in self.steps)
+    plain = "engine claim lift order reached proven first steps stuck hands falsework"
 
     @property
     def first(self) -> tuple[str, ...]:
@@ -140,11 +107,8 @@ class BuildOrder(CertifiedStates, PublicValue):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; a force that is not known is None there."""
-        names: tuple[str, ...] = ("engine", "claim", "lift", "order", "reached", "proven", "first", "steps", "stuck")
-        names = (*names, "hands", "falsework") if self.hands else names
         force = [None if np.isnan(each) else to_dict(each) for each in self.force]
-        data = {name: to_dict(getattr(self, name)) for name in names}
-        return {"scene": self.assembly.scene.name} | data | {"force": force}
+        return super().to_dict() | {"force": force}
 
     def summary(self) -> Summary:
         """Summarise the order by its steps and the smallest push that moves something after each."""

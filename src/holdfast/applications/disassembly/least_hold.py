@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.text import listed
-from holdfast.base.values import Value, seal
 from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.engines.cones import EXACT
 from holdfast.engines.forces import scaled_operator, scaled_wrench
@@ -22,10 +19,7 @@ from holdfast.engines.rest import corner_nodes
 NOTHING = 1e-9  # share of the total weight: the tolerance of the solver
 
 
-@archived
-@shaped(force="3", moment="3")
-@dataclass(frozen=True, eq=False, repr=False)
-class HandHold(Value):
+class HandHold(Record):
     """The least that a hand must do to hold one body where it is, while everything else stands.
 
     ``force`` (3,) [N] acts at the body's centre of mass, together with ``moment`` (3,) [N m], in the world frame. They
@@ -35,12 +29,9 @@ class HandHold(Value):
     """
 
     body: str
-    force: Float
-    moment: Float
+    force: Float = column("3")
+    moment: Float = column("3")
     prop: bool = False
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     @property
     def text(self) -> str:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -16,15 +15,11 @@ from holdfast.applications.disassembly.least_hold import handled, hands_column
 from holdfast.applications.disassembly.order_search import Plan, everything, fewest
 from holdfast.applications.disassembly.removal import WHOLE, Answer, Removal, Removals, gives_way_in
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, checked_direction, checked_items, checked_whole
-from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message, no_truth
-from holdfast.base.kinds import shaped
-from holdfast.base.painters import paint
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.errors import HoldfastError, SceneError, SolverError, UnstableError, message
+from holdfast.base.public import Of, Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.ranges import MANY
 from holdfast.base.text import listed, quoted
-from holdfast.base.values import Value
 from holdfast.certificates.certified import CertifiedStates, asking
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim, Undecided
@@ -33,13 +28,12 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, body_number, checked_assembly, engine_of
 from holdfast.scene.scene import Scene
 
+HANDS = ("hands", "falsework")
 SHOWN = 8  # largest number of body names in one line
 SOLVES = 2000  # number of checks by contact forces after which a search stops
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class PaperRow(Value):
+class PaperRow(Record):
     """The paper's test of one body (Sec. VII-C), which compares R with the body's weight.
 
     ``force`` [N] is R at the centre of mass, upwards, or None if R is undecided, and ``weight`` [N] is the body's
@@ -53,10 +47,33 @@ class PaperRow(Value):
     removable: bool
 
 
-@archived
-@shaped(lift="3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Disassembly(CertifiedStates, PublicValue):
+class StepByStep(CertifiedStates, PublicValue):
+    """An order of ``steps``, each of which concerns one ``body`` and what hands hold then."""
+
+    assembly: Assembly
+    method: Engine
+    lift: Float = column("3")
+    steps: tuple[Any, ...]
+    reached: bool
+    proven: bool
+    hands: int = 0
+    falsework: tuple[str, ...] = ()
+
+    engine = Of[str]("method.name", "The name of the engine.")
+    claim = Of[Claim]("method.claim", "What the engine promises about its answers.")
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """The names of the bodies, step by step."""
+        return tuple(step.body for step in self.steps)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data for JSON; without hands, nothing is told of them."""
+        data = {"scene": self.assembly.scene.name} | super().to_dict()
+        return data if self.hands else {name: item for name, item in data.items() if name not in HANDS}
+
+
+class Disassembly(Pictured, StepByStep, ask=".reached, which says whether everything comes out"):
     """An order in which bodies can be taken out of ``assembly``.
 
     ``order`` names the bodies in turn, and ``steps`` holds the answer for each of them with its reason. ``reached``
@@ -68,31 +85,15 @@ class Disassembly(CertifiedStates, PublicValue):
     is the unit direction in which bodies leave, world frame. ``method`` is the engine that answered, and ``engine`` is
     its name. ``hands`` is how many hands could hold bodies, and ``falsework`` names those that have to be propped
     besides; only if there are none is the order one for these hands, and ``reached`` may be true.
+
+    Its picture shows every state with the next body in colour; of a long order, only every n-th.
     """
 
-    assembly: Assembly
-    method: Engine
-    lift: Float
     goal: tuple[str, ...]
     steps: tuple[Removal, ...]
-    reached: bool
-    proven: bool
     fewest: float
-    hands: int = 0
-    falsework: tuple[str, ...] = ()
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .reached, which says whether everything comes out")
-
-    @property
-    def engine(self) -> str:
-        """The name of the engine."""
-        return self.method.name
-
-    @property
-    def claim(self) -> Claim:
-        """What the engine promises about its answers."""
-        return self.method.claim
+    plain = "engine claim lift goal order assembly_order reached proven fewest blocked hands falsework undecided steps"
 
     @property
     def questions(self) -> tuple[Question, ...]:
@@ -111,11 +112,6 @@ class Disassembly(CertifiedStates, PublicValue):
         The cache does not travel to a file or to another process.
         """
         return Removals(self.assembly, self.method, self.lift)
-
-    @property
-    def order(self) -> tuple[str, ...]:
-        """The names of the bodies in the order of their removal."""
-        return tuple(step.body for step in self.steps)
 
     @property
     def assembly_order(self) -> tuple[str, ...]:
@@ -166,20 +162,6 @@ class Disassembly(CertifiedStates, PublicValue):
             for name in part:
                 rows[name] = self._paper_row(name, part)
         return tuple(rows[name] for name in self.removals.names if name in rows)
-
-    def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw every state of the sequence as a PNG, with the next body in colour.
-
-        Of a long order, only every n-th state is drawn.
-        """
-        paint(self, path, ".png")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = ("engine", "claim", "lift", "goal", "order", "assembly_order", "reached", "proven", "fewest", "blocked")
-        hands = ("hands", "falsework") if self.hands else ()
-        data = {name: to_dict(getattr(self, name)) for name in (*names, *hands, "undecided", "steps")}
-        return {"scene": self.assembly.scene.name} | data
 
     def summary(self) -> Summary:
         """Summarise the answer by its steps in order."""

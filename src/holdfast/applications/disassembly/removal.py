@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from enum import StrEnum, auto
 from functools import cached_property
 from typing import TypeVar
@@ -102,9 +102,7 @@ class Answer(StrEnum):
         raise no_truth(self, f"compare it: answer == {self.value!r}")
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Removal(CertifiedStates, PublicValue):
+class Removal(CertifiedStates, PublicValue, kw_only=False, ask=".safe or .answer"):
     """The answer for one body in one state of the assembly, with its ``reason`` in words.
 
     ``answer`` is SAFE, UNSAFE or UNDECIDED. ``blockers`` are the bodies on its straight way out, each with its distance
@@ -128,9 +126,6 @@ class Removal(CertifiedStates, PublicValue):
     lift: float = 0.0
     hold: bool = False
     holds: tuple[HandHold, ...] = ()
-
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .safe or .answer")
 
     @property
     def safe(self) -> bool:

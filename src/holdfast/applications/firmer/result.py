@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
-from holdfast.base.painters import paint
-from holdfast.base.public import Summary, number
+from holdfast.base.public import Pictured, Record, Summary, number
 from holdfast.base.text import listed
-from holdfast.base.values import Table, Value, seal
+from holdfast.base.values import Table
 from holdfast.engines.answers import Answers
 from holdfast.queries.result import Result
 
 STILL = 1e-9  # [m], rad: a body that moved less did not
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class FirmerStep(Value):
+class FirmerStep(Record):
     """One step: the ``poses`` (4, 4) of the moved bodies, by name, and how firm the assembly is with them there.
 
     ``least`` is the smallest push on each body [N], by its name, or the least factor of a motion, by "motion": the
@@ -38,19 +31,17 @@ class FirmerStep(Value):
     undecided: tuple[str, ...]
     answers: Answers
 
-    def __post_init__(self) -> None:
-        seal(self)
+    plain = "poses least undecided"
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Firmer(Result, Sequence[FirmerStep]):
+class Firmer(Pictured, Result, Sequence[FirmerStep]):
     """Poses that are firmer and firmer, with answers: a sequence of ``steps``, from where the bodies were to the best.
 
     ``assembly`` is that with the bodies at the last step, and ``answers`` are those there. ``before`` and ``after`` are
     the least of all bodies, [N], or of the motion. Where the weakest cannot be made firmer, the next one was: ``least``
     of the first and the last step compares all. ``poses`` are the last ones, and ``shifts`` say how far each body was
-    moved. ``solves`` counts the pushes that were asked, and ``tried`` the poses at which some were.
+    moved. ``solves`` counts the pushes that were asked, and ``tried`` the poses at which some were. Its
+    picture shows the scene before and after.
     """
 
     assembly: Assembly
@@ -59,14 +50,13 @@ class Firmer(Result, Sequence[FirmerStep]):
     solves: int
     tried: int
 
+    plain = "before after solves tried steps"
+
     def __getitem__(self, k: int) -> FirmerStep:  # type: ignore[override]
         return self.steps[k]
 
     def __len__(self) -> int:
         return len(self.steps)
-
-    def __iter__(self) -> Iterator[FirmerStep]:
-        return iter(self.steps)
 
     @property
     def before(self) -> float:
@@ -92,17 +82,6 @@ class Firmer(Result, Sequence[FirmerStep]):
             turned = Rotation.from_matrix(new[:3, :3] @ old[:3, :3].T).magnitude()
             found[name] = float(np.linalg.norm((new - old) @ centre)), float(np.degrees(turned))
         return found
-
-    def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the scene before and after as a PNG picture."""
-        paint(self, path, ".png")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all steps."""
-        shown = ("poses", "least", "undecided")
-        steps = [{name: to_dict(getattr(step, name)) for name in shown} for step in self.steps]
-        names = ("before", "after", "solves", "tried")
-        return self.about() | {name: to_dict(getattr(self, name)) for name in names} | {"steps": steps}
 
     def summary(self) -> Summary:
         """Summarise from what to what each body became firmer, and what was moved."""

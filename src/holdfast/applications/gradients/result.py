@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, checked_number, frozen
-from holdfast.base.kinds import shaped
-from holdfast.base.public import PublicValue, Summary, number
-from holdfast.base.values import Table, Value
+from holdfast.base.public import Of, PublicValue, Record, Summary, column, number
+from holdfast.base.values import Table
 from holdfast.queries.result import SHOWN
 from holdfast.queries.uncertain import Pair
 
 
-@archived
-@shaped(point="n 3", direction="n 3")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Slopes(Value):
+class Slopes(Record, kw_only=True):
     """Derivatives of n answers, in their unit (newtons for pushes) per unit of what they are derived by.
 
     ``pose`` maps bodies to (n, 6): by translation [1/m], then rotation [1/rad] about the body's origin, world axes.
@@ -31,14 +23,11 @@ class Slopes(Value):
     pose: Table[str, Float]
     friction: Table[Pair, Float]
     mass: Table[str, Float]
-    point: Float
-    direction: Float
+    point: Float = column("n 3")
+    direction: Float = column("n 3")
 
 
-@archived
-@shaped(row="", place="")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Kink(Value):
+class Kink(Record, kw_only=True):
     """A kink of the answer in one ``row``: it grows with ``by`` (in words) otherwise ``before`` than ``after``."""
 
     row: int
@@ -47,9 +36,6 @@ class Kink(Value):
     after: float
 
 
-@archived
-@shaped(force="n", known="n", from_multipliers="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Derivatives(PublicValue):
     """The derivatives of n answers ``force`` (n,) by poses, friction, masses and pushes; see ``Slopes``.
 
@@ -67,39 +53,22 @@ class Derivatives(PublicValue):
     """
 
     engine: str
-    force: Float
-    known: Bool
-    from_multipliers: Bool
+    force: Float = column("n")
+    known: Bool = column("n")
+    from_multipliers: Bool = column("n")
     slopes: Slopes
     before: Slopes
     after: Slopes
     kinks: tuple[Kink, ...]
     notes: tuple[str, ...]
 
-    @property
-    def pose(self) -> Table[str, Float]:
-        """The derivatives (n, 6) by the pose of each body."""
-        return self.slopes.pose
-
-    @property
-    def friction(self) -> Table[Pair, Float]:
-        """The derivatives (n,) by the coefficient of friction of each pair of bodies."""
-        return self.slopes.friction
-
-    @property
-    def mass(self) -> Table[str, Float]:
-        """The derivatives (n,) [1/kg] by the mass of each movable body."""
-        return self.slopes.mass
-
-    @property
-    def point(self) -> Float:
-        """The derivatives (n, 3) [1/m] by the point of the push."""
-        return self.slopes.point
-
-    @property
-    def direction(self) -> Float:
-        """The derivatives (n, 3) by the unit direction of the push."""
-        return self.slopes.direction
+    pose = Of[Table[str, Float]]("slopes.pose", "The derivatives (n, 6) by the pose of each body.")
+    friction = Of[Table[Pair, Float]](
+        "slopes.friction", "The derivatives (n,) by the coefficient of friction of each pair of bodies."
+    )
+    mass = Of[Table[str, Float]]("slopes.mass", "The derivatives (n,) [1/kg] by the mass of each movable body.")
+    point = Of[Float]("slopes.point", "The derivatives (n, 3) [1/m] by the point of the push.")
+    direction = Of[Float]("slopes.direction", "The derivatives (n, 3) by the unit direction of the push.")
 
     def soft_weights(self, width: float) -> tuple[float, Float]:
         """Return a smooth least force, and the weights (n,) that turn derivatives of rows into its derivative.
@@ -114,11 +83,6 @@ class Derivatives(PublicValue):
         least = float(self.force[self.known].min())
         weights[self.known] = np.exp(-(self.force[self.known] - least) / width)
         return least - width * float(np.log(weights.sum())), frozen(weights / weights.sum())
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = ("engine", "force", "known", "from_multipliers", "slopes", "before", "after", "kinks", "notes")
-        return {name: to_dict(getattr(self, name)) for name in names}
 
     def summary(self) -> Summary:
         """Summarise by which pose the least answer changes most."""

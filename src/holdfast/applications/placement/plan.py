@@ -26,8 +26,7 @@ from holdfast.applications.placement.several import RANDOM, Placing, Try
 from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import checked_items
-from holdfast.base.errors import SceneError, message
-from holdfast.base.field_hints import hinting
+from holdfast.base.errors import SceneError, hinting, message
 from holdfast.base.progress import OutOfTimeError, until
 from holdfast.base.text import listed, quoted
 from holdfast.engines.groups import prepared

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived
 from holdfast.base.arrays import objects
-from holdfast.base.public import number
+from holdfast.base.public import Record, number
 from holdfast.base.text import listed
-from holdfast.base.values import Table, Value, seal
+from holdfast.base.values import Table
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
@@ -29,9 +27,7 @@ LEAST_ROOM = 1e-6  # [m] less than this counts as no room
 TOPPLED = 0.5  # factor on the score of a pose in which the object is not upright
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Rating(Value):
+class Rating(Record):
     """What makes a stable pose good or bad.
 
     ``own`` [N] is the smallest push on the object that moves something, and ``beneath`` [N] the smallest push on the
@@ -50,9 +46,6 @@ class Rating(Value):
     rolls: bool
     upright: bool
     size: float
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     @property
     def least(self) -> float | None:

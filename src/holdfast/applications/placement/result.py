@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -13,13 +11,10 @@ from holdfast.applications.placement.margins import contacts_of
 from holdfast.applications.placement.rating import Rating, least_push
 from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
-from holdfast.base.errors import no_truth
-from holdfast.base.kinds import shaped
 from holdfast.base.painters import paint
-from holdfast.base.public import Summary, number
-from holdfast.base.values import Table, Value, seal
+from holdfast.base.public import Record, Summary, column, number
+from holdfast.base.values import Table
 from holdfast.contacts.interface import Interface
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
@@ -27,10 +22,7 @@ from holdfast.queries.result import Result, gives_way, vector_text
 from holdfast.scene.body import Body
 
 
-@archived
-@shaped(pose="4 4", points="k 3", normals="k 3")
-@dataclass(frozen=True, eq=False, repr=False)
-class Candidate(Value):
+class Candidate(Record):
     """A pose (4, 4), body frame to world, that was tried.
 
     ``fault`` says in words why it was rejected; it is empty for a stable pose. ``robustness`` [N] of a stable pose is
@@ -40,21 +32,16 @@ class Candidate(Value):
     was built, with outward ``normals`` (k, 3), world frame; the pose may have been shifted afterwards.
     """
 
-    pose: Float
-    points: Float
-    normals: Float
+    pose: Float = column("4 4")
+    points: Float = column("k 3")
+    normals: Float = column("k 3")
     fault: str
     robustness: float | None = None
     lower: float | None = None
     rating: Rating | None = None
 
-    def __post_init__(self) -> None:
-        seal(self)
 
-
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Placement(Result):
+class Placement(Result, ask=".stable, which says whether a place was found, or .status"):
     """Where an object can be put down.
 
     ``status`` is one of three. STABLE: a pose was found in which everything stands. UNSTABLE: the scene does not stand
@@ -91,8 +78,10 @@ class Placement(Result):
     time_to_stable: float | None = None
     elapsed: float
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .stable, which says whether a place was found, or .status")
+    plain = (
+        "name status reason pose robustness lower weakest attempts faults rating "
+        "beneath candidates best points normals time_to_stable elapsed"
+    )
 
     @property
     def stable(self) -> bool:
@@ -161,14 +150,6 @@ class Placement(Result):
         ``seed`` selects which of the sampled points are shown.
         """
         paint(self, path, ".png", seed=seed)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, without the meshes and pushes of the map."""
-        names = (
-            *("name", "status", "reason", "pose", "robustness", "lower", "weakest", "attempts", "faults", "rating"),
-            *("beneath", "candidates", "best", "points", "normals", "time_to_stable", "elapsed"),
-        )
-        return self.about() | {name: to_dict(getattr(self, name)) for name in names}
 
     def summary(self) -> Summary:
         """Summarise where the object goes, or why no place was found."""

@@ -2,30 +2,20 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float
-from holdfast.base.errors import no_truth
-from holdfast.base.kinds import shaped
-from holdfast.base.painters import paint
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.text import listed
-from holdfast.base.values import Value, seal
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.result import vector_text
 
 
-@archived
-@shaped(pose="4 4")
-@dataclass(frozen=True, eq=False, repr=False)
-class PlacedObject(Value):
+class PlacedObject(Record):
     """One step: the ``body`` that is placed and its ``pose`` (4, 4), body frame to world.
 
     ``own`` [N] is the smallest push on it that moves something right after this step. ``rests_on`` names the bodies
@@ -36,13 +26,10 @@ class PlacedObject(Value):
     """
 
     body: str
-    pose: Float
+    pose: Float = column("4 4")
     own: float | None
     beneath: float | None
     rests_on: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        seal(self)
 
     @property
     def least(self) -> float | None:
@@ -67,9 +54,7 @@ class PlacedObject(Value):
         return "undecided" if self.least is None else number(self.least, "N")
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Placements(PublicValue):
+class Placements(Pictured, PublicValue, ask=".stable, which says whether every object has a place, or .status"):
     """Where several objects can be put down, one after the other, so that everything stands after each step.
 
     ``status`` is one of three. STABLE: every object has a place. UNSTABLE: the scene does not stand before anything is
@@ -78,7 +63,7 @@ class Placements(PublicValue):
 
     ``steps`` are those of the best of ``tries`` attempts, ``assembly`` is the assembly after them, and ``apart`` [m] is
     the smallest distance between the objects. ``engine`` and ``claim`` hold for all forces. ``elapsed`` [s] is the
-    total time.
+    total time. Its picture shows the states after the steps, with the object that was placed last in colour.
     """
 
     assembly: Assembly
@@ -92,8 +77,7 @@ class Placements(PublicValue):
     claim: Claim
     elapsed: float
 
-    def __bool__(self) -> bool:
-        raise no_truth(self, "ask .stable, which says whether every object has a place, or .status")
+    plain = "status reason engine claim order left apart least steps tries elapsed"
 
     @property
     def stable(self) -> bool:
@@ -121,14 +105,9 @@ class Placements(PublicValue):
         """The smallest push [N] of all steps, leaving out objects that are only balanced; 0 if none is known."""
         return 0.0 if self.weakest is None or self.weakest.least is None else self.weakest.least
 
-    def save_png(self, path: str | os.PathLike[str]) -> None:
-        """Draw the states after the steps as a PNG picture, with the object that was placed last in colour."""
-        paint(self, path, ".png")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON."""
-        names = ("status", "reason", "engine", "claim", "order", "left", "apart", "least", "steps", "tries", "elapsed")
-        return {"scene": self.assembly.scene.name} | {name: to_dict(getattr(self, name)) for name in names}
+    def about(self) -> dict[str, Any]:
+        """Return the name of the scene as plain data."""
+        return {"scene": self.assembly.scene.name}
 
     def summary(self) -> Summary:
         """Summarise where every object goes, in order."""

@@ -17,12 +17,10 @@ from holdfast.applications.placement.lowering import Moved, Still, lowered
 from holdfast.applications.placement.margins import STEEPEST
 from holdfast.applications.resting_poses import Face
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, Objects, objects, unit
 from holdfast.base.errors import SceneError
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.rigid import tangents
-from holdfast.base.values import Value, seal
 from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map, spacing_for
 from holdfast.queries.request import EngineChoice
 from holdfast.scene.scene import Scene
@@ -38,10 +36,7 @@ UPRIGHT_SHARE = 0.5  # smallest share of proposals with the object upright, if i
 ROUND_SHARE = 0.25  # largest share of proposals on facets of round sides, if the object also has flat faces
 
 
-@archived
-@shaped(points="n 3", normals="n 3", body="n", force="n", area="n", chance="n")
-@dataclass(frozen=True, eq=False, repr=False)
-class SupportPoints(Value):
+class SupportPoints(Record):
     """The n exposed points of the scene that face up and can carry an object.
 
     ``points`` (n, 3) [m] and outward ``normals`` (n, 3) are in the world frame; ``body`` (n,) holds names. ``force``
@@ -49,15 +44,12 @@ class SupportPoints(Value):
     that the point represents. ``chance`` (n,) is the probability of choosing it; the probabilities add up to 1.
     """
 
-    points: Float
-    normals: Float
-    body: Objects
-    force: Float
-    area: Float
-    chance: Float
-
-    def __post_init__(self) -> None:
-        seal(self)
+    points: Float = column("n 3")
+    normals: Float = column("n 3")
+    body: Objects = column("n", of=str)
+    force: Float = column("n")
+    area: Float = column("n")
+    chance: Float = column("n")
 
 
 def scene_map(assembly: Assembly, engine: EngineChoice, spacing: float, names: Collection[str]) -> list[RobustnessMap]:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from enum import StrEnum, auto
-from typing import Any
 
-from holdfast.base.archive import archived, to_dict
+from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Objects
 from holdfast.base.errors import HoldfastError, message, no_truth
-from holdfast.base.kinds import check_kinds, shaped
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import PublicValue, Summary, column, number
 from holdfast.engines.answers import Claim
 from holdfast.queries.result import places_of, vector_text
 
@@ -31,9 +28,6 @@ class Effect(StrEnum):
         raise no_truth(self, f"compare it: effect == {self.value!r}")
 
 
-@archived
-@shaped(points="n 3", directions="n 3", effect="n", reason="n", lower="n", upper="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class SafePushes(PublicValue):
     """What pushes of up to ``force`` [N] on ``body`` do, at n points that the tool can reach.
 
@@ -52,17 +46,21 @@ class SafePushes(PublicValue):
     engine: str
     claim: Claim
     force: float
-    points: Float
-    directions: Float
-    effect: Objects
-    reason: Objects
-    lower: Float
-    upper: Float
+    points: Float = column("n 3")
+    directions: Float = column("n 3")
+    effect: Objects = column("n", of=Effect)
+    reason: Objects = column("n", of=str)
+    lower: Float = column("n")
+    upper: Float = column("n")
     unreached: int
     tool_radius: float
     travel: float
     doubt: float
     notes: tuple[str, ...]
+
+    plain = (
+        "body engine claim force points directions effect reason lower upper unreached tool_radius travel doubt notes"
+    )
 
     @property
     def nothing(self) -> Bool:
@@ -82,17 +80,9 @@ class SafePushes(PublicValue):
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if the columns that were read from a file are not those of pushes."""
-        check_kinds(self.effect, Effect, "pushes: effect")
-        check_kinds(self.reason, str, "pushes: reason")
         if (self.lower[self.nothing] < self.force).any() or (self.upper[self.alone] > self.force).any():
             problem = "the bounds of a push contradict its effect"
             raise HoldfastError(message("pushes: effect", problem, "needs what was saved"))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all columns."""
-        names = ("body", "engine", "claim", "force", "points", "directions", "effect", "reason", "lower", "upper")
-        more = ("unreached", "tool_radius", "travel", "doubt", "notes")
-        return {name: to_dict(getattr(self, name)) for name in (*names, *more)}
 
     def summary(self) -> Summary:
         """Summarise the answer by the number of pushes with each effect, and some examples."""

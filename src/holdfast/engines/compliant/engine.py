@@ -9,10 +9,9 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, checked_number, checked_whole
+from holdfast.base.public import Record
 from holdfast.base.ranges import STIFFNESS
-from holdfast.base.values import Value
 from holdfast.elastic.path import RestOutcome
 from holdfast.engines.compliant.balanced import Neutral, neutral_at
 from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, Standing, Unpushable
@@ -29,9 +28,7 @@ from holdfast.engines.verdict import Status, Verdict
 FEWEST, MOST = 2, 100  # smallest and largest number of nodes along each side of a patch
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Compliant(Value):
+class Compliant(Record):
     """Engine ``compliant``: elastic contacts without adhesion, with Coulomb friction without dilatancy.
 
     The engine finds whether the assembly comes to rest, and the peak load up to which it stays at rest.

@@ -15,12 +15,11 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.assembly.strengths import refuse_joined
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, checked_number, checked_truth, checked_whole
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.public import Record
 from holdfast.base.ranges import MANY, MOST_SEED
 from holdfast.base.text import listed
-from holdfast.base.values import Value
 from holdfast.contacts.patch_nodes import Sampling
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import EXACT, Accuracy
@@ -32,9 +31,7 @@ from holdfast.engines.rest import Rest, find_rest
 from holdfast.engines.verdict import Status, Verdict
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Graph(Value):
+class Graph(Record):
     """Engine ``graph``: the method of Nadeau & Kelly, R = min(R_slip, R_top) (eq. 13), with its options.
 
     The contact forces at rest are computed first, then how much each contact can still carry. Answers are estimates:

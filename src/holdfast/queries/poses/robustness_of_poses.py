@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Float, Objects, checked_pushes, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
-from holdfast.base.kinds import check_kinds, shaped
 from holdfast.base.parallel import answers_in_parallel, free_threads
-from holdfast.base.public import MOST_ROWS, PublicValue, Summary, number
+from holdfast.base.public import MOST_ROWS, PublicValue, Summary, column, number
 from holdfast.base.text import listed, quoted
 from holdfast.engines.answers import Answers, Bound, Claim, joined_notes, weakest_bound
 from holdfast.engines.bearing import limited
@@ -32,11 +30,6 @@ from holdfast.scene.scene import Scene
 NAME = "robustness_of_poses"
 
 
-@archived
-@shaped(
-    poses="n k 4 4", points="n 3", directions="n 3", force="n", lower="n", upper="n", status="n", moving="n", mode="n"
-)
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class RobustnessOfPoses(PublicValue):
     """The largest push on ``body`` before anything moves, with some ``bodies`` at each of n poses.
 
@@ -51,34 +44,32 @@ class RobustnessOfPoses(PublicValue):
     engine: str
     claim: Claim
     bodies: tuple[str, ...]
-    poses: Float
+    poses: Float = column("n k 4 4")
     body: str
-    points: Float
-    directions: Float
-    force: Float
-    lower: Float
-    upper: Float
-    status: Objects
-    moving: Objects
-    mode: Objects
+    points: Float = column("n 3")
+    directions: Float = column("n 3")
+    force: Float = column("n")
+    lower: Float = column("n")
+    upper: Float = column("n")
+    status: Objects = column("n", of=Status)
+    moving: Objects = column("n")
+    mode: Objects = column("n")
     lower_bound: Bound
     upper_bound: Bound
     notes: tuple[str, ...]
+
+    plain = (
+        "engine claim bodies body force status lower upper moving mode points directions poses lower_bound "
+        "upper_bound notes"
+    )
 
     def __len__(self) -> int:
         return len(self.force)
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if the rows that were read from a file cannot be answers."""
-        check_kinds(self.status, Status, f"{NAME}: status")
         if not ((self.lower <= self.force) & (self.force <= self.upper)).all():
             raise HoldfastError(message(NAME, "a force lies outside its bounds", "needs lower <= force <= upper"))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all columns."""
-        names = ("engine", "claim", "bodies", "body", "force", "status", "lower", "upper", "moving", "mode")
-        more = ("points", "directions", "poses", "lower_bound", "upper_bound", "notes")
-        return {name: to_dict(getattr(self, name)) for name in (*names, *more)}
 
     def summary(self) -> Summary:
         """Summarise the answer by its weakest pushes."""

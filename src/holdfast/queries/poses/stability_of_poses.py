@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import InitVar, dataclass
 from functools import cache, cached_property
 from itertools import chain
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.archive import archived, to_dict
 from holdfast.base.arrays import Bool, Float, Objects, frozen, objects
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.kinds import shaped
-from holdfast.base.public import MOST_ROWS, PublicValue, Summary, number
+from holdfast.base.public import MOST_ROWS, PublicValue, Summary, column, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import limited
@@ -39,9 +35,6 @@ from holdfast.scene.scene import Scene
 NAME = "stability_of_poses"
 
 
-@archived
-@shaped(poses="n k 4 4", status="n", reason="n", moving="n")
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class StabilityOfPoses(PublicValue):
     """Whether a scene stands with some of its bodies at each of n poses.
 
@@ -56,16 +49,13 @@ class StabilityOfPoses(PublicValue):
     engine: str
     claim: Claim
     bodies: tuple[str, ...]
-    poses: Float
-    status: Objects
-    reason: Objects
-    moving: Objects
+    poses: Float = column("n k 4 4")
+    status: Objects = column("n")
+    reason: Objects = column("n")
+    moving: Objects = column("n")
     notes: tuple[str, ...]
-    asked: InitVar[Callable[[int], Stability] | None] = None
 
-    def __post_init__(self, asked: Callable[[int], Stability] | None) -> None:
-        object.__setattr__(self, "_asked", asked)
-        super().__post_init__()
+    plain = "engine claim bodies status reason moving poses notes"
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -93,11 +83,6 @@ class StabilityOfPoses(PublicValue):
         for row in np.flatnonzero(self.stable).tolist():
             margins[row] = self[row].margin
         return frozen(margins)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data for JSON, with all columns."""
-        names = ("engine", "claim", "bodies", "status", "reason", "moving", "poses", "notes")
-        return {name: to_dict(getattr(self, name)) for name in names}
 
     def summary(self) -> Summary:
         """Summarise the answer by how many poses stand, and by the reasons of those that do not."""
@@ -147,7 +132,7 @@ def stability_of_poses(
         found = [_with_bearing(asked(row), limited(assembly.bodies)) for row in range(len(given))]
     else:
         found = decided(Neighbourhoods(assembly, given, method))
-    return StabilityOfPoses(
+    answer = StabilityOfPoses(
         engine=method.name,
         claim=method.claim,
         bodies=given.names,
@@ -156,8 +141,9 @@ def stability_of_poses(
         reason=objects([one.reason for one in found]),
         moving=objects([one.moving for one in found]),
         notes=assembly.scene.notes,
-        asked=asked,
     )
+    vars(answer)["_asked"] = asked
+    return answer
 
 
 def _with_bearing(found: Stability, limits: Sequence[str]) -> Decided:

@@ -1,18 +1,23 @@
-"""The public names of a module, taken from its stub (``.pyi``), for type checkers and at run time alike.
+"""The public names of modules, and things known by name, to which users can add: engines, formats of scene files.
 
-Each name is imported when it is first used, so that importing such a module costs next to nothing.
+The public names of a module are taken from its stub (``.pyi``), for type checkers and at run time alike. Each is
+imported when it is first used, so that importing such a module costs next to nothing.
 """
 
 from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from typing import TypeVar
 
-from holdfast.base.errors import nearest_of
+from holdfast.base.errors import HoldfastError, message, nearest_of
+from holdfast.base.text import quoted
+
+V = TypeVar("V")
 
 
 @cache
@@ -57,3 +62,36 @@ def _unknown(module: str, name: str, known: Iterable[str], elsewhere: Callable[[
         return problem
     place = elsewhere(name)
     return f"{problem}; {nearest_of(name, sorted(known)) if place is None else f'it is {place}'}"
+
+
+class Registry(Mapping[str, V]):
+    """A mapping from names to registered values; ``kind`` says in error messages what the values are."""
+
+    def __init__(self, kind: str, known: Mapping[str, V] | None = None) -> None:
+        self._kind = kind
+        self._known = dict(known or {})
+
+    def __getitem__(self, name: str) -> V:
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def add(self, name: str, value: V) -> Callable[[], None]:
+        """Register ``value`` after all others and return a function that removes it again.
+
+        Raises HoldfastError if the name is taken or is not a text.
+        """
+        if not isinstance(name, str) or name in self._known:
+            problem = f"there is one named {quoted(name)}" if isinstance(name, str) else f"the name is {quoted(name)}"
+            raise HoldfastError(message(self._kind, problem, "give it another name"))
+        self._known[name] = value
+
+        def take_back() -> None:
+            if self._known.get(name) is value:
+                del self._known[name]
+
+        return take_back
