@@ -13,7 +13,7 @@ from calling import command
 import holdfast as hf
 from holdfast.cli import common
 from holdfast.cli import transport_command as module
-from holdfast.report import transport_table
+from holdfast.report import carrier_report
 
 transport = command("transport")
 AXES = [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
@@ -48,7 +48,7 @@ def test_a_long_story_is_told_in_few_parts(transport: Any, monkeypatch: pytest.M
     assert code == 0
     table = "largest acceleration of the carrier"
     assert 3 * 4 <= out.partition(table)[2].count("°") <= 12 * 4
-    monkeypatch.setattr(transport_table, "ARCS", 2)
+    monkeypatch.setattr(carrier_report, "ARCS", 2)
     code, out, _ = transport("tabletop", "--engine", "limit", "--count", 48)
     assert out.partition(table)[2].count("°") == 2 * 4
     assert "upper_book" in out

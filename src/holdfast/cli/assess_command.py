@@ -11,8 +11,7 @@ from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.stability import stability
-from holdfast.report.data import stability_data
-from holdfast.report.stability_table import stability_report
+from holdfast.report.contact_report import stability_data, stability_report
 
 
 @takes_scene

@@ -23,7 +23,7 @@ from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.handled import build_report
+from holdfast.report.order_report import build_report
 
 
 @takes_scene

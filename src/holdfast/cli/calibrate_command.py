@@ -19,7 +19,7 @@ from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.friction_table import friction_report
+from holdfast.report.pose_report import friction_report
 
 COLUMNS = (*PUSH_COLUMNS, "force")
 MOVED = {"": True, "1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}

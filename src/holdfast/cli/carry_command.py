@@ -18,7 +18,7 @@ from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.straps import Straps, strap_loads
 from holdfast.cli.terminal import progress
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.carried_plot import carried_report
+from holdfast.report.carrier_report import carried_report
 
 Vector = tuple[float, float, float]
 

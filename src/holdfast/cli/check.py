@@ -17,7 +17,7 @@ from holdfast.batches.result import read_batch
 from holdfast.cli.batch_commands import Globs, Megabytes, Options, Running, Seconds, Workers
 from holdfast.cli.common import AsJson
 from holdfast.cli.output import out, print_json
-from holdfast.report.junit import write_junit
+from holdfast.report.batch_report import write_junit
 
 CODES: dict[Result, int] = {FAILED: 1, UNDECIDED: 3}
 

@@ -15,7 +15,7 @@ from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.cli.written import WRITTEN_SUFFIXES
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.firmer import firmer_report
+from holdfast.report.pose_report import firmer_report
 from holdfast.scene.formats.registry import save_scene
 
 

@@ -24,7 +24,7 @@ from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.queries.map import robustness_map
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.map_table import map_report
+from holdfast.report.contact_report import map_report
 
 
 @takes_scene

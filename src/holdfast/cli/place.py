@@ -31,9 +31,9 @@ from holdfast.cli.scenes import PAIR, AssemblyGiven, SceneGiven, paired, takes_s
 from holdfast.cli.terminal import progress
 from holdfast.cli.written import WRITTEN_SUFFIXES
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.data import placement_data
-from holdfast.report.placement import placement_report
-from holdfast.report.placements import placements_report
+from holdfast.report.contact_report import placement_data
+from holdfast.report.order_report import placements_report
+from holdfast.report.pose_report import placement_report
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.friction import Friction

@@ -23,7 +23,7 @@ from holdfast.cli.terminal import progress
 from holdfast.engines.answers import Claim
 from holdfast.queries.push import robustness
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.push_lines import push_report
+from holdfast.report.contact_report import push_report
 from holdfast.scene.scene import Scene
 
 Vector = tuple[float, float, float]

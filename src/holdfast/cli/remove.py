@@ -14,7 +14,7 @@ from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.handled import removal_report
+from holdfast.report.order_report import removal_report
 
 STATUS = {Answer.SAFE: Status.STABLE, Answer.UNSAFE: Status.UNSTABLE, Answer.UNDECIDED: Status.UNDECIDED}
 

@@ -15,7 +15,7 @@ from holdfast.base.values import altered
 from holdfast.cli.common import AsJson, check_suffix
 from holdfast.cli.output import noted, out, print_json, print_notes
 from holdfast.cli.scenes import SceneGiven, takes_scene
-from holdfast.report.resting import resting_report
+from holdfast.report.pose_report import resting_report
 from holdfast.scene.formats.mesh_file import SUFFIXES
 
 FRICTION = 0.5  # of --mu where the scene has none for all pairs

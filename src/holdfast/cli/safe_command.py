@@ -15,7 +15,7 @@ from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.handled import pushes_report
+from holdfast.report.order_report import pushes_report
 
 
 @takes_scene

@@ -20,7 +20,7 @@ from holdfast.cli.scenes import SceneGiven, takes_scene
 from holdfast.cli.terminal import progress
 from holdfast.cli.written import WRITTEN_SUFFIXES
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.settled_picture import settled_report
+from holdfast.report.pose_report import settled_report
 from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.scene import with_notes
 

@@ -26,7 +26,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.sets import sustainable_accelerations
-from holdfast.report.transport_table import transport_report
+from holdfast.report.carrier_report import transport_report
 
 Vector = tuple[float, float, float]
 Bodies = Annotated[

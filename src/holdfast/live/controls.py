@@ -18,7 +18,7 @@ from holdfast.live.scenery import GROUPS, MAP, OPENING, SLIDING
 from holdfast.live.steps import settling, taking_apart
 from holdfast.live.window_model import STEEPEST, Model
 from holdfast.live.window_thread import Worker
-from holdfast.report.notebook import glimpse
+from holdfast.report.painter_list import glimpse
 
 DIRECTIONS = 36  # level directions of the limits of transport
 MARKED = (

@@ -25,13 +25,10 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.public import number
 from holdfast.base.text import listed, one_line
 from holdfast.drawing import colours
-from holdfast.drawing.arrows import FORCE_RADIUS, PUSH_RADIUS, size_of
-from holdfast.drawing.colours import Kind
-from holdfast.drawing.layers import FORCE_COLOUR
-from holdfast.drawing.marks import CONTACT, INK
-from holdfast.drawing.painted import Painted, painted
-from holdfast.drawing.picture import Arrow, Picture, legend
-from holdfast.drawing.soup import forces
+from holdfast.drawing.colours import CONTACT, FORCE_COLOUR, INK, Kind
+from holdfast.drawing.edges import FORCE_RADIUS, PUSH_RADIUS
+from holdfast.drawing.map_files import Painted, painted
+from holdfast.drawing.picture import Arrow, Picture, forces, legend, size_of
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import ContactForces
 from holdfast.live.shown_motion import SWING, moved_by
@@ -40,8 +37,7 @@ from holdfast.queries.map import RobustnessMap
 from holdfast.queries.push import Robustness
 from holdfast.queries.result import gives_way
 from holdfast.queries.stability import Stability
-from holdfast.report.bodies import bare_picture, solids_of
-from holdfast.report.map_picture import WEAK_ARROW, force_arrows, outlines_of, picture_of
+from holdfast.report.map_picture import WEAK_ARROW, bare_picture, force_arrows, outlines_of, picture_of, solids_of
 from holdfast.scene.scene import Scene
 
 STEP, TIME = "step", "time"  # the timelines: of states that are counted, and of a motion of the carrier in seconds

@@ -12,20 +12,17 @@ from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, escaped
 from holdfast.drawing import colours
-from holdfast.drawing.arrows import arrow_mesh
-from holdfast.drawing.layers import gradient
-from holdfast.drawing.movers import COLOURS
-from holdfast.drawing.painted import Painted, painted
-from holdfast.drawing.picture import Arrow, legend
-from holdfast.drawing.soup import forces
+from holdfast.drawing.colours import gradient
+from holdfast.drawing.edges import arrow_mesh
+from holdfast.drawing.map_files import Painted, painted
+from holdfast.drawing.picture import Arrow, forces, legend
 from holdfast.engines.verdict import Status
 from holdfast.live.window_model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
-from holdfast.report.bodies import bare_picture
-from holdfast.report.map_picture import force_arrows, picture_of
-from holdfast.report.push_lines import bounds_text
-from holdfast.report.texts import WORDS
+from holdfast.report.contact_report import bounds_text
+from holdfast.report.description import WORDS
+from holdfast.report.map_picture import bare_picture, force_arrows, picture_of
 
 MAP, GROUPS = "largest push", "groups"
 OPENING: Final = "#ff8c00"  # colour of contacts that open
@@ -49,7 +46,7 @@ def group_colours(model: Model) -> dict[str, Rgb]:
     """Return the colour of each movable body: that of its group, or of its status if that is not STABLE."""
     found: dict[str, Rgb] = {}
     for number_, names in enumerate(model.assembly.groups):
-        own = rgb_of(COLOURS[number_ % len(COLOURS)])
+        own = rgb_of(colours.GROUPS[number_ % len(colours.GROUPS)])
         red, green, blue = ((1 - PALE) * c + PALE for c in own)
         found |= dict.fromkeys(names, (red, green, blue))
     statuses = model.status_of_groups().items()

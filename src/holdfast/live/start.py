@@ -18,7 +18,7 @@ from holdfast.live.window import Window
 from holdfast.live.window_model import Model
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
-from holdfast.report.notebook import glimpse
+from holdfast.report.painter_list import glimpse
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 

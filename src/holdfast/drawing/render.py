@@ -1,19 +1,30 @@
-"""Turn triangles into the image of one panel, with soft light, outlines, faded floors and anti-aliasing."""
+"""Bodies as pixels: triangles are rasterised with the lines of their surfaces, and shaded; small pictures as PNG."""
 
 from __future__ import annotations
 
+import struct
+import zlib
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.base.arrays import unit
+from holdfast.base.arrays import Float, Int, unit
 from holdfast.drawing import colours
-from holdfast.drawing.camera import Camera, View
-from holdfast.drawing.raster import CREASE, OUTLINE, Layer, rasterise
-from holdfast.drawing.soup import Soup
+from holdfast.drawing.camera import Camera, View, fit, front_view
+from holdfast.drawing.picture import Picture, Solid, Soup, fixed, forces, heat_points, movable, soup_of
+from holdfast.native import core
 
+PLAIN: Final = 0  # kind of line at a pixel: no line
+CREASE: Final = 1  # kind of line at a pixel: the surface bends
+OUTLINE: Final = 2  # kind of line at a pixel: the border of a body
+
+# cosine of the smallest bend that is drawn; curved sides bend by less
+CREASE_COSINE: Final = float(np.cos(np.deg2rad(24.0)))
+_STEP_PIXELS: Final = 3.0  # least difference of depth that is drawn as an edge [px]
+_NOTHING: Final = -1  # triangle index of an empty pixel
 SHADE_LOSS: Final = 0.12  # share of the brightness that a face turned away from the light loses
 _SAMPLES: Final = 2  # samples per pixel along each side, for anti-aliasing
 _INK: Final = np.array([0.10, 0.11, 0.14], dtype=np.float32)  # colour of lines
@@ -27,6 +38,43 @@ _FIXED_STRENGTH: Final = 0.30  # opacity of lines on fixed bodies, relative to t
 _FIXED_VEIL: Final = 0.30  # opacity of a fixed body in front of a movable one
 # distances at which fixed bodies begin to fade and have vanished, relative to the size of the movable ones
 _FADE: Final = (0.10, 0.75)
+# of the bodies in small pictures
+_MOVABLE: Final = (0.83, 0.86, 0.91)
+_MOVING: Final = (0.93, 0.45, 0.36)
+_FIXED: Final = (0.72, 0.72, 0.70)
+_MARGIN: Final = 8.0  # around the bodies [px]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """What is visible at each pixel (H, W): triangle index (-1: nothing), depth [m] (inf: nothing) and kind of line."""
+
+    triangle: Int
+    depth: Float
+    line: NDArray[np.uint8]
+
+
+def rasterise(
+    pixels: Float,
+    triangles: Int,
+    normals: Float,
+    body: Int,
+    scale: float,
+    shape: tuple[int, int],
+) -> Layer:
+    """Draw triangles (T, 3) of projected vertices (V, 3: column, row, depth [m]) into a panel of (rows, columns).
+
+    ``normals`` (T, 3) are in screen axes: right, up, towards the viewer. Of two triangles at the same depth, the one
+    that faces the viewer is visible. ``body`` (T,) is the number of each triangle's body, for the outlines. ``scale``
+    is in pixels per metre.
+    """
+    depth = np.full(shape, np.inf)
+    seen = np.full(shape, _NOTHING, dtype=np.int64)
+    behind = np.where(normals[:, 2] < 0.0, 0.5 / scale, 0.0)
+    core.fill_triangles(np.ascontiguousarray(pixels), np.ascontiguousarray(triangles), behind, depth, seen)
+    line = np.zeros(shape, dtype=np.uint8)
+    core.draw_lines(seen, depth, np.ascontiguousarray(normals), body, scale, CREASE_COSINE, _STEP_PIXELS, line)
+    return Layer(seen, depth, line)
 
 
 @dataclass(frozen=True)
@@ -37,9 +85,9 @@ class Panel:
     movable body, -1 where there is none.
     """
 
-    image: NDArray[np.float64]
-    depth: NDArray[np.float64]
-    body: NDArray[np.int64]
+    image: Float
+    depth: Float
+    body: Int
 
 
 def render(
@@ -48,7 +96,7 @@ def render(
     camera: Camera,
     shape: tuple[int, int],
     ghost: bool = False,
-    focus: NDArray[np.float64] | None = None,
+    focus: Float | None = None,
 ) -> Panel:
     """Draw movable and fixed bodies into a panel of (rows, columns).
 
@@ -73,7 +121,7 @@ def render(
     return Panel(pooled.astype(float), front.depth[::_SAMPLES, ::_SAMPLES], body[::_SAMPLES, ::_SAMPLES])
 
 
-def light(normals: NDArray[np.float64], view: View) -> NDArray[np.float64]:
+def light(normals: Float, view: View) -> Float:
     """Return the brightness (T,) of faces by their normals (T, 3), between 1 - SHADE_LOSS and 1.
 
     The light is beside the viewer.
@@ -82,13 +130,13 @@ def light(normals: NDArray[np.float64], view: View) -> NDArray[np.float64]:
     return np.asarray(1.0 - SHADE_LOSS * (1.0 - np.clip(normals @ lamp, 0.0, 1.0)), dtype=float)
 
 
-def _paint(soup: Soup, view: View) -> NDArray[np.float64]:
+def _paint(soup: Soup, view: View) -> Float:
     away = soup.normals @ view.toward < 0.0
     rgb = np.where(away[:, None], np.asarray(colours.COVERED), soup.rgb)
     return rgb * light(soup.normals, view)[:, None]
 
 
-def _ghost_paint(soup: Soup, view: View) -> NDArray[np.float64]:
+def _ghost_paint(soup: Soup, view: View) -> Float:
     return np.tile([0.955, 0.96, 0.968], (len(soup.triangles), 1)) * light(soup.normals, view)[:, None] ** 0.5
 
 
@@ -97,7 +145,7 @@ def _layer(soup: Soup, camera: Camera, size: tuple[int, int]) -> Layer:
     return rasterise(camera.pixels(soup.vertices), soup.triangles, soup.normals @ axes, soup.body, camera.scale, size)
 
 
-def _lookup(paint: NDArray[np.float64], layer: Layer, background: NDArray[np.float64]) -> NDArray[np.float32]:
+def _lookup(paint: Float, layer: Layer, background: Float) -> NDArray[np.float32]:
     # The index -1 of empty pixels picks the last row.
     table = np.concatenate([paint, background[None]]).astype(np.float32)
     return table[layer.triangle]
@@ -124,7 +172,7 @@ def _ink(image: NDArray[np.float32], layer: Layer, amount: float) -> NDArray[np.
 
 
 def _with_fixed(
-    image: NDArray[np.float32], front: Layer, fixed: Soup, camera: Camera, focus: NDArray[np.float64]
+    image: NDArray[np.float32], front: Layer, fixed: Soup, camera: Camera, focus: Float
 ) -> NDArray[np.float32]:
     size = (image.shape[0], image.shape[1])
     layer = _layer(fixed, camera, size)
@@ -141,7 +189,7 @@ def _with_fixed(
     return image + cover[:, :, None] * (colour - image)
 
 
-def _fade(world: NDArray[np.float64], focus: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fade(world: Float, focus: Float) -> Float:
     if not len(focus):  # without movable bodies, fixed ones do not fade
         return np.ones(len(world))
     low, high = focus.min(axis=0), focus.max(axis=0)
@@ -149,3 +197,42 @@ def _fade(world: NDArray[np.float64], focus: NDArray[np.float64]) -> NDArray[np.
     reach = np.linalg.norm(beyond, axis=1) / max(float(np.linalg.norm(high - low)), 1e-12)
     ramp = np.clip((_FADE[1] - reach) / (_FADE[1] - _FADE[0]), 0.0, 1.0)
     return np.asarray(ramp * ramp * (3.0 - 2.0 * ramp), dtype=float)
+
+
+def thumbnail(solids: Sequence[Solid], up: Float, moving: Collection[str], size: tuple[int, int] = (240, 180)) -> bytes:
+    """Return a picture of (width, height) pixels as a PNG file; the bodies whose names are ``moving`` are coloured.
+
+    ``up`` (3,) is the unit vector opposite to gravity. Fixed bodies fade out with their distance from the others.
+    """
+    free = [solid for solid in solids if not solid.fixed]
+    picture = Picture("", "", heat=(), solids=tuple(free or solids), up=up)
+    view = front_view(picture)
+    points = np.concatenate([solid.vertices for solid in picture.solids])
+    camera = fit(view, points, size[0], size[1], _MARGIN)
+    shown = soup_of(picture.solids, lambda solid: _MOVING if solid.name in moving else _MOVABLE)
+    held = soup_of([solid for solid in solids if solid.fixed], lambda solid: _FIXED) if free else None
+    image = render(shown, held, camera, (size[1], size[0])).image
+    return png_bytes(np.rint(image * 255).astype(np.uint8))
+
+
+def map_thumbnail(picture: Picture, size: tuple[int, int]) -> bytes:
+    """Return the map of a picture from the front, in (width, height) pixels, as a PNG file."""
+    camera = fit(front_view(picture), heat_points(picture), size[0], size[1], _MARGIN)
+    soup = movable(picture, colours.scale_of(forces(picture)))
+    image = render(soup, fixed(picture), camera, (size[1], size[0])).image
+    return png_bytes(np.rint(image * 255).astype(np.uint8))
+
+
+def png_bytes(image: NDArray[np.uint8]) -> bytes:
+    """Return an image (rows, columns, 3) as a PNG file: 8 bits for each of red, green and blue."""
+    rows, columns, _ = image.shape
+    # Every line except the first is stored as the difference from the line above (filter 2), zero in flat areas.
+    step = np.diff(image.reshape(rows, -1), axis=0, prepend=np.zeros((1, image[0].size), dtype=np.uint8))
+    lines = np.concatenate([np.full((rows, 1), 2, dtype=np.uint8), step], axis=1)
+    header = struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0)
+    parts = ((b"IHDR", header), (b"IDAT", zlib.compress(lines.tobytes(), 9)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, content) for kind, content in parts)
+
+
+def _chunk(kind: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
