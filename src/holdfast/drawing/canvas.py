@@ -8,7 +8,6 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
-from scipy.ndimage import uniform_filter
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.distribution import PNG_INSTALL, PNG_NEEDS
@@ -194,6 +193,8 @@ def name_places(seen: Int, sizes: Sequence[tuple[str, int, int]], taken: Bool) -
     of the text for each body. Nothing is written over ``taken`` (H, W). A name is placed where most of it lies on its
     body, near the body's middle; if less than half would, it is left out.
     """
+    from scipy.ndimage import uniform_filter  # only here, as it takes long to import
+
     taken = taken.copy()
     places = []
     areas = np.bincount(seen[seen >= 0], minlength=len(sizes))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.applications.carrying.result import Carried
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked_items, checked_name
@@ -35,6 +35,9 @@ from holdfast.report.description import (
     partly_undecided,
     remarks,
 )
+
+if TYPE_CHECKING:
+    from holdfast.applications.carrying.result import Carried
 
 ARCS = 12  # largest number of rows of directions in a table
 TIMES = 12  # largest number of times in the table of a motion

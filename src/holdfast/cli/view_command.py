@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from holdfast.cli.common import EngineName, Nodes, engine_with
+from holdfast.cli.options import EngineName, Nodes, engine_with, option
 from holdfast.cli.output import out
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.live.start import PORT
@@ -19,9 +19,9 @@ def view(
     scene: AssemblyGiven,
     engine: EngineName = DEFAULT_ENGINE,
     nodes: Nodes = None,
-    spacing: Annotated[float | None, typer.Option(help="distance between neighbouring points of the map in m")] = None,
+    spacing: Annotated[float | None, option("distance between neighbouring points of the map in m")] = None,
     port: Annotated[int, typer.Option(min=1, max=65535, help="port that is tried first")] = PORT,
-    browser: Annotated[bool, typer.Option(help="open the browser")] = True,
+    browser: Annotated[bool, option("open the browser")] = True,
 ) -> None:
     """Open a live view: the map on the bodies, clicked pushes, what moves, edits. Ctrl-C closes it."""
     method = engine_with(engine, nodes=nodes)
