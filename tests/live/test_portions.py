@@ -10,10 +10,9 @@ from holdfast.base.errors import HoldfastError, SceneError
 from holdfast.base.progress import listening
 from holdfast.drawing import colours
 from holdfast.engines.answers import Claim
-from holdfast.live import portions, scenery
-from holdfast.live.portions import Portions
+from holdfast.live import scenery, window_model
 from holdfast.live.scenery import MAP
-from holdfast.live.window_model import Model
+from holdfast.live.window_model import Model, Portions
 from holdfast.queries.request import engine_of
 from holdfast.scene.shipped.blocks import box, floor
 
@@ -33,7 +32,7 @@ def cubes() -> hf.answers.Assembly:
 @pytest.fixture
 def rounds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every map comes in rounds, also one of few points."""
-    monkeypatch.setattr(portions, "FEW", 0)
+    monkeypatch.setattr(window_model, "FEW", 0)
 
 
 @pytest.mark.parametrize("engine", ["graph", "limit", "compliant"])

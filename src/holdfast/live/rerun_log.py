@@ -31,8 +31,7 @@ from holdfast.drawing.map_files import Painted, painted
 from holdfast.drawing.picture import Arrow, Picture, forces, legend, size_of
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import ContactForces
-from holdfast.live.shown_motion import SWING, moved_by
-from holdfast.live.steps import BETWEEN, Step, places, placing, resting, settling, taking_apart
+from holdfast.live.steps import BETWEEN, SWING, Step, moved_by, places, placing, resting, settling, taking_apart
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.push import Robustness
 from holdfast.queries.result import gives_way

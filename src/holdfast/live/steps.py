@@ -1,10 +1,10 @@
-"""Answers with several states as steps of a slider: settling, taking apart, putting down, and resting poses."""
+"""What moves in a picture: the states of an answer as steps of a slider, and the small motions of a mechanism."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -17,9 +17,12 @@ from holdfast.applications.settled import Settled
 from holdfast.base.arrays import Float
 from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, one_line
+from holdfast.engines.mechanism import STILL, Mechanism
+from holdfast.engines.mechanism import parting as parting_of
 
 BETWEEN: Final = 10  # number of steps from the given poses to those at rest
 RAISED: Final = 0.15  # displacement of the body that is taken out next, as a share of the assembly's size
+SWING: Final = 0.08  # largest displacement of a mechanism that is shown, likewise
 
 
 @dataclass(frozen=True)
@@ -96,11 +99,44 @@ def resting(result: RestingPoses) -> tuple[Step, ...]:
     )
 
 
+def moved_by(mechanism: Mechanism, amount: float) -> dict[str, Float]:
+    """Return the transforms (4, 4), world frame, of the moving bodies by name after a motion of size ``amount`` [m].
+
+    A body turns by ``amount`` times its angular velocity about its centre of mass, which moves by ``amount`` times its
+    velocity. Velocities are scaled so that |velocity| + size |angular velocity| = 1 for the fastest body.
+    """
+    number_of = {name: k for k, name in enumerate(mechanism.kinematics.names)}
+    places = {}
+    for name in mechanism.moving if mechanism.mode != "crush" else ():
+        com, twist = mechanism.kinematics.com[number_of[name]], mechanism.own[number_of[name]]
+        places[name] = _turned(amount * twist[3:], com, com + amount * twist[:3])
+    return places
+
+
+class Parting(NamedTuple):
+    """The contact nodes (n, 3) [m] that open in a mechanism, and those that slide."""
+
+    opening: Float
+    sliding: Float
+
+
+def parting(mechanism: Mechanism) -> Parting:
+    """Return which contact nodes open and which slide as the bodies begin to move."""
+    nodes = mechanism.kinematics.nodes
+    speeds = parting_of(nodes, mechanism.velocities(), dual=mechanism.dual)
+    slides = speeds.sliding > max(float(speeds.least), STILL)
+    return Parting(nodes.points[speeds.opening > STILL], nodes.points[slides])
+
+
 def _partly(given: Float, rest: Float, share: float) -> Float:
     """Return the transform (4, 4), world frame, that moves a body from ``rest`` a share of the way to ``given``."""
     turn = Rotation.from_matrix(given[:3, :3] @ rest[:3, :3].T).as_rotvec()
-    part = np.eye(4)
-    part[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix()
-    place = rest[:3, 3] + share * (given[:3, 3] - rest[:3, 3])
-    part[:3, 3] = place - part[:3, :3] @ rest[:3, 3]
-    return part
+    return _turned(share * turn, rest[:3, 3], rest[:3, 3] + share * (given[:3, 3] - rest[:3, 3]))
+
+
+def _turned(turn: Float, start: Float, end: Float) -> Float:
+    """Return the transform (4, 4) that turns by a rotation vector (3,) [rad] and takes one point (3,) to another."""
+    place = np.eye(4)
+    place[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
+    place[:3, 3] = end - place[:3, :3] @ start
+    return place

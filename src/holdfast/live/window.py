@@ -30,9 +30,9 @@ from holdfast.drawing.picture import Arrow, Picture, Solid, soup_of
 from holdfast.drawing.render import png_bytes
 from holdfast.live import scenery
 from holdfast.live.controls import Controls
-from holdfast.live.gizmo import Gizmo
+from holdfast.live.edits import Gizmo
 from holdfast.live.guard import Guard
-from holdfast.live.shown_motion import SWING, moved_by, parting
+from holdfast.live.steps import SWING, moved_by, parting
 from holdfast.live.window_model import Model
 from holdfast.live.window_thread import Worker
 from holdfast.report.map_picture import outlines_of, solids_of
