@@ -246,7 +246,7 @@ def carry(
     as_json: AsJson = False,
 ) -> None:
     """Decide whether a scene holds while its carrier moves, and what gives way first and when."""
-    from holdfast.applications.carrying.carry import carry as carried  # here, as it takes long to import
+    from holdfast.applications.carrying.carry import carry as carry_load  # here, as it takes long to import
     from holdfast.applications.carrying.carry import unknown_profile
     from holdfast.applications.carrying.profile import Profile
     from holdfast.report.carrier_report import carried_report
@@ -266,7 +266,7 @@ def carry(
         motion = Profile.from_file(profile, pivot=pivot)
     loads = strap_loads(straps, assembly)
     with progress():
-        result = carried(assembly, motion.at_speed(speed), standing=loads, engine=method, bounds=bounds)
+        result = carry_load(assembly, motion.at_speed(speed), standing=loads, engine=method, bounds=bounds)
     files = [(png, result.save_png), (save, result.save)]
     tell(result, carried_report, EXIT[result.outcome], as_json=as_json, files=files)
 

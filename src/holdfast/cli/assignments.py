@@ -39,15 +39,15 @@ def assigned(option: str, texts: Sequence[str], form: str, *, last: bool = True)
     With ``last=False`` they are split at the first ``=``, as values may hold any character. Raises HoldfastError for a
     text of another form, and for a name that occurs twice.
     """
-    found: dict[str, str] = {}
+    values: dict[str, str] = {}
     for text in texts:
         name, equals, value = text.rpartition("=") if last else text.partition("=")
         if not equals or not name or not value:
             raise wrong(option, text, form)
-        if name in found:
+        if name in values:
             raise HoldfastError(message(option, f"is given twice for {quoted(name)}", "give it once"))
-        found[name] = value
-    return found
+        values[name] = value
+    return values
 
 
 def numbers(option: str, text: str, form: str) -> list[float]:
@@ -60,10 +60,10 @@ def numbers(option: str, text: str, form: str) -> list[float]:
 
 def number(option: str, text: str, form: str) -> float:
     """Return one number; raise HoldfastError, with the ``form``, for anything else."""
-    found = numbers(option, text, form)
-    if len(found) != 1:
+    given = numbers(option, text, form)
+    if len(given) != 1:
         raise wrong(option, text, form)
-    return found[0]
+    return given[0]
 
 
 def poses(texts: Sequence[str]) -> dict[str, Float]:
@@ -71,23 +71,23 @@ def poses(texts: Sequence[str]) -> dict[str, Float]:
 
     The angles are about the fixed axes x, y and z, in this order, as in URDF.
     """
-    found = {}
+    by_name = {}
     for name, value in assigned("--pose", texts, POSE).items():
         given = numbers("--pose", value, POSE)
         if len(given) not in (3, 6) or not np.isfinite(given).all():
             raise wrong("--pose", f"{name}={value}", POSE)
-        found[name] = pose_of(given[:3], np.deg2rad([*given[3:], 0.0, 0.0, 0.0][:3]).tolist())
-    return found
+        by_name[name] = pose_of(given[:3], np.deg2rad([*given[3:], 0.0, 0.0, 0.0][:3]).tolist())
+    return by_name
 
 
 def turns(texts: Sequence[str]) -> list[str]:
     """Return a remark with the angles in degrees for each pose that has angles."""
-    found = []
+    remarks = []
     for name, value in assigned("--pose", texts, POSE).items():
         angles = numbers("--pose", value, POSE)[3:]
         if any(angles):
-            found.append(f"{name} by {', '.join(f'{angle:g}°' for angle in angles)} about x, y and z")
-    return found
+            remarks.append(f"{name} by {', '.join(f'{angle:g}°' for angle in angles)} about x, y and z")
+    return remarks
 
 
 def of_all_and_each(option: str, texts: Sequence[str], form: str) -> tuple[float | None, dict[str, float]]:
@@ -117,21 +117,21 @@ class Form(NamedTuple):
 
 def _corners(option: str, text: str) -> list[list[float]]:
     lengths, form = ((6,), SOLID) if option == "--gripper" else ((4, 6), FLAT)
-    found = numbers(option, text, form)
-    if len(found) not in lengths:
+    corners = numbers(option, text, form)
+    if len(corners) not in lengths:
         raise wrong(option, text, form)
-    half = len(found) // 2
-    return [found[:half], found[half:]]
+    half = len(corners) // 2
+    return [corners[:half], corners[half:]]
 
 
 def _weights(option: str, text: str) -> Weights:
     from holdfast.applications.placement.options import Weights  # here, for commands that place nothing
 
     form = "ROBUSTNESS,LEVEL,STEADINESS"
-    found = numbers(option, text, form)
-    if len(found) != len(fields(Weights)):
+    weights = numbers(option, text, form)
+    if len(weights) != len(fields(Weights)):
         raise wrong(option, text, form)
-    return Weights(*found)
+    return Weights(*weights)
 
 
 FORMS: dict[str, Form] = {
@@ -153,11 +153,11 @@ FORMS: dict[str, Form] = {
 
 def help_texts(kind: type) -> dict[str, str]:
     """Return the help text of each field: the first sentence on it in the docstring of its class, with its unit."""
-    found = {}
+    texts = {}
     for name, unit, text in ITEM.findall(inspect.getdoc(kind) or ""):
         first = re.split(r"(?<=[^.])\.(?=\s|$)", " ".join(text.split()).replace("``", ""))[0]
-        found[name] = f"{first}; in {UNITS.get(unit, unit)}" if unit else first
-    return found
+        texts[name] = f"{first}; in {UNITS.get(unit, unit)}" if unit else first
+    return texts
 
 
 def options_of(kind: type) -> Iterator[inspect.Parameter]:
@@ -179,10 +179,10 @@ def options_of(kind: type) -> Iterator[inspect.Parameter]:
 
 def value_of(kind: type, given: dict[str, Any]) -> Any:  # noqa: ANN401 - a value of this kind
     """Remove the options of a class from the arguments of a command, and return the value that they make."""
-    found = {}
+    values = {}
     for field in fields(kind):
         value, form = given.pop(field.name), FORMS.get(field.name)
         if value is None or (form is not None and value == []):
             continue
-        found[field.name] = value if form is None else form.read("--" + field.name.replace("_", "-"), value)
-    return kind(**found)
+        values[field.name] = value if form is None else form.read("--" + field.name.replace("_", "-"), value)
+    return kind(**values)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated, Any
@@ -19,8 +18,8 @@ from holdfast.base.files import read_ordinary
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Result, Rules, Scenes, findings
 from holdfast.batches.inputs import inputs_of
 from holdfast.batches.resources import Resources
-from holdfast.batches.result import BatchReport, read_batch
-from holdfast.batches.run import batch as asked
+from holdfast.batches.result import read_batch
+from holdfast.batches.run import batch as run_batch
 from holdfast.cli.output import AsJson, out, print_json, progress
 from holdfast.report.batch_report import write_junit, write_report
 
@@ -37,53 +36,6 @@ Seconds = Annotated[float, typer.Option(help="longest time of a scene in s")]
 Megabytes = Annotated[float, typer.Option(help="most memory of a scene in MB")]
 Scheduler = Annotated[str | None, typer.Option(help="address of a Dask scheduler, such as tls://host:8786")]
 Certificate = Annotated[Path | None, typer.Option(help="PEM file for tls://")]
-
-
-@dataclass(frozen=True)
-class Running:
-    """The options that ``batch`` and ``check`` share: where scenes are computed, and for how long."""
-
-    workers: int | None
-    seconds: float
-    megabytes: float
-    shard: str | None = None
-    shard_size: int = Resources.shard_size
-    scheduler: str | None = None
-    tls_ca: Path | None = None
-    tls_cert: Path | None = None
-    tls_key: Path | None = None
-
-    def ask(
-        self,
-        globs: Iterable[str],
-        ask: Iterable[str],
-        folder: Path,
-        options: Path | None,
-        retry: Iterable[str] = (),
-    ) -> BatchReport:
-        """Run a batch over the scenes that the arguments name."""
-        scenes = [(item.name, item.path) for text in globs for item in inputs_of(text).items]
-        with progress(), self._client() as where:
-            return asked(
-                scenes,
-                ask,
-                out=folder,
-                workers=self.workers,
-                options=_read(options),
-                seconds=self.seconds,
-                retry=retry,
-                resources=Resources(self.megabytes, where, self.shard, self.shard_size),
-            )
-
-    def _client(self) -> AbstractContextManager[Any]:  # Dask has no types
-        if self.scheduler is None:
-            return nullcontext()
-        from holdfast.batches.cluster import connected
-
-        files = {"tls_ca_file": self.tls_ca, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
-        given = {name: str(path) for name, path in files.items() if path is not None}
-        client: AbstractContextManager[Any] = connected(self.scheduler, given)
-        return client
 
 
 def batch(
@@ -108,9 +60,19 @@ def batch(
     The same command resumes a batch that was stopped. The exit code is 0 if every scene was answered, whatever the
     answers, and 1 if some were not: their rows say why.
     """
-    running = Running(workers, seconds, megabytes, shard, shard_size, scheduler, tls_ca, tls_cert, tls_key)
-    again = tuple(filter(None, retry.split(",")))
-    result = running.ask(scenes, ask.split(","), folder, options, again)
+    named, again = _scenes(scenes), tuple(filter(None, retry.split(",")))
+    files = {"tls_ca_file": tls_ca, "tls_client_cert": tls_cert, "tls_client_key": tls_key}
+    with progress(), _client(scheduler, files) as where:
+        result = run_batch(
+            named,
+            ask.split(","),
+            out=folder,
+            workers=workers,
+            options=_read(options),
+            seconds=seconds,
+            retry=again,
+            resources=Resources(megabytes, where, shard, shard_size),
+        )
     if as_json:
         print_json(result.to_dict())
     else:
@@ -164,19 +126,37 @@ def check(
     with ExitStack() as stack:
         before = None if baseline is None else Scenes.of(read_batch(baseline))
         place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder
-        Running(workers, seconds, megabytes).ask(scenes, ["stability", *pushes], place, options)
-        found = list(findings(Scenes.of(read_batch(place)), rules, before))
+        named, ask = _scenes(scenes), ["stability", *pushes]
+        with progress():
+            limits = Resources(megabytes)
+            run_batch(named, ask, out=place, workers=workers, options=_read(options), seconds=seconds, resources=limits)
+        verdicts = list(findings(Scenes.of(read_batch(place)), rules, before))
     if junit is not None:
-        write_junit(found, junit)
-    counts: Counter[str] = Counter(each.result for each in found)
+        write_junit(verdicts, junit)
+    counts: Counter[str] = Counter(each.result for each in verdicts)
     if as_json:
-        print_json({"counts": dict(counts), "findings": [each._asdict() for each in found]})
+        print_json({"counts": dict(counts), "findings": [each._asdict() for each in verdicts]})
     else:
-        for each in found:
+        for each in verdicts:
             if each.result != PASSED:
                 out.say(f"{each.scene}: {each.reason}", label=f"{each.result}:")
         out.say(", ".join(f"{counts[name]:,} {name}" for name in (PASSED, FAILED, UNDECIDED)))
     raise typer.Exit(next((code for result, code in CODES.items() if counts[result]), 0))
+
+
+def _scenes(globs: Iterable[str]) -> list[tuple[Any, Any]]:
+    """Return the names and the paths of the scenes that the arguments name."""
+    return [(item.name, item.path) for text in globs for item in inputs_of(text).items]
+
+
+def _client(scheduler: str | None, files: Mapping[str, Path | None]) -> AbstractContextManager[Any]:
+    """Return the client of the Dask scheduler at this address, with its files for TLS; None without an address."""
+    if scheduler is None:
+        return nullcontext()
+    from holdfast.batches.cluster import connected
+
+    client: AbstractContextManager[Any] = connected(scheduler, {k: str(v) for k, v in files.items() if v is not None})
+    return client
 
 
 def _read(options: Path | None) -> dict[str, Any]:

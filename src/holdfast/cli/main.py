@@ -86,11 +86,11 @@ BRACKETS = re.compile("""[][{}()"']""")
 def in_flags(text: str, options: dict[str, Any]) -> str:
     """Return an error or a warning with the options of Python in it as flags, those of a command by their names."""
 
-    def flag(found: re.Match[str]) -> str:
-        name, value = found.groups("")
+    def flag(option_in_python: re.Match[str]) -> str:
+        name, value = option_in_python.groups("")
         option = options.get({"poses": "pose", "bodies": "objects"}.get(name, name))
         if option is None or value.startswith("hf."):
-            return found[0]
+            return option_in_python[0]
         if option.is_flag:
             value = ""
         elif value == "True":

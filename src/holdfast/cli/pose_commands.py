@@ -16,7 +16,7 @@ from holdfast.applications.placement.place_all import place_all
 from holdfast.applications.placement.placed_friction import with_own
 from holdfast.applications.placement.plan import plan_placement
 from holdfast.applications.resting_poses import resting_poses
-from holdfast.applications.settled import settle as settled
+from holdfast.applications.settled import settle as settle_scene
 from holdfast.assembly.caution import doubts
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import listed
@@ -83,7 +83,7 @@ def place(
     rest, bodies = _taken(whole, things, mass, material)
     if approach.direction is None and (from_above or approach.cone_degrees > 0):
         approach = replace(approach, direction=rest.gravity)
-    asked: dict[str, Any] = {
+    question: dict[str, Any] = {
         "where": where,
         "approach": approach,
         "search": search,
@@ -97,13 +97,13 @@ def place(
     files: Files = []
     if len(bodies) > 1:
         with progress():
-            several = place_all(assembly, bodies, **asked)
+            several = place_all(assembly, bodies, **question)
         if several.steps:
             files = [(png, several.save_png), (save, partial(save_scene, several.assembly.scene))]
         report = partial(placements_report, scene=name)
         tell(several, report, EXIT[several.status], as_json=as_json, notes=notes, files=files)
     with progress():
-        result = plan_placement(assembly, bodies[0], **asked)
+        result = plan_placement(assembly, bodies[0], **question)
     if result.assembly is not None:
         files = [(png, result.save_png), (save, partial(save_scene, result.assembly.scene))]
     code = exit_code(result.status, result.answers)
@@ -165,7 +165,7 @@ def settle(
     method = engine_with(engine)
     remarks = [f"--turn-degrees: what turns by more than {turn_degrees:g}° falls"] if turn_degrees != TURN else []
     with progress():
-        result = settled(
+        result = settle_scene(
             with_notes(scene.read(), remarks),
             travel=travel,
             turn_degrees=turn_degrees,

@@ -140,15 +140,15 @@ class SceneGiven:
         }
         options = {name: value for name, value in given.items() if value is not None}
         turned = [f"--pose turns {text}" for text in turns(self.pose or ())]
-        moved, held = poses(self.pose or ()), self.fixed or []
+        moved, fixed = poses(self.pose or ()), self.fixed or []
         if "poses" in known and moved and (self.free or "free" not in known):
             options["poses"], moved = moved, {}
-        if "fixed" in known and held:
-            options["fixed"], held = held, []
+        if "fixed" in known and fixed:
+            options["fixed"], fixed = fixed, []
         gone = self.without or []
 
         def after(scene: Scene) -> Scene:
-            given = paired(_fixed(scene, held).moved(moved), pairs, "--friction")
+            given = paired(_fixed(scene, fixed).moved(moved), pairs, "--friction")
             left = with_notes(
                 given.without(gone) if gone else given, [*turned, *(f"--without {name}" for name in gone)]
             )
@@ -215,12 +215,12 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
         if all(each.name != other.name for other in others)
     ]
     values = {each.name: hints[each.name] for each in others if is_dataclass(hints[each.name])}
-    own: list[inspect.Parameter] = []
+    of_command: list[inspect.Parameter] = []
     for each in others:
         if each.name in values:
-            own += options_of(values[each.name])
+            of_command += options_of(values[each.name])
         else:
-            own.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[each.name]))
+            of_command.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[each.name]))
 
     @functools.wraps(command)
     def called(**given: Any) -> None:  # noqa: ANN401
@@ -228,7 +228,7 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
         made = {name: value_of(value, given) for name, value in values.items()}
         command(kind(**parts), **given, **made)
 
-    parameters = [whole[0], *own, *whole[1:]]
+    parameters = [whole[0], *of_command, *whole[1:]]
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {each.name: each.annotation for each in parameters}
     return called
@@ -256,8 +256,8 @@ def _torques(given: Sequence[str]) -> bool | dict[str, float] | None:
 
 
 def _fixed(scene: Scene, names: list[str]) -> Scene:
-    held = scene.checked_names(*names)
-    bodies = tuple(replace(body, fixed=body.fixed or body.name in held) for body in scene.bodies)
+    chosen = scene.checked_names(*names)
+    bodies = tuple(replace(body, fixed=body.fixed or body.name in chosen) for body in scene.bodies)
     return replace(scene, bodies=bodies)
 
 
@@ -275,11 +275,11 @@ def paired(scene: Scene, given: dict[str, float], option: str) -> Scene:
 def _pair(text: str, scene: Scene, option: str) -> tuple[str, str]:
     """Return the two names of ``A:B``, in alphabetical order; they may hold colons themselves."""
     ends = [k for k, character in enumerate(text) if character == ":"]
-    found = {(text[:k], text[k + 1 :]) for k in ends if {text[:k], text[k + 1 :]} <= scene.names}
-    if len(found) == 1:
-        a, b = sorted(found.pop())
+    possible = {(text[:k], text[k + 1 :]) for k in ends if {text[:k], text[k + 1 :]} <= scene.names}
+    if len(possible) == 1:
+        a, b = sorted(possible.pop())
         return a, b
-    if found:
+    if possible:
         raise SceneError(message(option, f"{quoted(text)} may be several pairs", "write it in the scene file"))
     unknown = next((name for name in (text.partition(":")[::2]) if name not in scene.names), text)
     remedy = nearest_of(unknown, sorted(scene.names)) if ends else f"needs {PAIR}"

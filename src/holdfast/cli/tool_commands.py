@@ -65,9 +65,9 @@ def _compare(data: Any, scene: str) -> None:  # noqa: ANN401 - JSON
     states = data if isinstance(data, list) else [data]
     for k, state in enumerate(states, 1):
         which = f"state {k}: " if states is data else ""
-        found = differences(state, assembly)
-        if found:
-            _say(f"{which}does NOT agree with {scene}: {'; '.join(found)}")
+        different = differences(state, assembly)
+        if different:
+            _say(f"{which}does NOT agree with {scene}: {'; '.join(different)}")
             raise typer.Exit(NOT_VERIFIED)
         missing, touching = left_out(state, assembly)
         if missing:
@@ -89,15 +89,15 @@ def doctor(as_json: AsJson = False) -> None:
 
     Include the output in reports of defects.
     """
-    found = examined()
+    facts = examined()
     if as_json:
-        print_json(found)
+        print_json(facts)
         return
     out.say(
-        f"holdfast {found['holdfast']}, Python {found['python']}, {found['system']}, {many(found['cores'], 'core')}"
+        f"holdfast {facts['holdfast']}, Python {facts['python']}, {facts['system']}, {many(facts['cores'], 'core')}"
     )
     table = RichTable("needed for", "package", "version", box=None, pad_edge=False)
-    for extra, packages in found["packages"].items():
+    for extra, packages in facts["packages"].items():
         for name, version in packages.items():
             table.add_row(extra, name, version or f"missing: {installing(extra)}")
     out.print(table)
@@ -121,13 +121,13 @@ def _needed() -> dict[str, list[str]]:
         lines = metadata.requires(DISTRIBUTION) or []
     except metadata.PackageNotFoundError:  # run from its sources
         lines = []
-    found: dict[str, list[str]] = {"core": []}
+    packages: dict[str, list[str]] = {"core": []}
     for line in lines:
         name, extra = _NAME.match(line), _EXTRA.search(line)
         group = extra[1] if extra else "core"
         if name and name[0] != DISTRIBUTION and group not in NOT_FOR_USE:
-            found.setdefault(group, []).append(name[0])
-    return found
+            packages.setdefault(group, []).append(name[0])
+    return packages
 
 
 def _version(name: str) -> str | None:

@@ -21,11 +21,11 @@ _SIDES: Final = 12  # number of sides of the rods and cones of an arrow
 
 def feature_edges(soup: Soup) -> Float:
     """Return the segments (E, 2, 3) [m] along which a body's surface bends by more than 24° or ends."""
-    found = [np.empty((0, 2, 3))]
+    segments = [np.empty((0, 2, 3))]
     for body in np.unique(soup.body):
         chosen = soup.body == body
-        found.append(_of_one(soup.vertices, soup.triangles[chosen], soup.normals[chosen]))
-    return np.concatenate(found)
+        segments.append(_of_one(soup.vertices, soup.triangles[chosen], soup.normals[chosen]))
+    return np.concatenate(segments)
 
 
 def _of_one(vertices: Float, triangles: Int, normals: Float) -> Float:

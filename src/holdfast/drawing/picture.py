@@ -87,17 +87,17 @@ def kinds(picture: Picture) -> Int:
 
 def legend(picture: Picture) -> dict[Kind, str]:
     """Return the names of the kinds of answers in the picture that are not on the scale, for its legend."""
-    found = kinds(picture)
-    unknown = int((found == Kind.UNDECIDED).sum())
-    share = 100 * unknown / max(len(found), 1)
+    present = kinds(picture)
+    unknown = int((present == Kind.UNDECIDED).sum())
+    share = 100 * unknown / max(len(present), 1)
     names = {
         Kind.BALANCED: "moves at the smallest push (only balanced)",
         Kind.FALLS: "falls without a push",
-        Kind.UNDECIDED: f"undecided: {unknown:,} of {len(found):,} ({share:.3g} %)",
+        Kind.UNDECIDED: f"undecided: {unknown:,} of {len(present):,} ({share:.3g} %)",
         Kind.ENDLESS: "no push moves it (∞)",
         Kind.NONE: "no value",
     }
-    return {kind: name for kind, name in names.items() if (found == kind).any()}
+    return {kind: name for kind, name in names.items() if (present == kind).any()}
 
 
 def heat_points(picture: Picture) -> Float:

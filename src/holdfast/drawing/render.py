@@ -32,7 +32,6 @@ _HATCH: Final = (10, 0.62)  # distance of hatching lines [px], and their brightn
 _LIGHT_INK: Final = np.array([0.85, 0.80, 0.82], dtype=np.float32)  # colour of creases on dark surfaces
 _LUMINANCE: Final = np.array([0.30, 0.59, 0.11], dtype=np.float32)  # weights of red, green and blue in the luminance
 _DARK: Final = 0.27  # luminance below which a surface counts as dark
-_BACKGROUND: Final = np.array([1.0, 1.0, 1.0])
 _STRENGTH: Final = {CREASE: 0.42, OUTLINE: 0.85}  # opacity of each kind of line
 _FIXED_STRENGTH: Final = 0.30  # opacity of lines on fixed bodies, relative to that on movable ones
 _FIXED_VEIL: Final = 0.30  # opacity of a fixed body in front of a movable one
@@ -108,9 +107,11 @@ def render(
     fine = camera.magnified(_SAMPLES)
     size = (shape[0] * _SAMPLES, shape[1] * _SAMPLES)
     front = _layer(movable, fine, size)
-    paint = _ghost_paint(movable, camera.view) if ghost else _paint(movable, camera.view)
-    image = _lookup(paint, front, _BACKGROUND)
-    if not ghost:
+    if ghost:
+        pale = np.tile([0.955, 0.96, 0.968], (len(movable.triangles), 1))
+        image = _lookup(pale * light(movable.normals, camera.view)[:, None] ** 0.5, front)
+    else:
+        image = _lookup(_paint(movable, camera.view), front)
         _hatch(image, front, movable)
     image = _ink(image, front, 0.45 if ghost else 1.0)
     if fixed is not None and len(fixed.triangles):
@@ -136,19 +137,15 @@ def _paint(soup: Soup, view: View) -> Float:
     return rgb * light(soup.normals, view)[:, None]
 
 
-def _ghost_paint(soup: Soup, view: View) -> Float:
-    return np.tile([0.955, 0.96, 0.968], (len(soup.triangles), 1)) * light(soup.normals, view)[:, None] ** 0.5
-
-
 def _layer(soup: Soup, camera: Camera, size: tuple[int, int]) -> Layer:
     axes = np.stack([camera.view.right, camera.view.up, camera.view.toward], axis=1)
     return rasterise(camera.pixels(soup.vertices), soup.triangles, soup.normals @ axes, soup.body, camera.scale, size)
 
 
-def _lookup(paint: Float, layer: Layer, background: Float) -> NDArray[np.float32]:
-    # The index -1 of empty pixels picks the last row.
-    table = np.concatenate([paint, background[None]]).astype(np.float32)
-    return table[layer.triangle]
+def _lookup(paint: Float, layer: Layer) -> NDArray[np.float32]:
+    """Return the colour of what is at each pixel: that of its triangle, or white."""
+    table = np.concatenate([paint, np.ones((1, 3))]).astype(np.float32)
+    return table[layer.triangle]  # the index -1 of empty pixels picks the last row
 
 
 def _hatch(image: NDArray[np.float32], layer: Layer, soup: Soup) -> None:
@@ -176,7 +173,7 @@ def _with_fixed(
 ) -> NDArray[np.float32]:
     size = (image.shape[0], image.shape[1])
     layer = _layer(fixed, camera, size)
-    colour = _ink(_lookup(_paint(fixed, camera.view), layer, _BACKGROUND), layer, _FIXED_STRENGTH)
+    colour = _ink(_lookup(_paint(fixed, camera.view), layer), layer, _FIXED_STRENGTH)
     cover = np.zeros(size, dtype=np.float32)
     rows, columns = np.nonzero(layer.triangle >= 0)
     world = camera.world(np.column_stack([columns + 0.5, rows + 0.5, layer.depth[rows, columns]]))
@@ -210,8 +207,8 @@ def thumbnail(solids: Sequence[Solid], up: Float, moving: Collection[str], size:
     points = np.concatenate([solid.vertices for solid in picture.solids])
     camera = fit(view, points, size[0], size[1], _MARGIN)
     shown = soup_of(picture.solids, lambda solid: _MOVING if solid.name in moving else _MOVABLE)
-    held = soup_of([solid for solid in solids if solid.fixed], lambda solid: _FIXED) if free else None
-    image = render(shown, held, camera, (size[1], size[0])).image
+    still = soup_of([solid for solid in solids if solid.fixed], lambda solid: _FIXED) if free else None
+    image = render(shown, still, camera, (size[1], size[0])).image
     return png_bytes(np.rint(image * 255).astype(np.uint8))
 
 

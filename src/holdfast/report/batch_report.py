@@ -192,12 +192,12 @@ def write_junit(findings: Sequence[Finding], path: str | os.PathLike[str]) -> No
     failed, unknown = (sum(f.result == result for f in findings) for result in (FAILED, UNDECIDED))
     counts = {"tests": len(findings), "failures": failed, "errors": unknown}
     suite = Xml.Element("testsuite", {"name": "holdfast check", **{key: str(n) for key, n in counts.items()}})
-    for found in findings:
-        case = {"classname": "holdfast", "name": one_line(found.scene), "time": f"{found.seconds:.3f}"}
+    for finding in findings:
+        case = {"classname": "holdfast", "name": one_line(finding.scene), "time": f"{finding.seconds:.3f}"}
         element = Xml.SubElement(suite, "testcase", case)
-        if found.result != PASSED:
-            kind = "failure" if found.result == FAILED else "error"
-            reason = one_line(found.reason, LONGEST_REASON)
-            Xml.SubElement(element, kind, {"type": found.result, "message": reason}).text = reason
+        if finding.result != PASSED:
+            kind = "failure" if finding.result == FAILED else "error"
+            reason = one_line(finding.reason, LONGEST_REASON)
+            Xml.SubElement(element, kind, {"type": finding.result, "message": reason}).text = reason
     Xml.indent(suite)
     write_atomically(path, Xml.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")

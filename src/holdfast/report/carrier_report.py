@@ -136,9 +136,9 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
 def _at_quarters(result: TransportLimits, angle: Float) -> list[str]:
     """Return a sentence with the limits at each quarter turn, if these directions have answers that differ."""
     places = [np.flatnonzero(angle == quarter) for quarter in (0.0, 90.0, 180.0, 270.0)]
-    if not all(len(found) for found in places):
+    if not all(len(rows) for rows in places):
         return []
-    chosen = [int(found[0]) for found in places]
+    chosen = [int(rows[0]) for rows in places]
     values = [number(float(result.acceleration[k]), "m/s²") if result.answers.decided[k] else "?" for k in chosen]
     if len(set(values)) == 1:
         return []
