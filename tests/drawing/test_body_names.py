@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from holdfast.base.arrays import unit
 from holdfast.drawing import canvas, map_png, panel_sheets
 from holdfast.drawing.camera import View, front_view
-from holdfast.drawing.canvas import Box, block, draw_axes, name_places
+from holdfast.drawing.canvas import PageBox, block, draw_axes, name_places
 from holdfast.drawing.map_png import layout_of
 from holdfast.drawing.panel_sheets import PointsPanel, sheet_png
 from holdfast.drawing.picture import Picture, movable
@@ -76,14 +76,14 @@ def test_every_body_of_a_picture_has_its_name(table: Picture, tmp_path: Path, mo
 def test_axes_point_as_the_view_sees_them(table: Picture) -> None:
     """Seen from above with x to the right, y points up the page and z at the viewer."""
     axes = Figure().add_axes((0, 0, 1, 1))
-    draw_axes(axes, Box(0, 0, 400, 300), View(*np.eye(3)), 1.0)
+    draw_axes(axes, PageBox(0, 0, 400, 300), View(*np.eye(3)), 1.0)
     ends = {line.get_gid(): np.diff(line.get_xydata(), axis=0)[0] for line in axes.lines}
     assert ends["axis x"] == pytest.approx([30, 0])
     assert ends["axis y"] == pytest.approx([0, -30]), "rows count downwards"
     assert ends["axis z"] == pytest.approx([0, 0])
     view = front_view(table)
     other = Figure().add_axes((0, 0, 1, 1))
-    draw_axes(other, Box(0, 0, 400, 300), view, 1.0)
+    draw_axes(other, PageBox(0, 0, 400, 300), view, 1.0)
     up = next(line for line in other.lines if line.get_gid() == "axis z").get_xydata()
     assert unit(np.diff(up, axis=0)[0]) == pytest.approx([0, -1])
 

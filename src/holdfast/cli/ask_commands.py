@@ -22,7 +22,9 @@ from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
 from holdfast.batches.csv_files import csv_rows
 from holdfast.batches.question import MOST_BYTES, PUSH_COLUMNS
-from holdfast.cli.options import (
+from holdfast.cli.output import AsJson, err, progress
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.shared_options import (
     EXIT,
     Bounds,
     EngineName,
@@ -45,8 +47,6 @@ from holdfast.cli.options import (
     strap_loads,
     tell,
 )
-from holdfast.cli.output import AsJson, err, progress
-from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.engines.answers import Claim
 from holdfast.engines.contract import Engine
 from holdfast.engines.verdict import Status

@@ -10,9 +10,9 @@ import typer
 from holdfast.base.arrays import checked_word
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates import schema as certificate
-from holdfast.cli.options import WRITTEN_SUFFIXES, option
 from holdfast.cli.output import AsJson, out, print_json, write
 from holdfast.cli.scenes import STREAM, SceneGiven, takes_scene
+from holdfast.cli.shared_options import WRITTEN_SUFFIXES, option
 from holdfast.scene.formats import settled_scene
 from holdfast.scene.formats.native import scene_text, schema
 from holdfast.scene.formats.registry import save_scene

@@ -13,7 +13,9 @@ from holdfast.applications.disassembly.removal_check import can_remove
 from holdfast.applications.pushing.result import Effect
 from holdfast.applications.pushing.safe import DOUBT, safe_pushes
 from holdfast.applications.pushing.tool import Tool
-from holdfast.cli.options import (
+from holdfast.cli.output import AsJson, progress
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.shared_options import (
     EXIT,
     EngineName,
     File,
@@ -29,8 +31,6 @@ from holdfast.cli.options import (
     order_exit_code,
     tell,
 )
-from holdfast.cli.output import AsJson, progress
-from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.order_report import build_report, disassembly_report, pushes_report, removal_report

@@ -22,7 +22,9 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import listed
 from holdfast.base.values import altered
 from holdfast.cli.assignments import of_all_and_each
-from holdfast.cli.options import (
+from holdfast.cli.output import AsJson, progress
+from holdfast.cli.scenes import PAIR, AssemblyGiven, SceneGiven, paired, takes_scene
+from holdfast.cli.shared_options import (
     EXIT,
     WRITTEN_SUFFIXES,
     EngineName,
@@ -38,8 +40,6 @@ from holdfast.cli.options import (
     option,
     tell,
 )
-from holdfast.cli.output import AsJson, progress
-from holdfast.cli.scenes import PAIR, AssemblyGiven, SceneGiven, paired, takes_scene
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.contact_report import placement_data
 from holdfast.report.order_report import placements_report

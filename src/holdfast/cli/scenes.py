@@ -27,7 +27,7 @@ from holdfast.cli.assignments import (
     turns,
     value_of,
 )
-from holdfast.cli.options import Several, option
+from holdfast.cli.shared_options import Several, option
 from holdfast.scene.formats.floor import on_the_floor
 from holdfast.scene.formats.registry import format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from holdfast.cli.options import EngineName, Nodes, engine_with, option
 from holdfast.cli.output import out
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.shared_options import EngineName, Nodes, engine_with, option
 from holdfast.live.start import PORT
 from holdfast.live.start import view as opened
 from holdfast.queries.request import DEFAULT_ENGINE

@@ -33,7 +33,7 @@ _ON_BODY: Final = 0.5  # a name is written only if this share of it lies on what
 _HALO: Final = 2.6  # width of the white rim of letters [px] at the design size
 
 
-class Box(NamedTuple):
+class PageBox(NamedTuple):
     """A rectangle of the page [px]."""
 
     left: int
@@ -160,13 +160,13 @@ def halo(unit: float) -> list[Any]:
     return [Stroke(linewidth=_HALO * unit, foreground="white", alpha=0.85), Normal()]
 
 
-def room_of_axes(box: Box, unit: float) -> tuple[Float, float]:
+def room_of_axes(box: PageBox, unit: float) -> tuple[Float, float]:
     """Return the middle (2,) and the radius [px] of the disc that the world's axes and their letters take."""
     middle = np.array([box.left + 1.6 * AXIS * unit, box.top + box.height - 1.6 * AXIS * unit])
     return middle, (AXIS + 15.0) * unit
 
 
-def draw_axes(axes: Axes, box: Box, view: View, unit: float) -> None:
+def draw_axes(axes: Axes, box: PageBox, view: View, unit: float) -> None:
     """Draw the directions of the world's axes as this view sees them in the lower left corner of a panel."""
     x, y = room_of_axes(box, unit)[0]
     ends = view.flat(np.eye(3)) * AXIS * unit * np.array([1.0, -1.0])
@@ -225,7 +225,7 @@ def block(taken: Bool, row: float, column: float, wide: int, high: int) -> None:
     taken[top : top + high, left : left + wide] = True
 
 
-def draw_names(writer: Writer, box: Box, seen: Int, names: Sequence[str], taken: Bool) -> None:
+def draw_names(writer: Writer, box: PageBox, seen: Int, names: Sequence[str], taken: Bool) -> None:
     """Write the names of the bodies with these numbers into a panel at ``box`` of the page."""
     unit = writer.unit
     texts = [one_line(name, LONGEST) for name in names]

@@ -14,7 +14,18 @@ from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
 from holdfast.drawing import colours
 from holdfast.drawing.camera import Camera, View, back_view, fit, front_view
-from holdfast.drawing.canvas import Box, Writer, badge, blank, block, draw_axes, draw_names, paint, pixel_axes, png_of
+from holdfast.drawing.canvas import (
+    PageBox,
+    Writer,
+    badge,
+    blank,
+    block,
+    draw_axes,
+    draw_names,
+    paint,
+    pixel_axes,
+    png_of,
+)
 from holdfast.drawing.colours import CONTACT, GREY, INK
 from holdfast.drawing.marks import Shot, draw_contacts, draw_pushes, draw_scale_bar, visible
 from holdfast.drawing.picture import Picture, ends_of, fixed, forces, heat_points, legend, movable, movable_names
@@ -70,16 +81,16 @@ class Layout:
     """
 
     unit: float
-    header: Box
+    header: PageBox
     shots: tuple[Shot, ...]
-    footer: Box
+    footer: PageBox
 
     @property
-    def bar(self) -> Box:
+    def bar(self) -> PageBox:
         """The place of the colours of the scale."""
         foot, indent = self.footer, round(20 * self.unit)
         width = round(foot.width * _BAR_SHARE) - indent
-        return Box(foot.left + indent, foot.top + round(48 * self.unit), width, round(24 * self.unit))
+        return PageBox(foot.left + indent, foot.top + round(48 * self.unit), width, round(24 * self.unit))
 
 
 def layout_of(picture: Picture, size: tuple[int, int]) -> Layout:
@@ -87,7 +98,7 @@ def layout_of(picture: Picture, size: tuple[int, int]) -> Layout:
     width, height = size
     unit = min(width / 1600, height / 1000)
     pad, header, footer = (round(v * unit) for v in (_PAD, _HEADER, _FOOTER))
-    inner = Box(pad, header, width - 2 * pad, height - header - footer)
+    inner = PageBox(pad, header, width - 2 * pad, height - header - footer)
     front = front_view(picture)
     bodies = heat_points(picture)
     pushes = np.concatenate([bodies, ends_of(picture.weakest)[0]])
@@ -104,15 +115,15 @@ def layout_of(picture: Picture, size: tuple[int, int]) -> Layout:
         for boxes in _arrangements(len(plans), inner, unit)
     ]
     shots = max(candidates, key=lambda s: s[0].camera.scale * _MAIN_WEIGHT + sum(x.camera.scale for x in s[1:]))
-    foot = Box(pad, height - footer, width - 2 * pad, footer)
-    return Layout(unit, Box(pad, 0, width - 2 * pad, header), tuple(shots), foot)
+    foot = PageBox(pad, height - footer, width - 2 * pad, footer)
+    return Layout(unit, PageBox(pad, 0, width - 2 * pad, header), tuple(shots), foot)
 
 
 def _has_contacts(picture: Picture) -> bool:
     return bool(picture.contact_forces or picture.outlines or len(picture.contact_points))
 
 
-def _shot(box: Box, unit: float, caption: str, view: View, points: Float, fixed: bool, contacts: bool) -> Shot:
+def _shot(box: PageBox, unit: float, caption: str, view: View, points: Float, fixed: bool, contacts: bool) -> Shot:
     """Return a panel that shows the ``points`` below its caption."""
     strip = round(CAPTION * unit)
     camera = fit(view, points, box.width, box.height - strip, _MARGIN * unit)
@@ -120,7 +131,7 @@ def _shot(box: Box, unit: float, caption: str, view: View, points: Float, fixed:
     return Shot(caption, box, lowered, fixed, contacts)
 
 
-def _arrangements(count: int, inner: Box, unit: float) -> list[list[Box]]:
+def _arrangements(count: int, inner: PageBox, unit: float) -> list[list[PageBox]]:
     """Return two arrangements of two or three panels: beside the main one, and in columns."""
     gutter = round(_GUTTER * unit)
     main = round(inner.width * _WIDE_SPLIT)
@@ -128,19 +139,19 @@ def _arrangements(count: int, inner: Box, unit: float) -> list[list[Box]]:
     wide = [inner._replace(width=main)]
     rows = count - 1
     tall = (inner.height - (rows - 1) * gutter) // rows
-    wide += [Box(left, inner.top + k * (tall + gutter), side, tall) for k in range(rows)]
+    wide += [PageBox(left, inner.top + k * (tall + gutter), side, tall) for k in range(rows)]
     if count == 2:
         half = (inner.width - gutter) // 2
-        return [wide, [inner._replace(width=half), Box(inner.left + half + gutter, inner.top, half, inner.height)]]
+        return [wide, [inner._replace(width=half), PageBox(inner.left + half + gutter, inner.top, half, inner.height)]]
     columns, x = [], inner.left
     for split in _COLUMN_SPLITS:
         share = round((inner.width - 2 * gutter) * split)
-        columns.append(Box(x, inner.top, share, inner.height))
+        columns.append(PageBox(x, inner.top, share, inner.height))
         x += share + gutter
     return [wide, columns]
 
 
-def _draw_header(writer: Writer, picture: Picture, box: Box) -> None:
+def _draw_header(writer: Writer, picture: Picture, box: PageBox) -> None:
     """Draw the title and up to two lines of subtitle."""
     unit, size = writer.unit, 27.0
     while size > 18.0 and writer.width(picture.title, size, bold=True) > box.width:
@@ -212,7 +223,7 @@ def _draw_bar(writer: Writer, layout: Layout, scale: colours.Scale, name: str) -
     writer.put(bar.left + bar.width, base + 46 * unit, "strong ▸", 13.0, colour=GREY, align="right")
 
 
-def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: Box) -> None:
+def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: PageBox) -> None:
     from matplotlib.patches import Rectangle
 
     shown: list[tuple[bool, tuple[float, ...], str]] = [
@@ -234,7 +245,7 @@ def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: Box) -> 
         writer.put_clipped(left + 34 * unit, y + 13 * unit, text, 14.0, _SWATCH_SHARE * foot.width - 44 * unit)
 
 
-def _draw_list(writer: Writer, labels: list[str], left: float, foot: Box) -> None:
+def _draw_list(writer: Writer, labels: list[str], left: float, foot: PageBox) -> None:
     unit, room = writer.unit, foot.left + foot.width - left
     writer.put(left, foot.top + 32 * unit, "weakest pushes", 16.0, bold=True)
     widest = max(writer.width(label, 14.0) for label in labels) + 50 * unit

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
 from holdfast.drawing.camera import Camera
-from holdfast.drawing.canvas import Box, badge, room_of_axes, write
+from holdfast.drawing.canvas import PageBox, badge, room_of_axes, write
 from holdfast.drawing.colours import CONTACT, INK
 from holdfast.drawing.picture import Arrow, Picture, ends_of
 
@@ -30,7 +30,7 @@ class Shot:
     """
 
     caption: str
-    box: Box
+    box: PageBox
     camera: Camera
     fixed: bool
     contacts: bool

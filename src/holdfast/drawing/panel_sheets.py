@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence as Rows
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -15,7 +15,7 @@ from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.files import write_atomically
 from holdfast.drawing import colours
 from holdfast.drawing.camera import Camera, fit, front_view
-from holdfast.drawing.canvas import Box, Writer, blank, draw_axes, paint, pixel_axes, png_of
+from holdfast.drawing.canvas import PageBox, Writer, blank, draw_axes, paint, pixel_axes, png_of
 from holdfast.drawing.colours import GREY, INK
 from holdfast.drawing.map_png import CAPTION
 from holdfast.drawing.marks import PUSH, arrow_shapes
@@ -74,7 +74,7 @@ class PointsPanel:
 
 
 def sheet_png(
-    rows: Rows[Rows[PointsPanel]], title: str, subtitle: str, *, panel: tuple[int, int] = (760, 560)
+    rows: Sequence[Sequence[PointsPanel]], title: str, subtitle: str, *, panel: tuple[int, int] = (760, 560)
 ) -> bytes:
     """Return a PNG of panels of (width, height) pixels in rows; all panels of one row have the same view."""
     width = 2 * _PAD + max(len(row) for row in rows) * panel[0]
@@ -87,7 +87,7 @@ def sheet_png(
     for i, row in enumerate(rows):
         camera = _shared_camera(row, panel)
         for j, one in enumerate(row):
-            box = Box(_PAD + j * panel[0], _HEAD + i * (panel[1] + CAPTION) + CAPTION, *panel)
+            box = PageBox(_PAD + j * panel[0], _HEAD + i * (panel[1] + CAPTION) + CAPTION, *panel)
             _draw_points_panel(writer, page, one, scale, camera, box)
     writer.put_clipped(_PAD, 44, title, 26, width - 2 * _PAD, bold=True)
     writer.put_clipped(_PAD, 74, subtitle, 16, width - 2 * _PAD, colour=GREY)
@@ -97,7 +97,7 @@ def sheet_png(
     return png_of(canvas)
 
 
-def _shared_camera(row: Rows[PointsPanel], size: tuple[int, int]) -> Camera:
+def _shared_camera(row: Sequence[PointsPanel], size: tuple[int, int]) -> Camera:
     """Return the camera of a row, with room for the bodies, the points and the arrows of all its panels."""
     shown = [arrow.tail[None] for one in row for arrow in one.marks] + [one.points for one in row]
     around = [movable(one.picture, None).vertices for one in row]
@@ -105,7 +105,7 @@ def _shared_camera(row: Rows[PointsPanel], size: tuple[int, int]) -> Camera:
 
 
 def _draw_points_panel(
-    writer: Writer, page: Float, one: PointsPanel, scale: colours.Scale | None, camera: Camera, box: Box
+    writer: Writer, page: Float, one: PointsPanel, scale: colours.Scale | None, camera: Camera, box: PageBox
 ) -> None:
     soup = movable(one.picture, scale)
     rgb, shape = soup.rgb.copy(), (box.height, box.width)
@@ -150,7 +150,9 @@ def _seen(pixels: Float, toward: Float, depth: Float, camera: Camera) -> Bool:
     return np.asarray(inside & (toward > 0) & (pixels[:, 2] <= depth[row, column] + 2.0 / camera.scale))
 
 
-def _draw_key(writer: Writer, page: Float, scale: colours.Scale | None, top: int, panels: Rows[PointsPanel]) -> None:
+def _draw_key(
+    writer: Writer, page: Float, scale: colours.Scale | None, top: int, panels: Sequence[PointsPanel]
+) -> None:
     """Draw the colour scale, the colour of infinite forces, and the colours of other kinds of answers in the panels."""
     left, wide, tall = _PAD, 430, 16
     if scale is not None:
@@ -168,7 +170,7 @@ def _draw_key(writer: Writer, page: Float, scale: colours.Scale | None, top: int
 
 
 @dataclass(frozen=True)
-class Frame:
+class StateFrame:
     """One state of a sequence: the bodies that are present, with a caption and a note below it.
 
     ``next`` is the name of the body that leaves next or arrived last, or "" if there is none: it is coloured and has an
@@ -182,7 +184,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Sequence:
+class StateSequence:
     """The states of an assembly in order.
 
     ``along`` (3,) is the unit direction in which bodies leave, or from where they arrive if ``arriving``, and ``up``
@@ -191,7 +193,7 @@ class Sequence:
 
     title: str
     subtitle: str
-    frames: tuple[Frame, ...]
+    frames: tuple[StateFrame, ...]
     along: Float
     up: Float
     arriving: bool = False
@@ -203,7 +205,7 @@ class Sequence:
         return max(self.frames, key=lambda frame: len(frame.solids)).solids
 
 
-def write_sequence(sequence: Sequence, path: str | os.PathLike[str]) -> None:
+def write_sequence(sequence: StateSequence, path: str | os.PathLike[str]) -> None:
     """Write the sequence as a PNG file; if this fails, an existing file is left unchanged."""
     from matplotlib.patches import Rectangle
 
@@ -218,7 +220,7 @@ def write_sequence(sequence: Sequence, path: str | os.PathLike[str]) -> None:
     writer.put_clipped(_SIDE, 66, sequence.subtitle, 15.0, size[0] - 2 * _SIDE, colour=GREY)
     for k, frame in enumerate(sequence.frames):
         left, top = _SIDE + k % columns * (wide + _GUTTER), _HEAD + k // columns * (high + _NOTED)
-        _draw_frame(writer, page, sequence, frame, camera, Box(left, top, wide, high), length)
+        _draw_frame(writer, page, sequence, frame, camera, PageBox(left, top, wide, high), length)
     if sequence.marked and any(frame.next for frame in sequence.frames):
         base = size[1] - 18
         writer.axes.add_patch(Rectangle((_SIDE + 12, base - 12), 14, 14, facecolor=_NEXT, edgecolor="none"))
@@ -230,7 +232,7 @@ def write_sequence(sequence: Sequence, path: str | os.PathLike[str]) -> None:
 
 
 def _draw_frame(
-    writer: Writer, page: Float, sequence: Sequence, frame: Frame, camera: Camera, box: Box, length: float
+    writer: Writer, page: Float, sequence: StateSequence, frame: StateFrame, camera: Camera, box: PageBox, length: float
 ) -> None:
     """Draw one state, with an arrow of this ``length`` [m] at the body that leaves next or arrived last."""
     from matplotlib.patches import Rectangle
@@ -261,7 +263,7 @@ def _draw_way(axes: Axes, near: Float, far: Float, arriving: bool) -> None:
     axes.add_collection(PolyCollection(arrow_shapes(*ends, PUSH), facecolors=_ARROW, edgecolors="white", zorder=6))
 
 
-def _sequence_camera(sequence: Sequence) -> tuple[Camera, tuple[int, int], float]:
+def _sequence_camera(sequence: StateSequence) -> tuple[Camera, tuple[int, int], float]:
     """Return the camera of all panels, their size [px] and the length of the arrows [m].
 
     There is room for all bodies and their arrows.

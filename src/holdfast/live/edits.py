@@ -19,7 +19,7 @@ UNDRAGGED: Final = 1e-9  # [m] and [-] a smaller motion counts as no drag
 UPRIGHT: Final = 1e-7  # [-] below this the level part of a body's x axis has no direction
 
 
-class Place(NamedTuple):
+class BodyPlace(NamedTuple):
     """The pose of a body as numbers.
 
     ``position`` (3,) [m] is the origin of its frame, and ``turn`` (3,) [degrees] are its rotations about the world's x,
@@ -30,13 +30,13 @@ class Place(NamedTuple):
     turn: Float
 
 
-def place_of(assembly: Assembly, name: str) -> Place:
+def place_of(assembly: Assembly, name: str) -> BodyPlace:
     """Return the place of a body of the assembly."""
     pose = assembly.scene.body(name).pose
-    return Place(pose[:3, 3].copy(), _turn_of(pose[:3, :3]))
+    return BodyPlace(pose[:3, 3].copy(), _turn_of(pose[:3, :3]))
 
 
-def pose_of(place: Place) -> Float:
+def pose_of(place: BodyPlace) -> Float:
     """Return the pose (4, 4) of a body at this place."""
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_euler("xyz", checked(place.turn, (3,), "turn"), degrees=True).as_matrix()
@@ -66,7 +66,7 @@ def _turn_of(rotation: Float) -> Float:
     return np.degrees([about_x, about_y, about_z])
 
 
-class Grip(NamedTuple):
+class HandleGrip(NamedTuple):
     """The body that a gizmo holds: its name, its ``pose`` (4, 4), and the initial position ``home`` (3,) [m]."""
 
     name: str
@@ -91,7 +91,7 @@ class Gizmo:
         self._scene = scene
         self._dragged, self._dropped = dragged, dropped
         self._node: Any = None
-        self._grip: Grip | None = None
+        self._grip: HandleGrip | None = None
         self._going_on = False
 
     def show(self, name: str, pose: Float, middle: Float, length: float) -> None:
@@ -105,7 +105,7 @@ class Gizmo:
         if self._node is None:
             self._node = self._scene.add_transform_controls(NODE, depth_test=False)
             self._node.on_update(self._heard)
-        self._grip, self._going_on = Grip(name, pose, middle), False
+        self._grip, self._going_on = HandleGrip(name, pose, middle), False
         self.back()
         self._node.scale = length
         self._node.visible = True

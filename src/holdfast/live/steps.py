@@ -26,7 +26,7 @@ SWING: Final = 0.08  # largest displacement of a mechanism that is shown, likewi
 
 
 @dataclass(frozen=True)
-class Step:
+class ShownStep:
     """One state: its description, the bodies that are hidden, and the bodies that are drawn elsewhere.
 
     ``moved`` maps the name of a body to the transform (4, 4), world frame, from its pose in the assembly to where it is
@@ -38,7 +38,7 @@ class Step:
     moved: Mapping[str, Float] = field(default_factory=dict)
 
 
-def settling(result: Settled) -> tuple[Step, ...]:
+def settling(result: Settled) -> tuple[ShownStep, ...]:
     """Return states between the given poses and those at rest, both included."""
     steps = []
     for k in range(BETWEEN + 1):
@@ -47,29 +47,29 @@ def settling(result: Settled) -> tuple[Step, ...]:
             name: _partly(result.given.body(name).pose, result.scene.body(name).pose, back) for name in result.names
         }
         ends = {0: "as given", BETWEEN: f"at rest: {result.status}, {result.reason}"}
-        steps.append(Step(ends.get(k, f"{k / BETWEEN:.0%} of the way"), moved=moved))
+        steps.append(ShownStep(ends.get(k, f"{k / BETWEEN:.0%} of the way"), moved=moved))
     return tuple(steps)
 
 
-def taking_apart(result: Disassembly) -> tuple[Step, ...]:
+def taking_apart(result: Disassembly) -> tuple[ShownStep, ...]:
     """Return the states before every removal, with the next body drawn apart, and the final state."""
     steps = []
     away = np.eye(4)
     away[:3, 3] = RAISED * result.assembly.size * result.lift
     for k, step in enumerate(result.steps):
         text = f"{k + 1}: take out {one_line(step.body, LONGEST_NAME)}; {one_line(step.reason)}"
-        steps.append(Step(text, frozenset(result.order[:k]), {step.body: away}))
+        steps.append(ShownStep(text, frozenset(result.order[:k]), {step.body: away}))
     left = "nothing is left" if not result.remaining else f"{len(result.remaining)} bodies stay"
-    return (*steps, Step(left, frozenset(result.order)))
+    return (*steps, ShownStep(left, frozenset(result.order)))
 
 
-def places(result: Placement) -> tuple[Step, ...]:
+def places(result: Placement) -> tuple[ShownStep, ...]:
     """Return the stable poses that were found for the body, the best first; none without a place."""
     if result.body is None:
         return ()
     home = np.linalg.inv(result.body.pose)
     return tuple(
-        Step(
+        ShownStep(
             f"place {k + 1} of {len(result.candidates)}: "
             + ("stands" if one.robustness is None else f"least push {number(one.robustness, 'N')}"),
             moved={result.name: one.pose @ home},
@@ -78,10 +78,10 @@ def places(result: Placement) -> tuple[Step, ...]:
     )
 
 
-def placing(result: Placements) -> tuple[Step, ...]:
+def placing(result: Placements) -> tuple[ShownStep, ...]:
     """Return the states after the objects were put down one by one."""
     return tuple(
-        Step(
+        ShownStep(
             f"{k + 1}: put down {one_line(step.body, LONGEST_NAME)}: "
             + ("least push undecided" if step.least is None else f"least push {number(step.least, 'N')}"),
             frozenset(result.order[k + 1 :]),
@@ -90,11 +90,11 @@ def placing(result: Placements) -> tuple[Step, ...]:
     )
 
 
-def resting(result: RestingPoses) -> tuple[Step, ...]:
+def resting(result: RestingPoses) -> tuple[ShownStep, ...]:
     """Return the poses in which a body rests, the most probable first."""
     home = np.linalg.inv(result.body.pose)
     return tuple(
-        Step(f"pose {k} of {len(result)}: {pose.probability:.1%}", moved={result.body.name: pose.pose @ home})
+        ShownStep(f"pose {k} of {len(result)}: {pose.probability:.1%}", moved={result.body.name: pose.pose @ home})
         for k, pose in enumerate(result, 1)
     )
 
@@ -113,19 +113,19 @@ def moved_by(mechanism: Mechanism, amount: float) -> dict[str, Float]:
     return places
 
 
-class Parting(NamedTuple):
+class PartingNodes(NamedTuple):
     """The contact nodes (n, 3) [m] that open in a mechanism, and those that slide."""
 
     opening: Float
     sliding: Float
 
 
-def parting(mechanism: Mechanism) -> Parting:
+def parting(mechanism: Mechanism) -> PartingNodes:
     """Return which contact nodes open and which slide as the bodies begin to move."""
     nodes = mechanism.kinematics.nodes
     speeds = parting_of(nodes, mechanism.velocities(), dual=mechanism.dual)
     slides = speeds.sliding > max(float(speeds.least), STILL)
-    return Parting(nodes.points[speeds.opening > STILL], nodes.points[slides])
+    return PartingNodes(nodes.points[speeds.opening > STILL], nodes.points[slides])
 
 
 def _partly(given: Float, rest: Float, share: float) -> Float:

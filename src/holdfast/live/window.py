@@ -33,7 +33,7 @@ from holdfast.live.controls import Controls
 from holdfast.live.edits import Gizmo
 from holdfast.live.guard import Guard
 from holdfast.live.steps import SWING, moved_by, parting
-from holdfast.live.window_model import Model
+from holdfast.live.window_model import ViewModel
 from holdfast.live.window_thread import Worker
 from holdfast.report.map_picture import outlines_of, solids_of
 
@@ -82,7 +82,7 @@ class Window:
     ``aim`` are the angles [degrees] that were requested last; the model may not have them yet.
     """
 
-    def __init__(self, model: Model, port: int) -> None:
+    def __init__(self, model: ViewModel, port: int) -> None:
         self.model = model
         self.server, self._token = server_at(port)
         self.worker = Worker(self._tell, self._refuse)

@@ -17,7 +17,7 @@ from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
 from holdfast.geometry.rays import first_hit
-from holdfast.live.steps import Step
+from holdfast.live.steps import ShownStep
 from holdfast.queries.map import RobustnessMap, check_count, expected_points, joined_maps, robustness_map
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.request import EngineChoice, engine_of
@@ -31,7 +31,7 @@ REMEMBERED: Final = 100  # number of edits that can be undone
 STEEPEST: Final = 85.0  # [degrees] largest angle between a push and the inward normal
 
 
-class Part(NamedTuple):
+class MappedBody(NamedTuple):
     """The map of one body, and its ``spacing`` [m]."""
 
     spacing: float
@@ -51,7 +51,7 @@ class Portions:
         self._size = {name: expected_points(assembly, [name], spacing) for name in names}
         rounds = COARSER if sum(self._size.values()) > FEW else COARSER[-1:]
         self._rounds = [multiple * spacing for multiple in rounds]
-        self._parts: dict[str, Part] = {}
+        self._parts: dict[str, MappedBody] = {}
 
     @property
     def done(self) -> bool:
@@ -82,7 +82,9 @@ class Portions:
             raise HoldfastError(message("live map", "nothing is left to map", "needs a movable body"))
         left = [name for name in self._size if self._spacing(name) > spacing]
         name = min(left, key=lambda name: (name != first, -self._size[name]))
-        self._parts[name] = Part(spacing, robustness_map(self.assembly, [name], spacing=spacing, engine=self.engine))
+        self._parts[name] = MappedBody(
+            spacing, robustness_map(self.assembly, [name], spacing=spacing, engine=self.engine)
+        )
 
     def _round(self) -> float | None:
         """Return the spacing [m] of the first round that is not complete; None after the last."""
@@ -100,7 +102,7 @@ class Pick(NamedTuple):
     normal: Float
 
 
-class Model:
+class ViewModel:
     """The state of a live view.
 
     ``assembly`` is the assembly on show. ``verdict`` and ``map`` are the answers about it, None until they are
@@ -127,14 +129,14 @@ class Model:
         self.pick: Pick | None = None
         self.turn = self.tilt = 0.0
         self.push: Robustness | None = None
-        self.steps: tuple[Step, ...] = ()
+        self.steps: tuple[ShownStep, ...] = ()
         self.step = 0
         self.past: deque[Assembly] = deque(maxlen=REMEMBERED)
 
     @property
-    def state(self) -> Step:
+    def state(self) -> ShownStep:
         """The state on show: that of the slider, or the assembly as it is."""
-        return self.steps[min(self.step, len(self.steps) - 1)] if self.steps else Step("")
+        return self.steps[min(self.step, len(self.steps) - 1)] if self.steps else ShownStep("")
 
     @property
     def direction(self) -> Float | None:
@@ -226,7 +228,7 @@ class Model:
         self.map = self.portions = self.verdict = self.push = self.pick = None
         self.steps, self.step = (), 0
 
-    def show(self, steps: tuple[Step, ...]) -> None:
+    def show(self, steps: tuple[ShownStep, ...]) -> None:
         """Show the states of an answer, beginning with the first."""
         self.steps, self.step = steps, 0
 

@@ -14,7 +14,7 @@ from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.pushing.result import Effect, SafePushes
 from holdfast.base.public import number
 from holdfast.base.text import listed
-from holdfast.drawing.panel_sheets import Frame, Sequence, write_sequence
+from holdfast.drawing.panel_sheets import StateFrame, StateSequence, write_sequence
 from holdfast.report.description import MOST_ROWS, STYLES, Headline, Line, Report, ReportTable, by_engine
 from holdfast.report.map_picture import solids_of
 
@@ -84,7 +84,7 @@ def save_strip(result: Disassembly, path: str | os.PathLike[str]) -> None:
     write_sequence(strip_of(result), path)
 
 
-def strip_of(result: Disassembly) -> Sequence:
+def strip_of(result: Disassembly) -> StateSequence:
     """Return the states as a sequence of panels; if bodies remain, the last panel shows them."""
     assembly = result.assembly
     solids = {solid.name: solid for solid in solids_of(assembly.bodies)}
@@ -94,13 +94,13 @@ def strip_of(result: Disassembly) -> Sequence:
         note = "hold it against turning" if step.hold else "the rest stands without it"
         note += f"; hands at {listed([hold.body for hold in step.holds])}" if step.holds else ""
         left = tuple(solid for name, solid in solids.items() if name not in gone)
-        frames.append(Frame(left, step.body, f"{k + 1}  {step.body}", note))
+        frames.append(StateFrame(left, step.body, f"{k + 1}  {step.body}", note))
     if result.remaining or not frames:
         left = tuple(solid for name, solid in solids.items() if name not in result.order)
         stuck = "the goal is among them" if result.goal else "none of them may go next"
         note = "asked for no more" if result.reached else stuck
-        frames.append(Frame(left, "", f"{len(result.remaining)} stay", note))
-    return Sequence(
+        frames.append(StateFrame(left, "", f"{len(result.remaining)} stay", note))
+    return StateSequence(
         f"{assembly.scene.name or 'assembly'}: taken apart",
         _taken_out(result)[0] + f" · engine {result.engine} ({result.claim.words})",
         tuple(frames),
@@ -169,13 +169,13 @@ def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> Non
         step, later = result.steps[k], set(result.order[k + 1 :])
         note = f"least push {step.least_text}" if step.least is not None and not step.balanced else step.least_text
         present = tuple(solid for name, solid in solids.items() if name not in later)
-        frames.append(Frame(present, step.body, f"{k + 1}  {step.body}", note))
+        frames.append(StateFrame(present, step.body, f"{k + 1}  {step.body}", note))
     if not frames:
-        frames.append(Frame(tuple(solids.values()), "", "nothing is placed", result.reason))
+        frames.append(StateFrame(tuple(solids.values()), "", "nothing is placed", result.reason))
     title = f"{assembly.scene.name or 'assembly'}: {count} of {count + len(result.left)} objects placed"
     subtitle = f"{result.reason} · engine {result.engine} ({result.claim.words})"
     marked, up = "the object that is put down", assembly.scene.up
-    write_sequence(Sequence(title, subtitle, tuple(frames), up, up, arriving=True, marked=marked), path)
+    write_sequence(StateSequence(title, subtitle, tuple(frames), up, up, arriving=True, marked=marked), path)
 
 
 def pushes_report(result: SafePushes) -> Report:

@@ -15,7 +15,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import write_atomically
 from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, listed, one_line
-from holdfast.drawing.panel_sheets import Frame, PointsPanel, Sequence, sheet_png, write_sequence
+from holdfast.drawing.panel_sheets import PointsPanel, StateFrame, StateSequence, sheet_png, write_sequence
 from holdfast.drawing.picture import Arrow
 from holdfast.engines.verdict import Status
 from holdfast.queries.result import vector_text
@@ -137,11 +137,11 @@ def save_resting_png(result: RestingPoses, path: str | os.PathLike[str]) -> None
     frames = []
     for pose in list(result)[:MOST_FRAMES]:
         note = words(pose) if pose.rolls else f"{words(pose)}, tips at {pose.tipping_degrees:.3g}°"
-        frames.append(Frame(solids_of([result.body.moved(pose.pose)]), "", f"{pose.probability:.1%}", note))
+        frames.append(StateFrame(solids_of([result.body.moved(pose.pose)]), "", f"{pose.probability:.1%}", note))
     shown = "" if len(frames) == len(result) else f", of which {len(frames)} are shown"
     up = np.array([0.0, 0.0, 1.0])
     note = "share of slow falls that end there, and the tilt of the plane at which it leaves"
-    write_sequence(Sequence(f"{_rests(result)}{shown}", note, tuple(frames), up, up), path)
+    write_sequence(StateSequence(f"{_rests(result)}{shown}", note, tuple(frames), up, up), path)
 
 
 def _rests(result: RestingPoses) -> str:
@@ -168,10 +168,12 @@ def save_firmer_png(result: Firmer, path: str | os.PathLike[str]) -> None:
     for step, when, least in ((result[0], "before", result.before), (result[-1], "after", result.after)):
         bodies = [body.moved(step.poses.get(body.name, body.pose)) for body in scene.bodies]
         marked = name if far > STILL and step is result[0] else ""
-        frames.append(Frame(solids_of(bodies), marked, when, f"least {number(least, unit)}"))
+        frames.append(StateFrame(solids_of(bodies), marked, when, f"least {number(least, unit)}"))
     along = way / far if far > STILL else scene.up
     title, note = scene.name or "firmer", result.summary().headline
-    write_sequence(Sequence(title, note, tuple(frames), along, scene.up, marked="what is moved, and which way"), path)
+    write_sequence(
+        StateSequence(title, note, tuple(frames), along, scene.up, marked="what is moved, and which way"), path
+    )
 
 
 def friction_report(result: MeasuredFriction) -> Report:
