@@ -13,8 +13,7 @@ from bench.checkout import RESULTS, ROOT, beside
 from bench.figures import pages
 from bench.registry import SUITES, suite
 from holdfast.base.errors import HoldfastError
-from holdfast.cli.output import err, make_writable, out, print_json, write
-from holdfast.cli.terminal import progress
+from holdfast.cli.output import err, make_writable, out, print_json, progress, write
 
 app = typer.Typer(
     help="What was measured of holdfast, and how to measure it again.",

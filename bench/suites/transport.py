@@ -15,7 +15,7 @@ from bench.baselines.search import grid_nodes
 from bench.suite import Case, Row, Suite, table
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
-from holdfast.drawing.polar import Curve, PolarPicture, draw_curves
+from holdfast.drawing.plots import Curve, PolarPicture, draw_curves
 from holdfast.engines.contract import Engine
 from holdfast.scene.shipped import shipped_scene
 

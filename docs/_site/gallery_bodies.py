@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 import holdfast as hf
-from holdfast.drawing.thumbnail import thumbnail
-from holdfast.report.bodies import solids_of
+from holdfast.drawing.render import thumbnail
+from holdfast.report.map_picture import solids_of
 
 SIZE: Final = (640, 480)  # [px]
 

@@ -12,7 +12,7 @@ from placed import prism
 import holdfast as hf
 from holdfast.applications.resting_poses import StandingFaces
 from holdfast.geometry.hull_graph import HullGraph
-from holdfast.report import resting
+from holdfast.report import pose_report
 
 G = 9.81
 
@@ -51,7 +51,7 @@ def test_a_cylinder_rolls_on_its_side() -> None:
 def test_the_sheet_says_at_which_tilt_a_cylinder_tips_and_that_it_rolls(monkeypatch: pytest.MonkeyPatch) -> None:
     """On its ends at arctan(r / (h / 2)): 45° of one as high as wide."""
     sheets: list[Any] = []
-    monkeypatch.setattr(resting, "write_sequence", lambda sheet, path: sheets.append(sheet))
+    monkeypatch.setattr(pose_report, "write_sequence", lambda sheet, path: sheets.append(sheet))
     hf.resting_poses(hf.Cylinder(0.05, 0.1, 32)).save_png("sheet.png")
     side, *ends = (frame.note for frame in sheets[0].frames)
     assert side == "rolls"

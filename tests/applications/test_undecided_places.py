@@ -14,7 +14,7 @@ from retold import REASON, retold, unknown
 import holdfast as hf
 from holdfast.applications.placement import comparing, planner, rating, support
 from holdfast.queries import map as maps
-from holdfast.report.placement import placement_report
+from holdfast.report.pose_report import placement_report
 from holdfast.scene.shipped.blocks import box, floor
 
 UNDECIDED = hf.Status.UNDECIDED
@@ -93,7 +93,7 @@ def test_a_place_of_which_nothing_is_known_says_so(place: Any, tmp_path: Any) ->
     assert p.status is hf.Status.STABLE, "it stands"
     assert p.weakest.status is UNDECIDED
     assert dict(p.summary().facts)["least push afterwards"] == "undecided"
-    told = "\n".join(str(part) for part in placement_report(p, "scene", "object").renderables)  # type: ignore[attr-defined]
+    told = "\n".join(str(part) for part in placement_report(p, "scene", "object").parts)
     assert "least push afterwards: undecided" in told
     assert "0 N" not in told
     p.save_png(tmp_path / "p.png")

@@ -68,7 +68,7 @@ def test_a_planted_circle_is_found() -> None:
     assert circle(texts | {"holdfast.c": "import numpy"}) == []
 
 
-@pytest.mark.parametrize("module", ["holdfast.queries.map", "holdfast.queries.push", "holdfast.drawing.png"])
+@pytest.mark.parametrize("module", ["holdfast.queries.map", "holdfast.queries.push", "holdfast.drawing.map_png"])
 def test_a_module_is_imported_by_its_full_name(module: str) -> None:
     """Findings, H5: a function of the same name shadowed the package."""
     code = f"import holdfast, {module} as found; assert found.__name__ == {module!r}; import {module}; {module}"

@@ -23,7 +23,7 @@ CAPITALS = re.compile(r"[A-Z][A-Z0-9_]*")
 # Numbers that are names: codes of colours, of kinds of lines, of chunks of a file and of an exit; a unit; and settings
 # that are handed over
 NAMES = re.compile(
-    r"holdfast\.(drawing\.(colours|raster)\.[A-Z]+|geometry\.gltf\.[A-Z]+_CHUNK|cli\.stopping\.STOPPED"
+    r"holdfast\.(drawing\.(colours|render)\.[A-Z]+|geometry\.gltf\.[A-Z]+_CHUNK|cli\.stopping\.STOPPED"
     r"|base\.borders\.outcomes\.MEGABYTE|elastic\.path\.(QUICK|BRIEF|CLOSE))"
 )
 

@@ -10,7 +10,7 @@ import pytest
 from calling import Call, command
 
 import holdfast as hf
-from holdfast.report.disassembly import strip_of
+from holdfast.report.order_report import strip_of
 from holdfast.scene.shipped import shipped_scene
 
 disassemble = command("disassemble")

@@ -12,7 +12,7 @@ from rich.console import Console
 
 import holdfast as hf
 from holdfast.cli.main import COMMANDS, TASKS
-from holdfast.report.stability_table import stability_report
+from holdfast.report.contact_report import stability_report
 from holdfast.scene.shipped.blocks import at
 
 

@@ -46,7 +46,7 @@ def test_build_lists_the_steps_and_what_each_state_holds(build: Call) -> None:
 
 
 def test_build_says_how_many_steps_it_leaves_out(build: Call, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("holdfast.report.handled.MOST_ROWS", 1)
+    monkeypatch.setattr("holdfast.report.description.MOST_ROWS", 1)
     code, out, _ = build("stack")
     assert code == 0
     assert "... and 2 more" in out

@@ -16,10 +16,8 @@ from paged import data_of, said
 from rich.console import Console
 
 import holdfast as hf
-from holdfast.report.carried_plot import carried_report
-from holdfast.report.map_table import map_report
-from holdfast.report.stability_table import stability_report
-from holdfast.report.transport_table import transport_report
+from holdfast.report.carrier_report import carried_report, transport_report
+from holdfast.report.contact_report import map_report, stability_report
 from holdfast.scene.shipped.blocks import box, floor
 
 NAMES = {

@@ -11,9 +11,9 @@ import pytest
 from calling import command
 
 import holdfast as hf
-from holdfast.cli import common
-from holdfast.cli import transport_command as module
-from holdfast.report import transport_table
+from holdfast.cli import ask_commands as module
+from holdfast.cli import shared_options
+from holdfast.report import carrier_report
 
 transport = command("transport")
 AXES = [[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]]
@@ -48,7 +48,7 @@ def test_a_long_story_is_told_in_few_parts(transport: Any, monkeypatch: pytest.M
     assert code == 0
     table = "largest acceleration of the carrier"
     assert 3 * 4 <= out.partition(table)[2].count("°") <= 12 * 4
-    monkeypatch.setattr(transport_table, "ARCS", 2)
+    monkeypatch.setattr(carrier_report, "ARCS", 2)
     code, out, _ = transport("tabletop", "--engine", "limit", "--count", 48)
     assert out.partition(table)[2].count("°") == 2 * 4
     assert "upper_book" in out
@@ -140,7 +140,7 @@ def test_each_quarter_turn_is_told_where_they_differ(transport: Any) -> None:
 def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(
     transport: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(common, "find_spec", lambda name: None)
+    monkeypatch.setattr(shared_options, "find_spec", lambda name: None)
     monkeypatch.setattr(module, "transport_limits", lambda *a, **k: pytest.fail("was computed"))
     code, _, err = transport("cube", "--png", "p.png")
     assert code == 2

@@ -12,7 +12,7 @@ from retold import REASON, retold, unknown
 
 import holdfast as hf
 from holdfast.applications import transport as transports
-from holdfast.cli import common, map_command, transport_command
+from holdfast.cli import ask_commands, shared_options
 from holdfast.queries import map as maps
 
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE
@@ -26,9 +26,9 @@ def holdfast(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     """Call the command with the answers of maps and transport limits changed by ``change``."""
 
     def call(*arguments: str, change: Callable[[Any], Any] = lambda found: found) -> tuple[int, str, str]:
-        monkeypatch.setattr(map_command, "robustness_map", lambda *a, **k: change(maps.robustness_map(*a, **k)))
+        monkeypatch.setattr(ask_commands, "robustness_map", lambda *a, **k: change(maps.robustness_map(*a, **k)))
         monkeypatch.setattr(
-            transport_command, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k))
+            ask_commands, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k))
         )
         return called(monkeypatch, capsys, *arguments)
 
@@ -59,16 +59,16 @@ def test_all_undecided_is_3_although_it_stands(
 @pytest.mark.parametrize(("status", "code"), [(UNSTABLE, 1), (UNDECIDED, 3), (hf.Status.STABLE, 0)])
 def test_the_verdict_comes_first(status: hf.Status, code: int) -> None:
     found = hf.robustness_map(hf.assemble(hf.shipped_scene("cube")), spacing=0.1, engine="graph")
-    assert common.exit_code(status, found.answers) == code
-    assert common.exit_code(status, found.answers.rows(slice(0, 0))) == code
-    assert common.exit_code(UNSTABLE, unknown(found).answers) == 1
+    assert shared_options.exit_code(status, found.answers) == code
+    assert shared_options.exit_code(status, found.answers.rows(slice(0, 0))) == code
+    assert shared_options.exit_code(UNSTABLE, unknown(found).answers) == 1
 
 
 @pytest.mark.parametrize(
     ("reached", "proven", "code"), [(True, True, 0), (True, False, 0), (False, True, 1), (False, False, 3)]
 )
 def test_a_search_that_gave_up_proves_nothing(reached: bool, proven: bool, code: int) -> None:
-    assert common.order_exit_code(reached=reached, proven=proven) == code
+    assert shared_options.order_exit_code(reached=reached, proven=proven) == code
 
 
 def test_the_table_of_a_map_tells_the_kinds_apart(holdfast: Any) -> None:

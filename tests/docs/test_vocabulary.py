@@ -14,7 +14,7 @@ import typer
 import typer.main
 
 import holdfast as hf
-from holdfast.cli.fields import help_texts
+from holdfast.cli.assignments import help_texts
 from holdfast.cli.main import COMMANDS
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import holdfast as hf
-from holdfast.report.bodies import bare_picture, solids_of
+from holdfast.report.map_picture import bare_picture, solids_of
 from holdfast.scene.shipped.blocks import box, floor
 
 UP = np.array([0.6, 0.0, 0.8])

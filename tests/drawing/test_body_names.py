@@ -9,14 +9,13 @@ import pytest
 from matplotlib.figure import Figure
 
 from holdfast.base.arrays import unit
-from holdfast.drawing import lettering, panels, png
+from holdfast.drawing import canvas, map_png, panel_sheets
 from holdfast.drawing.camera import View, front_view
-from holdfast.drawing.layout import Box, layout_of
-from holdfast.drawing.lettering import block, draw_axes, name_places
-from holdfast.drawing.panels import PointsPanel, sheet_png
-from holdfast.drawing.picture import Picture
-from holdfast.drawing.shade import render
-from holdfast.drawing.soup import movable
+from holdfast.drawing.canvas import PageBox, block, draw_axes, name_places
+from holdfast.drawing.map_png import layout_of
+from holdfast.drawing.panel_sheets import PointsPanel, sheet_png
+from holdfast.drawing.picture import Picture, movable
+from holdfast.drawing.render import render
 
 
 def test_a_name_is_written_on_its_body_and_clear_of_what_is_there() -> None:
@@ -61,7 +60,7 @@ def test_the_panel_knows_which_body_is_at_each_pixel(table: Picture) -> None:
 
 def test_every_body_of_a_picture_has_its_name(table: Picture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written: dict[str, int] = {}
-    real = lettering.name_places
+    real = canvas.name_places
 
     def listening(*given: object) -> object:
         found = real(*given)  # type: ignore[arg-type]
@@ -69,22 +68,22 @@ def test_every_body_of_a_picture_has_its_name(table: Picture, tmp_path: Path, mo
             written[place.name] = written.get(place.name, 0) + 1
         return found
 
-    monkeypatch.setattr(lettering, "name_places", listening)
-    png.write_png(table, tmp_path / "p.png")
+    monkeypatch.setattr(canvas, "name_places", listening)
+    map_png.write_png(table, tmp_path / "p.png")
     assert written.keys() == {"slab", "leg left", "leg right"}
 
 
 def test_axes_point_as_the_view_sees_them(table: Picture) -> None:
     """Seen from above with x to the right, y points up the page and z at the viewer."""
     axes = Figure().add_axes((0, 0, 1, 1))
-    draw_axes(axes, Box(0, 0, 400, 300), View(*np.eye(3)), 1.0)
+    draw_axes(axes, PageBox(0, 0, 400, 300), View(*np.eye(3)), 1.0)
     ends = {line.get_gid(): np.diff(line.get_xydata(), axis=0)[0] for line in axes.lines}
     assert ends["axis x"] == pytest.approx([30, 0])
     assert ends["axis y"] == pytest.approx([0, -30]), "rows count downwards"
     assert ends["axis z"] == pytest.approx([0, 0])
     view = front_view(table)
     other = Figure().add_axes((0, 0, 1, 1))
-    draw_axes(other, Box(0, 0, 400, 300), view, 1.0)
+    draw_axes(other, PageBox(0, 0, 400, 300), view, 1.0)
     up = next(line for line in other.lines if line.get_gid() == "axis z").get_xydata()
     assert unit(np.diff(up, axis=0)[0]) == pytest.approx([0, -1])
 
@@ -92,14 +91,14 @@ def test_axes_point_as_the_view_sees_them(table: Picture) -> None:
 def test_points_of_a_sheet_stay_in_their_panel(table: Picture, monkeypatch: pytest.MonkeyPatch) -> None:
     """Points on a fixed shelf far beside the bodies are shown in their own panel, not in its neighbour."""
     drawn = []
-    real = panels.Writer
+    real = panel_sheets.Writer
 
     class Listening(real):  # type: ignore[misc, valid-type]
         def __init__(self, axes: object, *more: object) -> None:
             super().__init__(axes, *more)
             drawn.append(axes)
 
-    monkeypatch.setattr(panels, "Writer", Listening)
+    monkeypatch.setattr(panel_sheets, "Writer", Listening)
     far = np.array([[3.0, y, 0.0] for y in np.linspace(-2, 2, 9)])
     left = PointsPanel("points", table, far, np.tile([0.0, 0.0, 1.0], (9, 1)), np.ones(9))
     sheet_png([[left, PointsPanel("pose", table)]], "sheet", "", panel=(400, 300))

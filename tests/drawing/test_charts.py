@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from holdfast.drawing.charts import bar, histogram
+from holdfast.drawing.svg import bar, histogram
 
 
 def test_a_logarithmic_histogram_is_labelled_with_values_and_counts_the_rest_aside() -> None:

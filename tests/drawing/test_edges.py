@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from holdfast.drawing.edges import feature_edges
-from holdfast.drawing.picture import HeatSurface, Picture, Solid
-from holdfast.drawing.soup import movable
+from holdfast.drawing.picture import HeatSurface, Picture, Solid, movable
 
 
 def edge_length(*parts: HeatSurface | Solid) -> float:

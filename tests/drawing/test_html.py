@@ -14,9 +14,8 @@ from paged import data_of, faces, said, triples
 
 import holdfast as hf
 from holdfast.drawing import colours
-from holdfast.drawing.html import page_of
-from holdfast.drawing.picture import Picture
-from holdfast.drawing.soup import forces
+from holdfast.drawing.html_page import page_of
+from holdfast.drawing.picture import Picture, forces
 
 LARGEST = 1.5e6  # of the page of a map as the command writes it [bytes]
 

@@ -14,10 +14,8 @@ import trimesh
 import holdfast as hf
 from holdfast.drawing import colours
 from holdfast.drawing.colours import Kind
-from holdfast.drawing.glb_map import write_glb
-from holdfast.drawing.painted import painted
+from holdfast.drawing.map_files import painted, write_glb, write_ply
 from holdfast.drawing.picture import Arrow, HeatSurface, Picture, Solid
-from holdfast.drawing.ply_map import write_ply
 
 INF = float("inf")
 LARGEST = 3.4028234663852886e38

@@ -12,9 +12,9 @@ from PIL import Image
 
 import holdfast as hf
 from holdfast.drawing import colours
-from holdfast.drawing.rose import rose
-from holdfast.drawing.soup import forces
-from holdfast.drawing.thumbnail import png_bytes
+from holdfast.drawing.picture import forces
+from holdfast.drawing.render import png_bytes
+from holdfast.drawing.svg import rose
 from holdfast.report.map_picture import picture_of
 from holdfast.scene.shipped.blocks import box, floor
 

@@ -15,12 +15,11 @@ from PIL import Image
 from holdfast.base.errors import HoldfastError
 from holdfast.drawing import colours
 from holdfast.drawing.camera import back_view, front_view
-from holdfast.drawing.layout import layout_of
-from holdfast.drawing.marks import badge_places, nearest_badges, on_page, room_of_axes, visible
-from holdfast.drawing.picture import HeatSurface, Picture
-from holdfast.drawing.png import write_png
-from holdfast.drawing.shade import render
-from holdfast.drawing.soup import forces, movable
+from holdfast.drawing.canvas import room_of_axes
+from holdfast.drawing.map_png import layout_of, write_png
+from holdfast.drawing.marks import badge_places, nearest_badges, on_page, visible
+from holdfast.drawing.picture import HeatSurface, Picture, forces, movable
+from holdfast.drawing.render import render
 
 SIZE = (1600, 1000)
 

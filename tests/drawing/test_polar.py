@@ -11,9 +11,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import holdfast as hf
-from holdfast.drawing.polar import draw_curves
-from holdfast.report.level_directions import level_angles
-from holdfast.report.transport_plot import polar_picture, save_polar
+from holdfast.drawing.plots import draw_curves
+from holdfast.report.carrier_report import level_angles, polar_picture, save_polar
 from holdfast.scene.shipped import shipped_scene
 
 matplotlib_image = pytest.importorskip("matplotlib.image")
@@ -50,7 +49,7 @@ def test_the_names_of_directions_stand_at_their_angles() -> None:
 
 def test_a_dot_lies_where_its_direction_points(tmp_path: Path) -> None:
     """Down (270 degrees) reaches far, up does not: crimson pixels lie low on the page."""
-    save_polar([limits("slope")], tmp_path / "p.png")
+    save_polar(limits("slope"), tmp_path / "p.png")
     image = matplotlib_image.imread(BytesIO((tmp_path / "p.png").read_bytes()))
     assert image.shape[:2] == (1000, 1600)
     crimson = np.abs(image[:, :960, :3] - np.array([0xB5, 0x17, 0x3F]) / 255).max(2) < 0.02
@@ -65,7 +64,7 @@ def test_every_kind_of_answer_can_be_drawn(tilt: tuple[float, float, float], tmp
     picture = polar_picture([result, result], ["one", "two"])
     assert picture.axes == ("0°", "90°", "180°", "270°")
     assert [curve.name for curve in picture.curves] == ["one", "two"]
-    save_polar([result, result], tmp_path / "p.png")
+    save_polar(result, tmp_path / "p.png", others=[result])
     assert (tmp_path / "p.png").stat().st_size > 10_000
 
 
@@ -73,7 +72,7 @@ def test_endless_answers_reach_the_rim(tmp_path: Path) -> None:
     held = hf.Load("cube", (0, 0, 0.1), force=(0, 0, -1))
     result = limits("wedged_floor", 8, standing=[held])
     assert np.isinf(result.acceleration).all()
-    save_polar([result], tmp_path / "p.png")
+    save_polar(result, tmp_path / "p.png")
     assert polar_picture([result]).curves[0].lines == ("nothing moves, however fast",)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from holdfast.drawing.raster import CREASE, OUTLINE, PLAIN, Layer, rasterise
+from holdfast.drawing.render import CREASE, OUTLINE, PLAIN, Layer, rasterise
 
 FACING = np.array([0.0, 0.0, 1.0])
 

@@ -7,8 +7,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.geometry.area import areas_of
-from holdfast.report.map_picture import picture_of
-from holdfast.report.rims import rims_of
+from holdfast.report.map_picture import picture_of, rims_of
 from holdfast.scene.shipped.blocks import at
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from holdfast.base.colour import srgb_of
 from holdfast.drawing import colours
-from holdfast.drawing.tone import before_film
+from holdfast.drawing.colours import before_film
 
 
 def aces_filmic(light: np.ndarray) -> np.ndarray:

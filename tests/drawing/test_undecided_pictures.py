@@ -17,11 +17,10 @@ from retold import REASON, orange, retold, shelf, unknown
 import holdfast as hf
 from holdfast.drawing import colours
 from holdfast.drawing.colours import Kind
-from holdfast.drawing.picture import kinds, legend
-from holdfast.drawing.polar import draw_curves
-from holdfast.drawing.soup import forces
+from holdfast.drawing.picture import forces, kinds, legend
+from holdfast.drawing.plots import draw_curves
+from holdfast.report.carrier_report import polar_picture
 from holdfast.report.map_picture import picture_of
-from holdfast.report.transport_plot import polar_picture
 
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE
 

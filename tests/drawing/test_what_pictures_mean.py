@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from paged import data_of, faces, triples
 
 import holdfast as hf
-from holdfast.drawing.arrows import arrow_mesh
-from holdfast.drawing.layout import Shot, layout_of
-from holdfast.drawing.marks import PUSH, arrow_shapes, draw_contacts, draw_pushes, on_page
+from holdfast.drawing.edges import arrow_mesh
+from holdfast.drawing.map_png import layout_of
+from holdfast.drawing.marks import PUSH, Shot, arrow_shapes, draw_contacts, draw_pushes, on_page
 from holdfast.drawing.picture import Arrow, Picture
 from holdfast.report.map_picture import picture_of
 from holdfast.scene.shipped import shipped_scene

@@ -9,9 +9,9 @@ import pytest
 
 import holdfast as hf
 from holdfast.base.errors import SceneError
-from holdfast.live.edits import Place, place_of, pose_of, weighing
-from holdfast.live.steps import Step, places, settling, taking_apart
-from holdfast.live.window_model import Model
+from holdfast.live.edits import BodyPlace, place_of, pose_of, weighing
+from holdfast.live.steps import ShownStep, places, settling, taking_apart
+from holdfast.live.window_model import ViewModel
 from holdfast.scene.shipped.blocks import box, floor
 
 G, MASS, MU = 9.81, 2.0, 0.3
@@ -24,15 +24,15 @@ def cubes() -> hf.answers.Assembly:
 
 
 @pytest.fixture
-def model() -> Model:
-    return Model(cubes(), engine="limit")
+def model() -> ViewModel:
+    return ViewModel(cubes(), engine="limit")
 
 
-def low_from_the_left(model: Model) -> None:
+def low_from_the_left(model: ViewModel) -> None:
     assert model.choose(np.array([-1.0, 0.0, 0.02]), np.array([1.0, 0.0, 0.0]))
 
 
-def test_a_click_chooses_the_nearest_body_and_pushes_inward(model: Model) -> None:
+def test_a_click_chooses_the_nearest_body_and_pushes_inward(model: ViewModel) -> None:
     low_from_the_left(model)
     assert model.pick is not None
     assert model.pick.body == "left"
@@ -41,7 +41,7 @@ def test_a_click_chooses_the_nearest_body_and_pushes_inward(model: Model) -> Non
     assert model.direction == pytest.approx([1, 0, 0])
 
 
-def test_a_click_on_the_floor_or_beside_everything_chooses_nothing(model: Model) -> None:
+def test_a_click_on_the_floor_or_beside_everything_chooses_nothing(model: ViewModel) -> None:
     low_from_the_left(model)
     assert not model.choose(np.array([0.15, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))
     assert model.pick is None
@@ -50,7 +50,7 @@ def test_a_click_on_the_floor_or_beside_everything_chooses_nothing(model: Model)
     assert model.direction is None
 
 
-def test_the_push_is_what_coulomb_says(model: Model) -> None:
+def test_the_push_is_what_coulomb_says(model: ViewModel) -> None:
     """Level and low: mu m g. Leaning down by a: mu m g / (cos a - mu sin a); up: / (cos a + mu sin a)."""
     low_from_the_left(model)
     model.ask_push()
@@ -70,7 +70,7 @@ def test_the_push_is_what_coulomb_says(model: Model) -> None:
 
 
 @pytest.mark.parametrize("turn", [0.0, 40.0, 200.0, 725.0])
-def test_a_push_leans_by_the_angle_that_was_set_and_stays_inward(model: Model, turn: float) -> None:
+def test_a_push_leans_by_the_angle_that_was_set_and_stays_inward(model: ViewModel, turn: float) -> None:
     low_from_the_left(model)
     for tilt in (0.0, 30.0, 90.0):
         model.aim(turn, tilt)
@@ -81,12 +81,12 @@ def test_a_push_leans_by_the_angle_that_was_set_and_stays_inward(model: Model, t
 
 def test_the_mechanism_is_that_of_the_push_or_of_what_does_not_stand() -> None:
     bodies = [box("steady", (0.1, 0.1, 0.1), 1.0, (0.0, 0, 0.05)), box("over", (0.1, 0.1, 0.1), 1.0, (0.06, 0, 0.15))]
-    model = Model(hf.assemble(hf.Scene([floor(), *bodies], friction=0.5)), engine="limit")
+    model = ViewModel(hf.assemble(hf.Scene([floor(), *bodies], friction=0.5)), engine="limit")
     assert model.mechanism is None
     model.ask_verdict()
     assert model.mechanism is not None
     assert "over" in model.mechanism.moving
-    standing = Model(cubes(), engine="limit")
+    standing = ViewModel(cubes(), engine="limit")
     standing.ask_verdict()
     assert standing.mechanism is None
     low_from_the_left(standing)
@@ -95,18 +95,18 @@ def test_the_mechanism_is_that_of_the_push_or_of_what_does_not_stand() -> None:
     assert standing.mechanism.moving == ("left",)
 
 
-def test_what_is_drawn_elsewhere_is_chosen_where_it_is_drawn(model: Model) -> None:
+def test_what_is_drawn_elsewhere_is_chosen_where_it_is_drawn(model: ViewModel) -> None:
     """A body that leaves is drawn above its place; a click on it finds the point of the body at rest."""
     up = np.eye(4)
     up[2, 3] = 0.5
-    model.show((Step("", frozenset({"right"}), {"left": up}),))
+    model.show((ShownStep("", frozenset({"right"}), {"left": up}),))
     assert model.choose(np.array([-1.0, 0.0, 0.52]), np.array([1.0, 0.0, 0.0]))
     assert model.pick is not None
     assert model.pick.point == pytest.approx([-0.05, 0, 0.02])
     assert not model.choose(np.array([1.0, 0.0, 0.02]), np.array([-1.0, 0.0, 0.0])), "hidden, and away"
 
 
-def test_an_edit_forgets_what_was_asked(model: Model) -> None:
+def test_an_edit_forgets_what_was_asked(model: ViewModel) -> None:
     low_from_the_left(model)
     model.ask_push()
     model.ask_verdict()
@@ -122,7 +122,7 @@ def test_an_edit_forgets_what_was_asked(model: Model) -> None:
     assert model.given is given
 
 
-def test_friction_of_one_pair_is_that_pairs_alone(model: Model) -> None:
+def test_friction_of_one_pair_is_that_pairs_alone(model: ViewModel) -> None:
     model.edit(model.assembly.with_friction({("floor", "left"): 0.1}))
     low_from_the_left(model)
     model.ask_push()
@@ -133,35 +133,37 @@ def test_friction_of_one_pair_is_that_pairs_alone(model: Model) -> None:
     assert model.push.force[0] == pytest.approx(MU * MASS * G)
 
 
-def test_a_typed_place_moves_a_body_and_its_contacts(model: Model) -> None:
+def test_a_typed_place_moves_a_body_and_its_contacts(model: ViewModel) -> None:
     along = np.array([0.1, 0.0, 0.0])
     before = place_of(model.assembly, "left")
     assert before.turn == pytest.approx([0, 0, 0])
     same = model.assembly.moved({"left": pose_of(before)})
     assert same.scene.body("left").pose == pytest.approx(model.assembly.scene.body("left").pose)
-    turned = model.assembly.moved({"left": pose_of(Place(before.position + along, np.array([0.0, 0.0, 30.0])))})
+    turned = model.assembly.moved({"left": pose_of(BodyPlace(before.position + along, np.array([0.0, 0.0, 30.0])))})
     after = place_of(turned, "left")
     assert after.position == pytest.approx(before.position + along)
     assert after.turn == pytest.approx([0, 0, 30])
     (interface,) = (i for i in turned.interfaces if "left" in i.bodies)
     assert interface.patches[0].centroid == pytest.approx([0.1, 0, 0], abs=1e-9)
     assert turned.scene.body("left").pose[:2, 0] == pytest.approx([np.cos(np.pi / 6), np.sin(np.pi / 6)])
-    apart = model.assembly.moved({"left": pose_of(Place(before.position + np.array([0, 0, 0.2]), before.turn))})
+    apart = model.assembly.moved({"left": pose_of(BodyPlace(before.position + np.array([0, 0, 0.2]), before.turn))})
     assert not any("left" in i.bodies for i in apart.interfaces)
 
 
 @pytest.mark.parametrize("turn", [(0, 0, 0), (10, 20, 30), (170, -80, -100), (25, 90, 0), (-140, -90, 0), (0, 90, 0)])
-def test_the_angles_of_a_body_are_those_that_were_typed(model: Model, turn: tuple[float, float, float]) -> None:
+def test_the_angles_of_a_body_are_those_that_were_typed(model: ViewModel, turn: tuple[float, float, float]) -> None:
     """Also where rotations about x and z are the same one, without a warning of it."""
     before = place_of(model.assembly, "left").position
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*imbal.*")
-        moved = model.assembly.moved({"left": pose_of(Place(before + np.array([0, 0, 1.0]), np.array(turn, float)))})
+        moved = model.assembly.moved(
+            {"left": pose_of(BodyPlace(before + np.array([0, 0, 1.0]), np.array(turn, float)))}
+        )
         assert place_of(moved, "left").turn == pytest.approx(turn, abs=1e-6)
 
 
 @pytest.mark.parametrize("mass", [0.0, -1.0, np.nan])
-def test_no_mass_is_taken_that_no_body_has(model: Model, mass: float) -> None:
+def test_no_mass_is_taken_that_no_body_has(model: ViewModel, mass: float) -> None:
     with pytest.raises(SceneError):
         weighing(model.assembly, "left", mass)
 

@@ -7,7 +7,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.engines.mechanism import Mechanism
-from holdfast.live.shown_motion import moved_by, parting
+from holdfast.live.steps import moved_by, parting
 from holdfast.scene.shipped.blocks import box, floor
 
 SIDE = np.array([1.0, 0.0, 0.0])

@@ -10,10 +10,9 @@ from holdfast.base.errors import HoldfastError, SceneError
 from holdfast.base.progress import listening
 from holdfast.drawing import colours
 from holdfast.engines.answers import Claim
-from holdfast.live import portions, scenery
-from holdfast.live.portions import Portions
+from holdfast.live import scenery, window_model
 from holdfast.live.scenery import MAP
-from holdfast.live.window_model import Model
+from holdfast.live.window_model import Portions, ViewModel
 from holdfast.queries.request import engine_of
 from holdfast.scene.shipped.blocks import box, floor
 
@@ -33,7 +32,7 @@ def cubes() -> hf.answers.Assembly:
 @pytest.fixture
 def rounds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every map comes in rounds, also one of few points."""
-    monkeypatch.setattr(portions, "FEW", 0)
+    monkeypatch.setattr(window_model, "FEW", 0)
 
 
 @pytest.mark.parametrize("engine", ["graph", "limit", "compliant"])
@@ -99,7 +98,7 @@ def test_what_is_stopped_loses_one_portion_alone() -> None:
 
 @pytest.mark.usefixtures("rounds")
 def test_a_part_of_a_map_is_shown_with_its_claim_and_the_rest_as_not_asked() -> None:
-    model = Model(cubes(), engine="limit", spacing=SPACING)
+    model = ViewModel(cubes(), engine="limit", spacing=SPACING)
     model.ask_verdict()
     pale = scenery.group_colours(model)
     model.ask_map()

@@ -170,7 +170,7 @@ def test_a_click_while_the_map_comes_goes_first_and_the_map_goes_on(live: hf.ans
 
 
 def test_the_mechanism_moves_the_body_that_it_moves(live: hf.answers.LiveView) -> None:
-    from holdfast.live.shown_motion import moved_by
+    from holdfast.live.steps import moved_by
 
     click_left(live)
     window = live._window

@@ -9,7 +9,7 @@ import pytest
 from placed import FLOOR
 
 import holdfast as hf
-from holdfast.live.shown_motion import moved_by
+from holdfast.live.steps import moved_by
 from holdfast.sets import box_compression_strength
 
 G = 9.81

@@ -8,7 +8,7 @@ from rich.console import Console
 
 import holdfast as hf
 from bench.scenes.fitted import rails, row
-from holdfast.report.push_lines import push_report
+from holdfast.report.contact_report import push_report
 
 G = 9.81
 PULL = ("book1", (0, -0.085, 0.12), (0, -1, 0))  # the middle one of three, towards the reader

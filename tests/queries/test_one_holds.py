@@ -14,12 +14,9 @@ from rich.console import Console
 
 import holdfast as hf
 from holdfast.base.public import number
-from holdfast.report.carried_plot import carried_report, timeline
+from holdfast.report.carrier_report import carried_report, polar_picture, timeline, transport_report
+from holdfast.report.contact_report import map_report, push_report
 from holdfast.report.map_picture import picture_of
-from holdfast.report.map_table import map_report
-from holdfast.report.push_lines import push_report
-from holdfast.report.transport_plot import polar_picture
-from holdfast.report.transport_table import transport_report
 
 
 def text_of(report: Any) -> str:

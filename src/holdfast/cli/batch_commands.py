@@ -1,12 +1,13 @@
-"""The commands ``batch`` and ``report``."""
+"""The commands about many scenes: batch, report and check."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import typer
@@ -14,17 +15,17 @@ import typer
 from holdfast.base.borders.outcomes import ANSWERED
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
+from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, GateRules, Result, Scenes, findings
 from holdfast.batches.inputs import inputs_of
-from holdfast.batches.result import BatchReport
+from holdfast.batches.result import read_batch
 from holdfast.batches.run import Resources
-from holdfast.batches.run import batch as asked
-from holdfast.cli.common import AsJson
-from holdfast.cli.output import out, print_json
-from holdfast.cli.terminal import progress
-from holdfast.report.batch_report import write_report
+from holdfast.batches.run import batch as run_batch
+from holdfast.cli.output import AsJson, out, print_json, progress
+from holdfast.report.batch_report import write_junit, write_report
 
 MOST_BYTES = 1_000_000  # of a file of options
 PAGE = "report.html"
+CODES: dict[Result, int] = {FAILED: 1, UNDECIDED: 3}  # exit codes of check
 
 Globs = Annotated[
     list[str], typer.Argument(metavar="GLOB...", help="scene files, folders, quoted globs (** too), .csv, .parquet")
@@ -35,54 +36,6 @@ Seconds = Annotated[float, typer.Option(help="longest time of a scene in s")]
 Megabytes = Annotated[float, typer.Option(help="most memory of a scene in MB")]
 Scheduler = Annotated[str | None, typer.Option(help="address of a Dask scheduler, such as tls://host:8786")]
 Certificate = Annotated[Path | None, typer.Option(help="PEM file for tls://")]
-
-
-@dataclass(frozen=True)
-class Running:
-    """The options that ``batch`` and ``check`` share: where scenes are computed, and for how long."""
-
-    workers: int | None
-    seconds: float
-    megabytes: float
-    shard: str | None = None
-    shard_size: int = Resources.shard_size
-    scheduler: str | None = None
-    tls_ca: Path | None = None
-    tls_cert: Path | None = None
-    tls_key: Path | None = None
-
-    def ask(
-        self,
-        globs: Iterable[str],
-        ask: Iterable[str],
-        folder: Path,
-        options: Path | None,
-        retry: Iterable[str] = (),
-    ) -> BatchReport:
-        """Run a batch over the scenes that the arguments name."""
-        scenes = [(item.name, item.path) for text in globs for item in inputs_of(text).items]
-        with progress(), self._client() as where:
-            return asked(
-                scenes,
-                ask,
-                out=folder,
-                workers=self.workers,
-                options=_read(options),
-                seconds=self.seconds,
-                retry=retry,
-                resources=Resources(self.megabytes, where, self.shard, self.shard_size),
-            )
-
-    def _client(self) -> AbstractContextManager[Any]:  # Dask has no types
-        if self.scheduler is None:
-            return nullcontext()
-        from holdfast.batches.workers import connected
-
-        files = {"tls_ca_file": self.tls_ca, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
-        client: AbstractContextManager[Any] = connected(
-            self.scheduler, {name: str(path) for name, path in files.items() if path is not None}
-        )
-        return client
 
 
 def batch(
@@ -107,9 +60,19 @@ def batch(
     The same command resumes a batch that was stopped. The exit code is 0 if every scene was answered, whatever the
     answers, and 1 if some were not: their rows say why.
     """
-    running = Running(workers, seconds, megabytes, shard, shard_size, scheduler, tls_ca, tls_cert, tls_key)
-    again = tuple(filter(None, retry.split(",")))
-    result = running.ask(scenes, ask.split(","), folder, options, again)
+    named, again = _scenes(scenes), tuple(filter(None, retry.split(",")))
+    files = {"tls_ca_file": tls_ca, "tls_client_cert": tls_cert, "tls_client_key": tls_key}
+    with progress(), _client(scheduler, files) as where:
+        result = run_batch(
+            named,
+            ask.split(","),
+            out=folder,
+            workers=workers,
+            options=_read(options),
+            seconds=seconds,
+            retry=again,
+            resources=Resources(megabytes, where, shard, shard_size),
+        )
     if as_json:
         print_json(result.to_dict())
     else:
@@ -130,6 +93,70 @@ def report(
     path = folder / PAGE if output is None else output
     write_report(folder, path)
     out.say(f"wrote {path}")
+
+
+def check(
+    scenes: Globs,
+    stands: Annotated[bool, typer.Option("--stands", help="every scene must stand")] = False,
+    min_force: Annotated[
+        float | None, typer.Option(help="no push of this many N, on a map or of --push, may move anything")
+    ] = None,
+    push: Annotated[Path | None, typer.Option(help="CSV of pushes for --min-force; default: a map")] = None,
+    baseline: Annotated[Path | None, typer.Option(metavar="DIR", help="--out of an earlier check or batch")] = None,
+    distance: Annotated[float, typer.Option(help="baseline: a body may have moved by this in m")] = 1e-6,
+    turn_degrees: Annotated[float, typer.Option(help="baseline: a body may have turned by this in degrees")] = 1e-4,
+    change: Annotated[float, typer.Option(help="baseline: share by which the weakest push may change")] = 0.01,
+    folder: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="keep the tables here")] = None,
+    junit: Annotated[Path | None, typer.Option(help="write the findings as JUnit XML to this file")] = None,
+    options: Options = None,
+    workers: Workers = None,
+    seconds: Seconds = 60.0,
+    megabytes: Megabytes = Resources.megabytes,
+    as_json: AsJson = False,
+) -> None:
+    """Check that many scenes stand or withstand pushes, and what changed since a baseline.
+
+    The exit code is 0 if all scenes pass; 1 if some fail, or changed by more than the tolerances; 2 for bad input; 3 if
+    none fails and some are undecided.
+    """
+    if not stands and min_force is None and baseline is None:
+        raise HoldfastError(message("check", "there is nothing to check", "give --stands, --min-force or --baseline"))
+    pushes = [] if min_force is None else ["map" if push is None else f"push:{push}"]
+    rules = GateRules(stands, min_force, distance, turn_degrees, change)
+    with ExitStack() as stack:
+        before = None if baseline is None else Scenes.of(read_batch(baseline))
+        place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder
+        named, ask = _scenes(scenes), ["stability", *pushes]
+        with progress():
+            limits = Resources(megabytes)
+            run_batch(named, ask, out=place, workers=workers, options=_read(options), seconds=seconds, resources=limits)
+        verdicts = list(findings(Scenes.of(read_batch(place)), rules, before))
+    if junit is not None:
+        write_junit(verdicts, junit)
+    counts: Counter[str] = Counter(each.result for each in verdicts)
+    if as_json:
+        print_json({"counts": dict(counts), "findings": [each._asdict() for each in verdicts]})
+    else:
+        for each in verdicts:
+            if each.result != PASSED:
+                out.say(f"{each.scene}: {each.reason}", label=f"{each.result}:")
+        out.say(", ".join(f"{counts[name]:,} {name}" for name in (PASSED, FAILED, UNDECIDED)))
+    raise typer.Exit(next((code for result, code in CODES.items() if counts[result]), 0))
+
+
+def _scenes(globs: Iterable[str]) -> list[tuple[Any, Any]]:
+    """Return the names and the paths of the scenes that the arguments name."""
+    return [(item.name, item.path) for text in globs for item in inputs_of(text).items]
+
+
+def _client(scheduler: str | None, files: Mapping[str, Path | None]) -> AbstractContextManager[Any]:
+    """Return the client of the Dask scheduler at this address, with its files for TLS; None without an address."""
+    if scheduler is None:
+        return nullcontext()
+    from holdfast.batches.workers import connected
+
+    client: AbstractContextManager[Any] = connected(scheduler, {k: str(v) for k, v in files.items() if v is not None})
+    return client
 
 
 def _read(options: Path | None) -> dict[str, Any]:

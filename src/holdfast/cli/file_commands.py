@@ -1,4 +1,4 @@
-"""The commands for scene files: ``convert`` and ``schema``."""
+"""The commands ``convert`` and ``schema``."""
 
 from __future__ import annotations
 
@@ -10,25 +10,21 @@ import typer
 from holdfast.base.arrays import checked_word
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates import schema as certificate
-from holdfast.cli.common import AsJson
-from holdfast.cli.output import out, print_json, write
+from holdfast.cli.output import AsJson, out, print_json, write
 from holdfast.cli.scenes import STREAM, SceneGiven, takes_scene
-from holdfast.cli.written import WRITTEN_SUFFIXES
+from holdfast.cli.shared_options import WRITTEN_SUFFIXES, option
 from holdfast.scene.formats.native import scene_text, schema
 from holdfast.scene.formats.published import settled_schema
 from holdfast.scene.formats.registry import save_scene
+
+TARGET = f"scene file to write: {WRITTEN_SUFFIXES}; - for standard output (YAML)"
 
 
 @takes_scene
 def convert(
     source: SceneGiven,
-    target: Annotated[
-        Path,
-        typer.Argument(metavar="TARGET", help=f"scene file to write: {WRITTEN_SUFFIXES}; - for standard output (YAML)"),
-    ],
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="say what the reader of SCENE guessed and left out")
-    ] = False,
+    target: Annotated[Path, typer.Argument(metavar="TARGET", help=TARGET)],
+    verbose: Annotated[bool, option("say what the reader of SCENE guessed and left out", "--verbose", "-v")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Read a scene in any known format and write it in the format that the suffix of TARGET selects."""

@@ -39,43 +39,40 @@ TASKS = (  # what most people come for, on a scene that is shipped
 BAD_INPUT, INTERNAL, NOT_STABLE, NO_ANSWER = 2, 4, 1, 3  # exit codes
 PIPE_CLOSED = 141  # exit code of a command that was stopped by a closed pipe, as in a shell
 COMMANDS = {  # the function and the help text of each command; its module is imported when it is called
-    "assess": ("holdfast.cli.assess_command:assess", "Decide whether a scene stands, and explain why."),
+    "assess": ("holdfast.cli.ask_commands:assess", "Decide whether a scene stands, and explain why."),
     "push": (
-        "holdfast.cli.push_command:push",
+        "holdfast.cli.ask_commands:push",
         "Compute how hard a body can be pushed at a point before anything moves.",
     ),
-    "map": ("holdfast.cli.map_command:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
-    "calibrate": (
-        "holdfast.cli.calibrate_command:calibrate",
-        "Find the friction of pairs of bodies from measured pushes.",
-    ),
-    "view": ("holdfast.cli.view:view", "Open a live view of a scene: push, play and edit it in the browser."),
-    "place": ("holdfast.cli.place:place", "Find places for objects where everything stands."),
+    "map": ("holdfast.cli.ask_commands:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
+    "calibrate": ("holdfast.cli.ask_commands:calibrate", "Find the friction of pairs of bodies from measured pushes."),
+    "view": ("holdfast.cli.view_command:view", "Open a live view of a scene: push, play and edit it in the browser."),
+    "place": ("holdfast.cli.pose_commands:place", "Find places for objects where everything stands."),
     "firmer": (
-        "holdfast.cli.firmer_command:firmer",
+        "holdfast.cli.pose_commands:firmer",
         "Move bodies a little, to where the least push that moves something is larger.",
     ),
-    "rest": ("holdfast.cli.rest_command:rest", "List all poses in which one body rests on a level plane."),
-    "settle": ("holdfast.cli.settle:settle", "Bring a perceived or authored scene to rest near its poses."),
-    "transport": (
-        "holdfast.cli.transport_command:transport",
-        "Compute how fast the carrier of a scene may accelerate.",
-    ),
-    "carry": ("holdfast.cli.carry_command:carry", "Decide whether a scene holds while its carrier moves."),
+    "rest": ("holdfast.cli.pose_commands:rest", "List all poses in which one body rests on a level plane."),
+    "settle": ("holdfast.cli.pose_commands:settle", "Bring a perceived or authored scene to rest near its poses."),
+    "transport": ("holdfast.cli.ask_commands:transport", "Compute how fast the carrier of a scene may accelerate."),
+    "carry": ("holdfast.cli.ask_commands:carry", "Decide whether a scene holds while its carrier moves."),
     "batch": (
         "holdfast.cli.batch_commands:batch",
         "Answer the same question about many scenes, as tables in a folder.",
     ),
     "report": ("holdfast.cli.batch_commands:report", "Write the report of a batch as one page."),
-    "check": ("holdfast.cli.check:check", "Check that many scenes stand, and what changed since a baseline."),
-    "remove": ("holdfast.cli.remove:remove", "Decide whether one body may be taken out now, and who moves if not."),
-    "build": ("holdfast.cli.build_command:build", "Find an order in which bodies can be put in, each state standing."),
-    "safe": ("holdfast.cli.safe_command:safe", "Find where a body can be pushed without moving any other."),
-    "disassemble": ("holdfast.cli.disassemble:disassemble", "Find an order in which bodies can be taken out."),
+    "check": ("holdfast.cli.batch_commands:check", "Check that many scenes stand, and what changed since a baseline."),
+    "remove": (
+        "holdfast.cli.order_commands:remove",
+        "Decide whether one body may be taken out now, and who moves if not.",
+    ),
+    "build": ("holdfast.cli.order_commands:build", "Find an order in which bodies can be put in, each state standing."),
+    "safe": ("holdfast.cli.order_commands:safe", "Find where a body can be pushed without moving any other."),
+    "disassemble": ("holdfast.cli.order_commands:disassemble", "Find an order in which bodies can be taken out."),
     "convert": ("holdfast.cli.file_commands:convert", "Read a scene in any known format and write it in another."),
-    "verify": ("holdfast.cli.verify_command:verify", "Check that a certificate proves what it claims."),
+    "verify": ("holdfast.cli.tool_commands:verify", "Check that a certificate proves what it claims."),
     "schema": ("holdfast.cli.file_commands:print_schema", "Print the JSON schema of scene files or certificates."),
-    "doctor": ("holdfast.cli.doctor:doctor", "Report what is installed and what is missing."),
+    "doctor": ("holdfast.cli.tool_commands:doctor", "Report what is installed and what is missing."),
 }
 
 
@@ -89,11 +86,11 @@ BRACKETS = re.compile("""[][{}()"']""")
 def in_flags(text: str, options: dict[str, Any]) -> str:
     """Return an error or a warning with the options of Python in it as flags, those of a command by their names."""
 
-    def flag(found: re.Match[str]) -> str:
-        name, value = found.groups("")
+    def flag(option_in_python: re.Match[str]) -> str:
+        name, value = option_in_python.groups("")
         option = options.get({"poses": "pose", "bodies": "objects"}.get(name, name))
         if option is None or value.startswith("hf."):
-            return found[0]
+            return option_in_python[0]
         if option.is_flag:
             value = ""
         elif value == "True":

@@ -1,4 +1,4 @@
-"""The output of commands to terminals, files and pipes of any encoding."""
+"""The output of commands to terminals, files and pipes of any encoding, and their progress."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ import errno
 import json
 import os
 import sys
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Annotated, Any
 
+import typer
 from rich.console import Console
 
+from holdfast.base.progress import lines, listening
 from holdfast.base.text import one_line
+
+AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
 
 LONGEST = 4000  # largest number of characters of a message, which may hold a long path
 # replacements for characters that the encoding of a terminal lacks; all others become escape sequences
@@ -63,15 +68,39 @@ def print_json(data: Any, *, indent: int | None = None) -> None:  # noqa: ANN401
     write(json.dumps(data, allow_nan=False, indent=indent) + "\n")
 
 
-def noted(data: dict[str, Any], notes: Sequence[str]) -> dict[str, Any]:
-    """Return the plain data of an answer with the notes of its scene before its own notes."""
-    return data | {"notes": list(dict.fromkeys((*notes, *data.get("notes", ()))))}
+@contextmanager
+def progress() -> Iterator[None]:
+    """Show a progress bar for each stage that reports its progress, or a line now and then if there is no terminal."""
+    if not err.is_terminal:
+        with lines(_say):
+            yield
+        return
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    left = (TextColumn("left"), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), *left)
+    with Progress(*columns, console=err, transient=True) as bars:
+        tasks: dict[str, Any] = {}
+
+        def listener(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bars.add_task(stage, total=total or None)
+            bars.update(tasks[stage], completed=done, total=total or None)
+
+        with listening(listener):
+            yield
 
 
-def print_notes(notes: Sequence[str]) -> None:
-    """Print the notes of a scene, one line each."""
-    for note in notes:
-        out.say(note, label="note:", style="yellow")
+def _say(line: str) -> None:
+    with suppress(OutputLost):  # the answer does not depend on it
+        err.say(line)
 
 
 def write(text: str) -> None:

@@ -16,8 +16,18 @@ import typer
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.errors import HoldfastError, SceneError, located, message, nearest_of
 from holdfast.base.text import quoted
-from holdfast.cli.assignments import POSE, assigned, number, numbers, of_all_and_each, poses, turns
-from holdfast.cli.fields import options_of, value_of
+from holdfast.cli.assignments import (
+    POSE,
+    assigned,
+    number,
+    numbers,
+    of_all_and_each,
+    options_of,
+    poses,
+    turns,
+    value_of,
+)
+from holdfast.cli.shared_options import Several, option
 from holdfast.scene.formats.links import on_the_floor
 from holdfast.scene.formats.registry import format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source
@@ -27,18 +37,16 @@ from holdfast.scene.shipped import shipped_scene, shipped_scenes
 STREAM = "-"  # in place of a file: standard input or output
 READING, TOUCHING = "How the scene is read", "Where bodies touch"  # headings in the help of a command
 PAIR = "MU, or A:B=MU for a pair of bodies or materials"
+Text = str | None
+Number = float | None
 
 
-def _reading(flags: str, text: str, metavar: str | None = None) -> Any:  # noqa: ANN401 - typer's own type
-    return typer.Option(flags, help=text, metavar=metavar, rich_help_panel=READING)
+def _reading(text: str, metavar: str | None = None, *flags: str) -> Any:  # noqa: ANN401 - typer's own type
+    return option(text, *flags, metavar=metavar, panel=READING)
 
 
-def _touching(flags: str, text: str, metavar: str | None = None) -> Any:  # noqa: ANN401 - typer's own type
-    return typer.Option(flags, help=text, metavar=metavar, rich_help_panel=TOUCHING)
-
-
-Several = list[str] | None
-Sigma = tuple[float, float] | None
+def _touching(text: str, metavar: str | None = None, *flags: str) -> Any:  # noqa: ANN401 - typer's own type
+    return option(text, *flags, metavar=metavar, panel=TOUCHING)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,47 +57,37 @@ class SceneGiven:
         str,
         typer.Argument(metavar="SCENE", help="a scene file, - for standard input, or the name of a shipped scene"),
     ]
-    pose: Annotated[
-        Several, _reading("--pose", "put a body there: m, and degrees; of URDF, or with --free, a copy", POSE)
-    ] = None
-    fixed: Annotated[Several, _reading("--fixed", "this body never moves; of SDF, this model", "BODY")] = None
-    friction: Annotated[Several, _reading("--friction", "coefficient where the file has none; or of a pair", PAIR)] = (
-        None
-    )
-    density: Annotated[
-        Several, _reading("--density", "kg/m³ where the file has no mass; or of a body", "RHO or BODY=RHO")
-    ] = None
-    mass: Annotated[Several, _reading("--mass", "kg where the file has none; or of a body", "M or BODY=M")] = None
-    without: Annotated[Several, _reading("--without", "leave this body out of the scene", "BODY")] = None
-    free: Annotated[Several, _reading("--free", "this body of a model of single objects moves freely", "BODY")] = None
-    floor: Annotated[bool, _reading("--floor", "add a floor: all that is below z = 0")] = False
-    on_floor: Annotated[bool, _reading("--on-floor", "lift or lower all, so that the lowest point is on the floor")] = (
-        False
-    )
-    rigid: Annotated[bool, _reading("--rigid", "joints between bodies that move hold")] = False
-    joints: Annotated[Several, _reading("--joints", "position of a joint that holds: rad or m", "NAME=VALUE")] = None
+    pose: Annotated[Several, _reading("put a body there: m, and degrees; of URDF, or with --free, a copy", POSE)] = None
+    fixed: Annotated[Several, _reading("this body never moves; of SDF, this model", "BODY")] = None
+    friction: Annotated[Several, _reading("coefficient where the file has none; or of a pair", PAIR)] = None
+    density: Annotated[Several, _reading("kg/m³ where the file has no mass; or of a body", "RHO or BODY=RHO")] = None
+    mass: Annotated[Several, _reading("kg where the file has none; or of a body", "M or BODY=M")] = None
+    without: Annotated[Several, _reading("leave this body out of the scene", "BODY")] = None
+    free: Annotated[Several, _reading("this body of a model of single objects moves freely", "BODY")] = None
+    floor: Annotated[bool, _reading("add a floor: all that is below z = 0", None, "--floor")] = False
+    on_floor: Annotated[
+        bool, _reading("lift or lower all, so that the lowest point is on the floor", None, "--on-floor")
+    ] = False
+    rigid: Annotated[bool, _reading("joints between bodies that move hold", None, "--rigid")] = False
+    joints: Annotated[Several, _reading("position of a joint that holds: rad or m", "NAME=VALUE")] = None
     hold_torques: Annotated[
-        Several, _reading("--hold-torques", "links are held by motors: N m of a joint, or all by the file", "NAME=MAX")
+        Several, _reading("links are held by motors: N m of a joint, or all by the file", "NAME=MAX")
     ] = None
-    key: Annotated[str | None, _reading("--key", "name or number of a keyframe", "KEY")] = None
-    qpos: Annotated[str | None, _reading("--qpos", "positions of a model, nq numbers", "Q,Q,...")] = None
-    world: Annotated[str | None, _reading("--world", "one of several worlds of a file", "NAME")] = None
-    simulator: Annotated[
-        str | None, _reading("--simulator", "whose friction counts: bullet, drake, gazebo or ode", "NAME")
-    ] = None
+    key: Annotated[Text, _reading("name or number of a keyframe", "KEY")] = None
+    qpos: Annotated[Text, _reading("positions of a model, nq numbers", "Q,Q,...")] = None
+    world: Annotated[Text, _reading("one of several worlds of a file", "NAME")] = None
+    simulator: Annotated[str | None, _reading("whose friction counts: bullet, drake, gazebo or ode", "NAME")] = None
     combine: Annotated[
-        str | None, _reading("--combine", "how two coefficients make that of a pair: least, mean, product ...", "RULE")
+        str | None, _reading("how two coefficients make that of a pair: least, mean, product ...", "RULE")
     ] = None
-    package: Annotated[Several, _reading("--package", "folder of package://NAME", "NAME=FOLDER")] = None
-    objects: Annotated[bool, _reading("--objects", "each object of a mesh file is a body")] = False
-    model_path: Annotated[Several, _reading("--model-path", "a folder of models and packages", "FOLDER")] = None
+    package: Annotated[Several, _reading("folder of package://NAME", "NAME=FOLDER")] = None
+    objects: Annotated[bool, _reading("each object of a mesh file is a body", None, "--objects")] = False
+    model_path: Annotated[Several, _reading("a folder of models and packages", "FOLDER")] = None
     collision: Annotated[
-        Several, _reading("--collision", "mesh, or hull: meshes are their hulls; of all or of a body", "BODY=HOW")
+        Several, _reading("mesh, or hull: meshes are their hulls; of all or of a body", "BODY=HOW")
     ] = None
-    up_axis: Annotated[str | None, _reading("--up-axis", "axis that points up in mesh files: y or z", "AXIS")] = None
-    within: Annotated[
-        str | None, _reading("--within", "folder in which the files lie that a model names", "FOLDER")
-    ] = None
+    up_axis: Annotated[Text, _reading("axis that points up in mesh files: y or z", "AXIS")] = None
+    within: Annotated[Text, _reading("folder in which the files lie that a model names", "FOLDER")] = None
 
     def read(self) -> Scene:
         """Return the scene from the file with this name or, if there is no such file, the shipped scene.
@@ -142,15 +140,15 @@ class SceneGiven:
         }
         options = {name: value for name, value in given.items() if value is not None}
         turned = [f"--pose turns {text}" for text in turns(self.pose or ())]
-        moved, held = poses(self.pose or ()), self.fixed or []
+        moved, fixed = poses(self.pose or ()), self.fixed or []
         if "poses" in known and moved and (self.free or "free" not in known):
             options["poses"], moved = moved, {}
-        if "fixed" in known and held:
-            options["fixed"], held = held, []
+        if "fixed" in known and fixed:
+            options["fixed"], fixed = fixed, []
         gone = self.without or []
 
         def after(scene: Scene) -> Scene:
-            given = paired(_fixed(scene, held).moved(moved), pairs, "--friction")
+            given = paired(_fixed(scene, fixed).moved(moved), pairs, "--friction")
             left = with_notes(
                 given.without(gone) if gone else given, [*turned, *(f"--without {name}" for name in gone)]
             )
@@ -166,19 +164,16 @@ class AssemblyGiven(SceneGiven):
     gap: Annotated[
         float | None,
         _touching(
-            "--gap",
-            "surfaces touch if they are this near, or overlap no deeper, in m; default: 1/1000 of the bodies' size",
+            "surfaces touch if they are this near, or overlap no deeper, in m; default: 1/1000 of the bodies' size"
         ),
     ] = None
-    angle_degrees: Annotated[
-        float | None, _touching("--angle-degrees", "largest angle between touching faces in degrees; default: 1")
-    ] = None
+    angle_degrees: Annotated[Number, _touching("largest angle between touching faces in degrees; default: 1")] = None
     pose_sigma: Annotated[
-        Sigma,
-        _touching("--pose-sigma", "standard deviations of the poses: m and degrees; without gap and angle", "M DEG"),
+        tuple[float, float] | None,
+        _touching("standard deviations of the poses: m and degrees; without gap and angle", "M DEG"),
     ] = None
     allow_large: Annotated[
-        bool, _touching("--allow-large", "sizes are in metres, though every movable body is larger than a house")
+        bool, _touching("sizes are in metres, though every movable body is larger than a house", None, "--allow-large")
     ] = False
 
     def assembled(self, scene: Scene | None = None) -> Assembly:
@@ -220,12 +215,12 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
         if all(each.name != other.name for other in others)
     ]
     values = {each.name: hints[each.name] for each in others if is_dataclass(hints[each.name])}
-    own: list[inspect.Parameter] = []
+    of_command: list[inspect.Parameter] = []
     for each in others:
         if each.name in values:
-            own += options_of(values[each.name])
+            of_command += options_of(values[each.name])
         else:
-            own.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[each.name]))
+            of_command.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[each.name]))
 
     @functools.wraps(command)
     def called(**given: Any) -> None:  # noqa: ANN401
@@ -233,7 +228,7 @@ def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
         made = {name: value_of(value, given) for name, value in values.items()}
         command(kind(**parts), **given, **made)
 
-    parameters = [whole[0], *own, *whole[1:]]
+    parameters = [whole[0], *of_command, *whole[1:]]
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {each.name: each.annotation for each in parameters}
     return called
@@ -261,8 +256,8 @@ def _torques(given: Sequence[str]) -> bool | dict[str, float] | None:
 
 
 def _fixed(scene: Scene, names: list[str]) -> Scene:
-    held = scene.checked_names(*names)
-    bodies = tuple(replace(body, fixed=body.fixed or body.name in held) for body in scene.bodies)
+    chosen = scene.checked_names(*names)
+    bodies = tuple(replace(body, fixed=body.fixed or body.name in chosen) for body in scene.bodies)
     return replace(scene, bodies=bodies)
 
 
@@ -280,11 +275,11 @@ def paired(scene: Scene, given: dict[str, float], option: str) -> Scene:
 def _pair(text: str, scene: Scene, option: str) -> tuple[str, str]:
     """Return the two names of ``A:B``, in alphabetical order; they may hold colons themselves."""
     ends = [k for k, character in enumerate(text) if character == ":"]
-    found = {(text[:k], text[k + 1 :]) for k in ends if {text[:k], text[k + 1 :]} <= scene.names}
-    if len(found) == 1:
-        a, b = sorted(found.pop())
+    possible = {(text[:k], text[k + 1 :]) for k in ends if {text[:k], text[k + 1 :]} <= scene.names}
+    if len(possible) == 1:
+        a, b = sorted(possible.pop())
         return a, b
-    if found:
+    if possible:
         raise SceneError(message(option, f"{quoted(text)} may be several pairs", "write it in the scene file"))
     unknown = next((name for name in (text.partition(":")[::2]) if name not in scene.names), text)
     remedy = nearest_of(unknown, sorted(scene.names)) if ends else f"needs {PAIR}"

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from holdfast.base.arrays import Float, Int
 from holdfast.base.colour import Rgb, light_of, rgb_of, srgb_of
 
 _LOG_RATIO: Final = 12.0  # ratio of the largest to the smallest force above which the scale is logarithmic
@@ -39,6 +42,23 @@ _TO_LAB: Final = np.array(
         [0.0259040371, 0.7827717662, -0.8086757660],
     ]
 )
+
+
+INK: Final = "#14171c"  # colour of text and of the arrows of pushes
+GREY: Final = "#59606b"  # colour of secondary text
+CONTACT: Final = "#0b6aa8"  # colour of contacts
+FORCE_COLOUR: Final = "#1d8fd6"  # colour of contact forces in space
+FRAME: Final = "#dfe2e7"  # colour of the frames of panels and of grids
+# colours of groups: of bodies that move together, and of what gives way first
+GROUPS: Final = ("#b5173f", "#0b6aa8", "#d9820f", "#3d8f5f", "#7a4fa3", "#8a5a2b", "#1aa3a3", "#d457a0", "#5b6470")
+_OTHERS: Final = "#b0b6bf"  # the colour of all further groups
+
+# The curve "ACES filmic" of three.js at exposure 1: S. Hill's fit of the RRT and ODT of the Academy Color Encoding
+# System, v -> (v (v + a) - b) / (v (c v + d) + e) between two changes of primaries.
+_EXPOSURE: Final = 0.6
+_INTO: Final = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
+_OUT_OF: Final = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
+_A, _B, _C, _D, _E = 0.0245786, 0.000090537, 0.983729, 0.4329510, 0.238081  # of the rational curve between them
 
 
 class Kind(IntEnum):
@@ -72,7 +92,7 @@ class Scale:
     below: bool = False
     above: bool = False
 
-    def position(self, values: ArrayLike) -> NDArray[np.float64]:
+    def position(self, values: ArrayLike) -> Float:
         """Return the position of each force [N] on the scale, in 0..1; forces beyond an end are clamped to it."""
         force = np.clip(np.asarray(values, dtype=float), self.low, self.high)
         if self.log:
@@ -87,7 +107,7 @@ def hex_of(rgb: ArrayLike) -> str:
     return "#" + "".join(f"{round(float(c) * 255):02x}" for c in np.asarray(rgb, dtype=float))
 
 
-def oklab(rgb: ArrayLike) -> NDArray[np.float64]:
+def oklab(rgb: ArrayLike) -> Float:
     """Convert sRGB colours (..., 3) to OKLab coordinates (..., 3).
 
     Equal distances in these coordinates look about equally different.
@@ -95,15 +115,12 @@ def oklab(rgb: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(np.cbrt(light_of(rgb) @ _TO_LMS.T) @ _TO_LAB.T, dtype=float)
 
 
-def _srgb(lab: NDArray[np.float64]) -> NDArray[np.float64]:
-    return srgb_of((lab @ np.linalg.inv(_TO_LAB).T) ** 3 @ np.linalg.inv(_TO_LMS).T)
-
-
-def _perceptual_table() -> NDArray[np.float64]:
+def _perceptual_table() -> Float:
     stops = oklab([rgb_of(stop) for stop in _STOPS])
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stops, axis=0), axis=1))])
     steps = np.linspace(0.0, length[-1], _TABLE_SIZE)
-    return _srgb(np.stack([np.interp(steps, length, stops[:, k]) for k in range(3)], axis=1))
+    lab = np.stack([np.interp(steps, length, stops[:, k]) for k in range(3)], axis=1)
+    return srgb_of((lab @ np.linalg.inv(_TO_LAB).T) ** 3 @ np.linalg.inv(_TO_LMS).T)
 
 
 TABLE: Final = _perceptual_table()
@@ -139,13 +156,13 @@ def scale_of(values: ArrayLike) -> Scale | None:
     return Scale(low, high, high / low > _LOG_RATIO, below, above)
 
 
-def sample(position: ArrayLike) -> NDArray[np.float64]:
+def sample(position: ArrayLike) -> Float:
     """Return the colours (..., 3), in 0..1, at positions 0..1 of the scale."""
     index = np.rint(np.asarray(position, dtype=float) * (_TABLE_SIZE - 1)).astype(np.int64)
     return np.asarray(TABLE[index], dtype=float)
 
 
-def kinds_of(values: ArrayLike) -> NDArray[np.int64]:
+def kinds_of(values: ArrayLike) -> Int:
     """Return the kinds (C,) of forces (C,) [N], of which none is undecided; a NaN has the kind NONE."""
     force = np.asarray(values, dtype=float)
     kinds = np.full(force.shape, Kind.NONE, dtype=np.int64)
@@ -155,7 +172,7 @@ def kinds_of(values: ArrayLike) -> NDArray[np.int64]:
     return kinds
 
 
-def colours(scale: Scale | None, values: ArrayLike, kinds: ArrayLike | None = None) -> NDArray[np.float64]:
+def colours(scale: Scale | None, values: ArrayLike, kinds: ArrayLike | None = None) -> Float:
     """Return the colours (C, 3), in 0..1, of forces (C,) [N] of these kinds (C,), by default those of ``kinds_of``."""
     force = np.asarray(values, dtype=float)
     known = kinds_of(force) if kinds is None else np.asarray(kinds)
@@ -166,6 +183,31 @@ def colours(scale: Scale | None, values: ArrayLike, kinds: ArrayLike | None = No
     if scale is not None:
         rgb[on_scale] = sample(scale.position(force[on_scale]))
     return rgb
+
+
+def gradient() -> str:
+    """Return the colours of the scale from weak to strong as a CSS gradient towards the right."""
+    count = 32
+    return "linear-gradient(90deg," + ",".join(hex_of(sample(k / count)) for k in range(count + 1)) + ")"
+
+
+def colours_of(words: Sequence[str]) -> dict[str, str]:
+    """Return a colour for each text except "", in the order of frequency; the rarest share one colour."""
+    often = Counter(word for word in words if word)
+    ranked = sorted(often, key=lambda word: (-often[word], list(words).index(word)))
+    return {word: GROUPS[k] if k < len(GROUPS) else _OTHERS for k, word in enumerate(ranked)}
+
+
+def before_film(rgb: ArrayLike) -> Float:
+    """Return the light (..., 3) that the curve "ACES filmic" turns into sRGB colours (..., 3) in 0..1.
+
+    Values may be below 0 or above 1, as saturated colours require; viewers do not clip them before the curve.
+    """
+    shown = light_of(rgb) @ np.linalg.inv(_OUT_OF).T
+    # the positive root of (c y - 1) v² + (d y - a) v + (e y + b) = 0
+    square, linear, constant = _C * shown - 1.0, _D * shown - _A, _E * shown + _B
+    root = np.sqrt(np.maximum(linear**2 - 4.0 * square * constant, 0.0))
+    return np.asarray((-linear - root) / (2.0 * square) @ np.linalg.inv(_INTO).T * _EXPOSURE)
 
 
 def number(value: float) -> str:

@@ -1,4 +1,4 @@
-"""Find the feature edges of a body: where its surface bends or ends, whatever its division into cells."""
+"""Lines and arrows in space: the feature edges of bodies, where their surfaces bend or end, and arrows as meshes."""
 
 from __future__ import annotations
 
@@ -6,28 +6,29 @@ from collections import defaultdict
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from holdfast.drawing.raster import CREASE_COSINE
-from holdfast.drawing.soup import Soup
+from holdfast.base.arrays import Bool, Float, Int, unit
+from holdfast.drawing.picture import Arrow, Soup
+from holdfast.drawing.render import CREASE_COSINE
 from holdfast.geometry.topology import Edges
 
 # distance below which vertices are merged, as a share of the body's size: cells have slightly different corners
 _GRID: Final = 1e-6
+PUSH_RADIUS: Final = 0.0035  # radius of the arrows of pushes, as a share of the size of the picture
+FORCE_RADIUS: Final = 0.0022  # radius of the arrows of contact forces, likewise
+_SIDES: Final = 12  # number of sides of the rods and cones of an arrow
 
 
-def feature_edges(soup: Soup) -> NDArray[np.float64]:
+def feature_edges(soup: Soup) -> Float:
     """Return the segments (E, 2, 3) [m] along which a body's surface bends by more than 24° or ends."""
-    found = [np.empty((0, 2, 3))]
+    segments = [np.empty((0, 2, 3))]
     for body in np.unique(soup.body):
-        own = soup.body == body
-        found.append(_of_one(soup.vertices, soup.triangles[own], soup.normals[own]))
-    return np.concatenate(found)
+        chosen = soup.body == body
+        segments.append(_of_one(soup.vertices, soup.triangles[chosen], soup.normals[chosen]))
+    return np.concatenate(segments)
 
 
-def _of_one(
-    vertices: NDArray[np.float64], triangles: NDArray[np.int64], normals: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _of_one(vertices: Float, triangles: Int, normals: Float) -> Float:
     size = float(np.ptp(vertices[triangles.ravel()], axis=0).max()) or 1.0
     flat = ~_slivers(vertices[triangles], size * _GRID)
     triangles, normals = triangles[flat], normals[flat]
@@ -47,7 +48,7 @@ def _of_one(
     return np.concatenate([points[ends[~lone & bends]], _open_ends(points[ends[lone]], one[lone], size)])
 
 
-def _slivers(corners: NDArray[np.float64], thin: float) -> NDArray[np.bool_]:
+def _slivers(corners: Float, thin: float) -> Bool:
     """Return which triangles (T, 3, 3) [m] are thinner than ``thin`` [m], so that their normals are unreliable."""
     sides = corners - np.roll(corners, -1, axis=1)
     longest = np.linalg.norm(sides, axis=2).max(axis=1)
@@ -55,7 +56,7 @@ def _slivers(corners: NDArray[np.float64], thin: float) -> NDArray[np.bool_]:
     return np.asarray(doubled <= thin * longest)
 
 
-def _open_ends(segments: NDArray[np.float64], normals: NDArray[np.float64], size: float) -> NDArray[np.float64]:
+def _open_ends(segments: Float, normals: Float, size: float) -> Float:
     """Return the parts of the one-sided segments where no coplanar surface continues on the other side.
 
     Segments are one-sided also where cells of different grids meet, without shared vertices; these are dropped.
@@ -74,9 +75,7 @@ def _open_ends(segments: NDArray[np.float64], normals: NDArray[np.float64], size
     return np.concatenate([np.empty((0, 2, 3)), *parts])
 
 
-def _along_line(
-    segments: NDArray[np.float64], normals: NDArray[np.float64], along: NDArray[np.float64], size: float
-) -> NDArray[np.float64]:
+def _along_line(segments: Float, normals: Float, along: Float, size: float) -> Float:
     span = np.sort(segments @ along, axis=1)
     foot = segments[0, 0] - (segments[0, 0] @ along) * along
     marks = np.unique(span)
@@ -88,3 +87,35 @@ def _along_line(
         if len(facing) == 1 or (len(facing) and float((facing @ facing.T).min()) < CREASE_COSINE):
             kept.append([foot + marks[k] * along, foot + marks[k + 1] * along])
     return np.array(kept).reshape(-1, 2, 3)
+
+
+def arrow_mesh(arrows: tuple[Arrow, ...], radius: float) -> tuple[Float, Int]:
+    """Return vertices (V, 3) [m] and triangles (T, 3) of arrows as rods of this ``radius`` [m] with cones.
+
+    All arrows have the same number of vertices.
+    """
+    turn = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
+    ring = np.arange(_SIDES)
+    following = (ring + 1) % _SIDES
+    vertices, triangles = [np.empty((0, 3))], [np.empty((0, 3), np.int64)]
+    count = 0
+    for arrow in arrows:
+        length = float(np.linalg.norm(arrow.head - arrow.tail))
+        if length == 0.0:
+            continue
+        along = (arrow.head - arrow.tail) / length
+        across = unit(np.cross(along, np.eye(3)[np.argmin(np.abs(along))]))
+        circle = np.outer(np.cos(turn), across) + np.outer(np.sin(turn), np.cross(along, across))
+        cap = min(5.0 * radius, 0.6 * length)
+        neck = arrow.head - cap * along
+        rod = radius * min(1.0, cap / (5.0 * radius) + 0.2)
+        rings = [arrow.tail + rod * circle, neck + rod * circle, neck + 0.45 * cap * circle]
+        vertices.append(np.concatenate([*rings, arrow.head[None], arrow.tail[None]]))
+        for low in (0, _SIDES):
+            a, b = ring + low, following + low
+            triangles += [np.stack(part, axis=1) + count for part in ([a, b, b + _SIDES], [a, b + _SIDES, a + _SIDES])]
+        tip = np.full(_SIDES, 3 * _SIDES)
+        triangles.append(np.stack([ring + 2 * _SIDES, following + 2 * _SIDES, tip], axis=1) + count)
+        triangles.append(np.stack([following, ring, tip + 1], axis=1) + count)
+        count += 3 * _SIDES + 2
+    return np.concatenate(vertices), np.concatenate(triangles)

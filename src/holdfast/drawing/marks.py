@@ -1,4 +1,4 @@
-"""Draw arrows, numbered badges and contact patches over a rendered panel, in page pixels."""
+"""Marks on a panel of the page of a map: arrows with numbers, contacts, and a scale bar."""
 
 from __future__ import annotations
 
@@ -8,20 +8,32 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
-from holdfast.drawing.layout import Box, Shot
-from holdfast.drawing.picture import Arrow, Picture
+from holdfast.drawing.camera import Camera
+from holdfast.drawing.canvas import PageBox, badge, room_of_axes, write
+from holdfast.drawing.colours import CONTACT, INK
+from holdfast.drawing.picture import Arrow, Picture, ends_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-INK: Final = "#14171c"  # colour of text and of the arrows of pushes
-CONTACT: Final = "#0b6aa8"  # colour of contacts
-FONT: Final = "DejaVu Sans"  # font of all texts
-
 _HIDDEN_ALPHA: Final = 0.38  # opacity of an arrow whose point is hidden in this panel
-AXIS: Final = 30.0  # length of the world's axes [px] at the design size
 _RELAX_ROUNDS: Final = 200  # largest number of rounds in which badges are moved apart
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One panel: its caption, its place and its camera.
+
+    ``fixed`` says whether it shows the fixed bodies, and ``contacts`` whether it shows contacts instead of robustness.
+    """
+
+    caption: str
+    box: PageBox
+    camera: Camera
+    fixed: bool
+    contacts: bool
 
 
 @dataclass(frozen=True)
@@ -38,7 +50,7 @@ PUSH: Final = Pen(5.0, 17.0, 16.0, 34.0)
 FORCE: Final = Pen(2.2, 10.0, 8.5, 3.0)
 
 
-def visible(shot: Shot, depth: NDArray[np.float64], arrow: Arrow) -> bool:
+def visible(shot: Shot, depth: Float, arrow: Arrow) -> bool:
     """Return whether the pushed point is visible in this panel with the depth image ``depth`` (H, W) [m]."""
     length = float(np.linalg.norm(arrow.tail - arrow.head))
     outside = arrow.head + 0.02 * (arrow.tail - arrow.head)
@@ -50,12 +62,12 @@ def visible(shot: Shot, depth: NDArray[np.float64], arrow: Arrow) -> bool:
     return faces and bool(z <= depth[int(row), int(column)] + 2.0 / shot.camera.scale)
 
 
-def on_page(shot: Shot, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def on_page(shot: Shot, points: Float) -> Float:
     """Return the page pixels (N, 2) of world points (N, 3) [m]."""
     return np.asarray(shot.camera.pixels(points)[:, :2] + np.array([shot.box.left, shot.box.top]), dtype=float)
 
 
-def arrow_shapes(tails: NDArray[np.float64], heads: NDArray[np.float64], pen: Pen) -> list[NDArray[np.float64]]:
+def arrow_shapes(tails: Float, heads: Float, pen: Pen) -> list[Float]:
     """Return the filled outlines (7, 2) [px] of arrows from tails to heads (N, 2).
 
     Arrows that are seen end on are left out.
@@ -85,8 +97,7 @@ def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool]
     if not state:
         return
     chosen = sorted(state)
-    tails = on_page(shot, np.array([picture.weakest[k].tail for k in chosen]))
-    heads = on_page(shot, np.array([picture.weakest[k].head for k in chosen]))
+    tails, heads = (on_page(shot, ends[chosen]) for ends in ends_of(picture.weakest))
     pen = Pen(PUSH.shaft * unit, PUSH.head * unit, PUSH.wide * unit, PUSH.least * unit)
     for k, tail, head in zip(chosen, tails, heads, strict=True):
         strength = 1.0 if state[k] else _HIDDEN_ALPHA
@@ -100,7 +111,10 @@ def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool]
     direction = np.divide(along, length, out=np.tile([0.0, -1.0], (len(along), 1)), where=length > 0.5)
     ends = heads + direction * np.maximum(length, pen.least)
     places = badge_places(shot, ends + direction * 13.0 * unit, unit)
-    _badges(axes, chosen, places[nearest_badges(ends, places)], ends, unit)
+    for k, place, end in zip(chosen, places[nearest_badges(ends, places)], ends, strict=True):
+        if np.linalg.norm(place - end) > 24.0 * unit:
+            axes.plot(*np.stack([end, place], axis=1), color=INK, lw=0.8 * unit, zorder=4)
+        badge(axes, place[0], place[1], str(k + 1), unit)
 
 
 def draw_contacts(axes: Axes, shot: Shot, picture: Picture, unit: float) -> None:
@@ -108,32 +122,16 @@ def draw_contacts(axes: Axes, shot: Shot, picture: Picture, unit: float) -> None
     from matplotlib.collections import PolyCollection
 
     patches = [on_page(shot, outline) for outline in picture.outlines]
-    axes.add_collection(
-        PolyCollection(
-            patches,
-            facecolors=(*rgb_of(CONTACT), 0.16),
-            edgecolors=(*rgb_of(CONTACT), 0.75),
-            linewidths=0.9 * unit,
-            zorder=3,
-        )
-    )
+    fill, edge = (*rgb_of(CONTACT), 0.16), (*rgb_of(CONTACT), 0.75)
+    axes.add_collection(PolyCollection(patches, facecolors=fill, edgecolors=edge, linewidths=0.9 * unit, zorder=3))
     nodes = on_page(shot, picture.contact_points)
     axes.plot(nodes[:, 0], nodes[:, 1], "o", ms=2.6 * unit, mfc=CONTACT, mec="white", mew=0.4 * unit, zorder=4)
-    arrows = picture.contact_forces
-    tails = on_page(shot, np.array([a.tail for a in arrows]).reshape(-1, 3))
-    heads = on_page(shot, np.array([a.head for a in arrows]).reshape(-1, 3))
-    pen = Pen(FORCE.shaft * unit, FORCE.head * unit, FORCE.wide * unit, FORCE.least)
-    shapes = arrow_shapes(tails, heads, pen)
+    tails, heads = (on_page(shot, ends) for ends in ends_of(picture.contact_forces))
+    shapes = arrow_shapes(tails, heads, Pen(FORCE.shaft * unit, FORCE.head * unit, FORCE.wide * unit, FORCE.least))
     axes.add_collection(PolyCollection(shapes, facecolors=CONTACT, edgecolors="white", linewidths=0.5 * unit, zorder=5))
 
 
-def room_of_axes(box: Box, unit: float) -> tuple[NDArray[np.float64], float]:
-    """Return the middle (2,) and the radius [px] of the disc that the world's axes and their letters take."""
-    middle = np.array([box.left + 1.6 * AXIS * unit, box.top + box.height - 1.6 * AXIS * unit])
-    return middle, (AXIS + 15.0) * unit
-
-
-def badge_places(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArray[np.float64]:
+def badge_places(shot: Shot, places: Float, unit: float) -> Float:
     """Move places (N, 2) [px] so that badges overlap neither each other nor the axes nor the border of the panel.
 
     If there is not enough room, overlaps remain.
@@ -144,8 +142,8 @@ def badge_places(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArra
     high = np.array([box.left + box.width, box.top + box.height]) - 14.0 * unit
     # Coinciding badges need a direction in which to move apart, which depends on their number.
     turn = np.arange(len(places)) * 2.4
-    own = 0.01 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    places = np.clip(places + own, low, high)
+    nudge = 0.01 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    places = np.clip(places + nudge, low, high)
     middle, radius = room_of_axes(box, unit)
     radius += 14.0 * unit
     for _ in range(_RELAX_ROUNDS):
@@ -158,12 +156,12 @@ def badge_places(shot: Shot, places: NDArray[np.float64], unit: float) -> NDArra
         push = ((overlap / distance)[:, :, None] * gap).sum(axis=1)
         touching = np.maximum((overlap > 0.0).sum(axis=1), 1)
         places = places + 0.55 * push / touching[:, None]
-        places[inside] = middle + (radius + 1.0) * _out_of_the_corner(places[inside] - middle) + own[inside]
+        places[inside] = middle + (radius + 1.0) * _out_of_the_corner(places[inside] - middle) + nudge[inside]
         places = np.clip(places, low, high)
     return np.asarray(np.clip(places, low, high), dtype=float)
 
 
-def nearest_badges(ends: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.intp]:
+def nearest_badges(ends: Float, places: Float) -> NDArray[np.intp]:
     """Return which of the ``places`` (N, 2) [px] each arrow takes, so that no number stands at another arrow's end.
 
     Badges that were moved apart may have passed each other. ``ends`` (N, 2) [px] are the ends of the arrows.
@@ -173,18 +171,11 @@ def nearest_badges(ends: NDArray[np.float64], places: NDArray[np.float64]) -> ND
     return np.asarray(linear_sum_assignment(np.linalg.norm(ends[:, None] - places[None], axis=2))[1], dtype=np.intp)
 
 
-def _out_of_the_corner(ways: NDArray[np.float64]) -> NDArray[np.float64]:
+def _out_of_the_corner(ways: Float) -> Float:
     """Return the unit directions (N, 2) nearest to ``ways`` that point right and up, where there is room."""
     ways = np.column_stack([ways[:, 0].clip(min=0.0), ways[:, 1].clip(max=0.0)])
     length = np.linalg.norm(ways, axis=1, keepdims=True)
     return np.where(length > 1e-6, ways / np.maximum(length, 1e-6), np.array([0.8, -0.6]))
-
-
-def _badges(axes: Axes, picks: list[int], places: NDArray[np.float64], tails: NDArray[np.float64], unit: float) -> None:
-    for pick, place, tail in zip(picks, places, tails, strict=True):
-        if np.linalg.norm(place - tail) > 24.0 * unit:
-            axes.plot(*np.stack([tail, place], axis=1), color=INK, lw=0.8 * unit, zorder=4)
-        badge(axes, place[0], place[1], str(pick + 1), unit)
 
 
 def draw_scale_bar(axes: Axes, shot: Shot, unit: float) -> None:
@@ -196,33 +187,4 @@ def draw_scale_bar(axes: Axes, shot: Shot, unit: float) -> None:
     left = right - length * shot.camera.scale
     axes.plot([left, left, right, right], [y - 5 * unit, y, y, y - 5 * unit], color=INK, lw=1.1 * unit, zorder=9)
     text = f"{length:g} m" if length >= 0.1 else f"{1000 * length:g} mm"
-    axes.text(
-        (left + right) / 2,
-        y - 6 * unit,
-        text,
-        color=INK,
-        fontsize=10 * unit,
-        fontfamily=FONT,
-        ha="center",
-        va="baseline",
-        zorder=9,
-        parse_math=False,
-    )
-
-
-def badge(axes: Axes, x: float, y: float, text: str, unit: float) -> None:
-    """Draw a white number on a dark disc centred at page pixel (x, y)."""
-    axes.plot([x], [y], "o", ms=16.5 * unit, mfc=INK, mec="white", mew=1.2 * unit, zorder=7)
-    axes.text(
-        x,
-        y + 0.5 * unit,
-        text,
-        color="white",
-        fontsize=9.4 * unit,
-        fontweight="bold",
-        fontfamily=FONT,
-        ha="center",
-        va="center_baseline",
-        zorder=8,
-        parse_math=False,
-    )
+    write(axes, (left + right) / 2, y - 6 * unit, text, 10 * unit, va="baseline")

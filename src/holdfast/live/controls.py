@@ -13,12 +13,12 @@ from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.text import LONGEST_NAME, escaped, one_line
 from holdfast.live import scenery
-from holdfast.live.edits import Place, place_of, pose_of, weighing
+from holdfast.live.edits import BodyPlace, place_of, pose_of, weighing
 from holdfast.live.scenery import GROUPS, MAP, OPENING, SLIDING
 from holdfast.live.steps import settling, taking_apart
-from holdfast.live.window_model import STEEPEST, Model
+from holdfast.live.window_model import STEEPEST, ViewModel
 from holdfast.live.window_thread import Worker
-from holdfast.report.notebook import glimpse
+from holdfast.report.painter_list import glimpse
 
 DIRECTIONS = 36  # level directions of the limits of transport
 MARKED = (
@@ -31,7 +31,7 @@ NO_STEPS = "no answer with several states"
 class Shows(Protocol):
     """The interface of the window that the controls use."""
 
-    model: Model
+    model: ViewModel
     server: Any  # viser's
     worker: Worker
     aim: tuple[float, float]  # turn and tilt of the push that were requested last [degrees]
@@ -218,7 +218,7 @@ class Controls:
         window.edited(name, lambda: window.model.edit(change()))
 
     def _moved(self) -> None:
-        name, place = self._body.value, Place(np.array(self._position.value), np.array(self._turned.value))
+        name, place = self._body.value, BodyPlace(np.array(self._position.value), np.array(self._turned.value))
         self._changed(f"move {name}", lambda: self._window.model.assembly.moved({name: pose_of(place)}))
 
     def _weighed(self) -> None:

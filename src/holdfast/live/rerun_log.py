@@ -25,23 +25,18 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.public import number
 from holdfast.base.text import listed, one_line
 from holdfast.drawing import colours
-from holdfast.drawing.arrows import FORCE_RADIUS, PUSH_RADIUS, size_of
-from holdfast.drawing.colours import Kind
-from holdfast.drawing.layers import FORCE_COLOUR
-from holdfast.drawing.marks import CONTACT, INK
-from holdfast.drawing.painted import Painted, painted
-from holdfast.drawing.picture import Arrow, Picture, legend
-from holdfast.drawing.soup import forces
+from holdfast.drawing.colours import CONTACT, FORCE_COLOUR, INK, Kind
+from holdfast.drawing.edges import FORCE_RADIUS, PUSH_RADIUS
+from holdfast.drawing.map_files import Painted, painted
+from holdfast.drawing.picture import Arrow, Picture, forces, legend, size_of
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import ContactForces
-from holdfast.live.shown_motion import SWING, moved_by
-from holdfast.live.steps import BETWEEN, Step, places, placing, resting, settling, taking_apart
+from holdfast.live.steps import BETWEEN, SWING, ShownStep, moved_by, places, placing, resting, settling, taking_apart
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.push import Robustness
 from holdfast.queries.result import gives_way
 from holdfast.queries.stability import Stability
-from holdfast.report.bodies import bare_picture, solids_of
-from holdfast.report.map_picture import WEAK_ARROW, force_arrows, outlines_of, picture_of
+from holdfast.report.map_picture import WEAK_ARROW, bare_picture, force_arrows, outlines_of, picture_of, solids_of
 from holdfast.scene.scene import Scene
 
 STEP, TIME = "step", "time"  # the timelines: of states that are counted, and of a motion of the carrier in seconds
@@ -56,11 +51,11 @@ class Moment(NamedTuple):
     """One place on the timeline: a number of a step or a time [s], the state there, and values to plot by name."""
 
     when: float
-    step: Step
+    step: ShownStep
     values: dict[str, float]
 
 
-class Content(NamedTuple):
+class LoggedContent(NamedTuple):
     """What is logged: the ``picture``, and the ``moments`` of the ``timeline``, if there are any."""
 
     picture: Picture
@@ -107,44 +102,44 @@ def _rerun(recording: Any) -> ModuleType:  # noqa: ANN401 - rerun's
     return module
 
 
-def _content(what: Loggable) -> Content:
+def _content(what: Loggable) -> LoggedContent:
     """Return the picture of an answer and its moments."""
     match what:
         case Scene():
-            return Content(bare_picture(what))
+            return LoggedContent(bare_picture(what))
         case Assembly():
-            return Content(_standing(what, None))
+            return LoggedContent(_standing(what, None))
         case Stability() | Robustness():
             return _asked(what)
         case RobustnessMap():
-            return Content(picture_of(what), _swing(what.mechanism[what.answers.ranking[0]], what.assembly.size))
+            return LoggedContent(picture_of(what), _swing(what.mechanism[what.answers.ranking[0]], what.assembly.size))
         case TransportLimits():
             moments = [_towards(what, k) for k in range(len(what.directions))]
-            return Content(_standing(what.assembly, what.verdict.forces), moments)
+            return LoggedContent(_standing(what.assembly, what.verdict.forces), moments)
         case Carried():
             moments = [_carried(what, k) for k in range(len(what.profile.time))]
-            return Content(_standing(what.assembly, what.verdict.forces), moments, TIME)
+            return LoggedContent(_standing(what.assembly, what.verdict.forces), moments, TIME)
         case Settled():
-            return Content(bare_picture(what.scene), _counted(settling(what)))
+            return LoggedContent(bare_picture(what.scene), _counted(settling(what)))
         case Disassembly():
-            return Content(bare_picture(what.assembly.scene), _counted(taking_apart(what)))
+            return LoggedContent(bare_picture(what.assembly.scene), _counted(taking_apart(what)))
         case Placements():
-            return Content(bare_picture(what.assembly.scene), _counted(placing(what)))
+            return LoggedContent(bare_picture(what.assembly.scene), _counted(placing(what)))
         case RestingPoses():
-            return Content(Picture("", "", (), solids_of([what.body])), _counted(resting(what)))
+            return LoggedContent(Picture("", "", (), solids_of([what.body])), _counted(resting(what)))
         case Placement():
             if what.assembly is None:
                 raise HoldfastError(message("log_to_rerun", "no place was found", f"its reason: {what.reason}"))
             picture = bare_picture(what.assembly.scene) if what.map is None else picture_of(what.map)
-            return Content(picture, _counted(places(what)))
+            return LoggedContent(picture, _counted(places(what)))
 
 
-def _asked(what: Stability | Robustness) -> Content:
+def _asked(what: Stability | Robustness) -> LoggedContent:
     """Return the content of a verdict or of pushes, which know their assembly by what was asked."""
     assembly = what.questions[0].assembly
     picture = _standing(assembly, what.verdict.forces)
     if isinstance(what, Stability):
-        return Content(picture, _swing(what.mechanism, assembly.size))
+        return LoggedContent(picture, _swing(what.mechanism, assembly.size))
     length = WEAK_ARROW * assembly.size
     pushes = tuple(
         Arrow(point - length * way, point, f"{number(force, 'N')}, {gives_way(mode, moving)}")
@@ -152,7 +147,9 @@ def _asked(what: Stability | Robustness) -> Content:
             what.points, what.directions, what.force, what.mode, what.moving, strict=True
         )
     )
-    return Content(replace(picture, weakest=pushes), _swing(what.mechanism[what.answers.ranking[0]], assembly.size))
+    return LoggedContent(
+        replace(picture, weakest=pushes), _swing(what.mechanism[what.answers.ranking[0]], assembly.size)
+    )
 
 
 def _standing(assembly: Assembly, found: ContactForces | None) -> Picture:
@@ -163,7 +160,7 @@ def _standing(assembly: Assembly, found: ContactForces | None) -> Picture:
     return replace(picture, contact_points=found.points, contact_forces=force_arrows(assembly, found))
 
 
-def _counted(steps: Sequence[Step]) -> list[Moment]:
+def _counted(steps: Sequence[ShownStep]) -> list[Moment]:
     return [Moment(k, step, {}) for k, step in enumerate(steps)]
 
 
@@ -172,7 +169,7 @@ def _swing(mechanism: Mechanism | None, size: float) -> list[Moment]:
     if mechanism is None:
         return []
     shares = np.linspace(0, SWING, BETWEEN + 1)
-    return _counted([Step(mechanism.text, moved=moved_by(mechanism, share * size)) for share in shares])
+    return _counted([ShownStep(mechanism.text, moved=moved_by(mechanism, share * size)) for share in shares])
 
 
 def _begun(mechanisms: Objects, k: int, size: float) -> dict[str, Float]:
@@ -184,7 +181,9 @@ def _towards(result: TransportLimits, k: int) -> Moment:
     along = listed([f"{value:.3g}" for value in result.directions[k]])
     text = f"along ({along}): {number(float(result.acceleration[k]), 'm/s²')}, {_gives(result, k)}"
     values = {"acceleration": float(result.acceleration[k]), "lower": float(result.lower[k])}
-    return Moment(k, Step(text, moved=_begun(result.mechanism, k, result.assembly.size)), _known(result, k, values))
+    return Moment(
+        k, ShownStep(text, moved=_begun(result.mechanism, k, result.assembly.size)), _known(result, k, values)
+    )
 
 
 def _carried(result: Carried, k: int) -> Moment:
@@ -193,7 +192,7 @@ def _carried(result: Carried, k: int) -> Moment:
     values = {"factor": float(result.factor[k]), "lower": float(result.lower[k])}
     text = f"factor {number(values['factor'])}, {_gives(result, k)}"
     moved = _begun(result.mechanism, k, result.assembly.size) if gives else {}
-    return Moment(float(result.profile.time[k]), Step(text, moved=moved), _known(result, k, values))
+    return Moment(float(result.profile.time[k]), ShownStep(text, moved=moved), _known(result, k, values))
 
 
 def _gives(result: TransportLimits | Carried, k: int) -> str:
@@ -261,7 +260,7 @@ class _Sink:
             radii=0.5 * PUSH_RADIUS * size_of(picture), labels=labels, show_labels=False,
         )  # fmt: skip
 
-    def moving(self, content: Content) -> None:
+    def moving(self, content: LoggedContent) -> None:
         """Log the bodies, and along the timeline where they are, which are there, the values and a text."""
         rr, bodies = self.rr, {body.name: body for body in painted(content.picture)}
         ever_hidden = {name for moment in content.moments for name in moment.step.hidden}

@@ -12,20 +12,17 @@ from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, escaped
 from holdfast.drawing import colours
-from holdfast.drawing.arrows import arrow_mesh
-from holdfast.drawing.layers import gradient
-from holdfast.drawing.movers import COLOURS
-from holdfast.drawing.painted import Painted, painted
-from holdfast.drawing.picture import Arrow, legend
-from holdfast.drawing.soup import forces
+from holdfast.drawing.colours import gradient
+from holdfast.drawing.edges import arrow_mesh
+from holdfast.drawing.map_files import Painted, painted
+from holdfast.drawing.picture import Arrow, forces, legend
 from holdfast.engines.verdict import Status
-from holdfast.live.window_model import Model
+from holdfast.live.window_model import ViewModel
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import gives_way
-from holdfast.report.bodies import bare_picture
-from holdfast.report.map_picture import force_arrows, picture_of
-from holdfast.report.push_lines import bounds_text
-from holdfast.report.texts import WORDS
+from holdfast.report.contact_report import bounds_text
+from holdfast.report.description import WORDS
+from holdfast.report.map_picture import bare_picture, force_arrows, picture_of
 
 MAP, GROUPS = "largest push", "groups"
 OPENING: Final = "#ff8c00"  # colour of contacts that open
@@ -35,7 +32,7 @@ PUSH_LENGTH: Final = 0.2  # length of the arrow of the push, as a share of the a
 STATUS: Final = {Status.UNDECIDED: colours.UNDECIDED, Status.UNSTABLE: colours.FALLS}
 
 
-def bodies(model: Model, colour_by: str) -> list[Painted]:
+def bodies(model: ViewModel, colour_by: str) -> list[Painted]:
     """Return the surface of every body in the colours of the map, or of the groups if it is not mapped."""
     if colour_by == MAP and model.map is not None:
         found, asked = painted(picture_of(model.map)), set(model.map.cells)
@@ -45,18 +42,18 @@ def bodies(model: Model, colour_by: str) -> list[Painted]:
     return [p if p.name in asked else replace(p, rgb=np.tile(rgb[p.name], (len(p.vertices), 1))) for p in found]
 
 
-def group_colours(model: Model) -> dict[str, Rgb]:
+def group_colours(model: ViewModel) -> dict[str, Rgb]:
     """Return the colour of each movable body: that of its group, or of its status if that is not STABLE."""
     found: dict[str, Rgb] = {}
     for number_, names in enumerate(model.assembly.groups):
-        own = rgb_of(COLOURS[number_ % len(COLOURS)])
+        own = rgb_of(colours.GROUPS[number_ % len(colours.GROUPS)])
         red, green, blue = ((1 - PALE) * c + PALE for c in own)
         found |= dict.fromkeys(names, (red, green, blue))
     statuses = model.status_of_groups().items()
     return found | {name: STATUS[status] for name, status in statuses if status in STATUS}
 
 
-def resting_forces(model: Model) -> tuple[Arrow, ...]:
+def resting_forces(model: ViewModel) -> tuple[Arrow, ...]:
     """Return the contact forces at rest as arrows; none if the assembly does not stand or has no verdict yet."""
     verdict = model.map.verdict if model.map is not None else model.verdict
     if verdict is None or verdict.forces is None:
@@ -64,7 +61,7 @@ def resting_forces(model: Model) -> tuple[Arrow, ...]:
     return force_arrows(model.assembly, verdict.forces)
 
 
-def push_arrow(model: Model) -> tuple[Arrow, ...]:
+def push_arrow(model: ViewModel) -> tuple[Arrow, ...]:
     """Return the arrow of the push at the chosen point; none if no point is chosen."""
     if model.pick is None or model.direction is None:
         return ()
@@ -78,7 +75,7 @@ def arrows_mesh(arrows: tuple[Arrow, ...], size: float, colour: str) -> tuple[Fl
     return vertices, triangles, np.tile(rgb_of(colour), (len(vertices), 1))
 
 
-def legend_html(model: Model, colour_by: str) -> str:
+def legend_html(model: ViewModel, colour_by: str) -> str:
     """Return the legend: the scale in newtons with its marks, and the other colours."""
     box = "display:inline-block;width:14px;height:14px;margin:0 6px -2px 0;border:1px solid #8888;background:"
     if colour_by != MAP or model.map is None:
@@ -102,7 +99,7 @@ def legend_html(model: Model, colour_by: str) -> str:
     return _legend(picture.value_name + (" (logarithmic)" if scale.log else ""), bar, rows, box)
 
 
-def map_caption(model: Model, found: RobustnessMap) -> str:
+def map_caption(model: ViewModel, found: RobustnessMap) -> str:
     """Return the caption of a map: engine, claim, number of pushes and, until it is complete, the progress."""
     text = f"engine {found.engine} ({found.claim.words}), {len(found.force):,} inward pushes"
     if model.mapped or model.portions is None:
@@ -120,7 +117,7 @@ def _legend(title: str, bar: str, rows: list[tuple[Rgb, str]], box: str) -> str:
     return f'<div style="padding:2px 22px"><b style="font-size:13px">{escaped(title)}</b>{bar}{swatches}</div>'
 
 
-def verdict_html(model: Model) -> str:
+def verdict_html(model: ViewModel) -> str:
     """Return the verdict with its reason."""
     if model.verdict is None:
         return _said("<b>computing whether it stands ...</b>")
@@ -131,7 +128,7 @@ def verdict_html(model: Model) -> str:
     )
 
 
-def push_html(model: Model) -> str:
+def push_html(model: ViewModel) -> str:
     """Return the answer for the push at the chosen point: R, its bounds, and what moves."""
     if model.pick is None:
         return _said("Click a body to push it there.")

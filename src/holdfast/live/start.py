@@ -13,12 +13,12 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import checked_number, checked_truth
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.ranges import LENGTH
-from holdfast.live.steps import Step, places, settling, taking_apart
+from holdfast.live.steps import ShownStep, places, settling, taking_apart
 from holdfast.live.window import Window
-from holdfast.live.window_model import Model
+from holdfast.live.window_model import ViewModel
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
-from holdfast.report.notebook import glimpse
+from holdfast.report.painter_list import glimpse
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
@@ -101,9 +101,9 @@ def _check(what: object) -> None:
         raise HoldfastError(message("view", f"got a {type(what).__name__}", f"needs {known}"))
 
 
-def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> Model:
+def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> ViewModel:
     found: RobustnessMap | None = None
-    steps: tuple[Step, ...] = ()
+    steps: tuple[ShownStep, ...] = ()
     if isinstance(what, RobustnessMap):
         assembly, found = what.assembly, what
     elif isinstance(what, Placement):
@@ -119,6 +119,6 @@ def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> Model
     else:
         assembly = what if isinstance(what, Assembly) else assemble(what)
     refuse_holds(assembly.scene.holds, "view", "view the scene without them")
-    model = Model(assembly, engine=engine, spacing=spacing, found=found)
+    model = ViewModel(assembly, engine=engine, spacing=spacing, found=found)
     model.show(steps)
     return model

@@ -22,23 +22,20 @@ from holdfast.base.distribution import installing
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import escaped
 from holdfast.drawing.camera import front_view
+from holdfast.drawing.colours import CONTACT, FORCE_COLOUR, INK, before_film
 from holdfast.drawing.edges import feature_edges
-from holdfast.drawing.glb_map import lit_glb
-from holdfast.drawing.layers import FORCE_COLOUR, sides_of
-from holdfast.drawing.marks import CONTACT, INK
-from holdfast.drawing.picture import Arrow, Picture, Solid
-from holdfast.drawing.soup import soup_of
-from holdfast.drawing.thumbnail import png_bytes
-from holdfast.drawing.tone import before_film
+from holdfast.drawing.html_page import sides_of
+from holdfast.drawing.map_files import lit_glb
+from holdfast.drawing.picture import Arrow, Picture, Solid, soup_of
+from holdfast.drawing.render import png_bytes
 from holdfast.live import scenery
 from holdfast.live.controls import Controls
-from holdfast.live.gizmo import Gizmo
+from holdfast.live.edits import Gizmo
 from holdfast.live.guard import Guard
-from holdfast.live.shown_motion import SWING, moved_by, parting
-from holdfast.live.window_model import Model
+from holdfast.live.steps import SWING, moved_by, parting
+from holdfast.live.window_model import ViewModel
 from holdfast.live.window_thread import Worker
-from holdfast.report.bodies import solids_of
-from holdfast.report.map_picture import outlines_of
+from holdfast.report.map_picture import outlines_of, solids_of
 
 HERE: Final = "127.0.0.1"  # the only address that the server listens on
 FRAMES: Final = 30  # frames per second of the animation
@@ -85,7 +82,7 @@ class Window:
     ``aim`` are the angles [degrees] that were requested last; the model may not have them yet.
     """
 
-    def __init__(self, model: Model, port: int) -> None:
+    def __init__(self, model: ViewModel, port: int) -> None:
         self.model = model
         self.server, self._token = server_at(port)
         self.worker = Worker(self._tell, self._refuse)

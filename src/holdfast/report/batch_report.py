@@ -1,4 +1,4 @@
-"""The report of a batch: one page that opens offline, with shares, distributions, the weakest scenes and failures."""
+"""The report of a batch as one page that opens offline, and the findings of a check as JUnit XML."""
 
 from __future__ import annotations
 
@@ -9,25 +9,27 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from heapq import nsmallest
 from pathlib import Path
-from string import Template
 from typing import Any
+from xml.etree import ElementTree as Xml
 
 from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
 from holdfast.base.public import number
-from holdfast.base.text import escaped, listed, many
+from holdfast.base.text import escaped, listed, many, one_line
 from holdfast.batches.folder import about, reading
+from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Finding
 from holdfast.batches.result import BatchTables
 from holdfast.batches.schema import Row
-from holdfast.drawing.charts import bar, histogram
-from holdfast.drawing.thumbnail import thumbnail
+from holdfast.drawing.html_page import template
+from holdfast.drawing.render import thumbnail
+from holdfast.drawing.svg import bar, histogram
 from holdfast.queries.result import gives_way
-from holdfast.report.batch_page import PAGE
-from holdfast.report.bodies import solids_of
+from holdfast.report.description import LONGEST_REASON, ReportTable
+from holdfast.report.map_picture import solids_of
 from holdfast.scene.formats.registry import load_scene
 
-SHOWN, PICTURED, FAILED, REASONS = 12, 12, 60, 12  # largest numbers of rows of the tables and of pictures
+SHOWN, PICTURED, UNANSWERED, REASONS = 12, 12, 60, 12  # largest numbers of rows of the tables and of pictures
 ALIKE = 48  # reasons that agree in this number of characters are of one kind
 VERDICTS = {"stable": "#3c9a5f", "unstable": "#cf4f3c", "undecided": "#d9a13b", "not asked": "#b9bec7"}
 ENDINGS = {"answered": "#4a78b5", "error": "#d9a13b", "time": "#8a5fb0", "memory": "#cf7a3c", "crash": "#cf4f3c"}
@@ -48,7 +50,7 @@ def _page(folder: Path, facts: Mapping[str, Any], rows: Sequence[Row]) -> str:
     verdicts = Counter(row["status"] or "not asked" for row in rows if row["status"] or row["outcome"] == ANSWERED)
     seconds = sum(row["seconds"] or 0.0 for row in rows)
     ask = f"asked: {listed(facts['ask'])}; options: {facts['options'] or 'none'}; holdfast {facts['version']}"
-    return Template(PAGE).substitute(
+    return template("batch.html").substitute(
         title=escaped(f"{many(len(rows), 'scene')} in {folder}"),
         subtitle=escaped(f"{ask}; {number(seconds, 's')} of work"),
         outcomes=bar({name: outcomes[name] for name in OUTCOMES if outcomes[name]}, ENDINGS),
@@ -123,37 +125,37 @@ def _strength(row: Row) -> str:
     return ", ".join(parts)
 
 
-def _gives_way(row: Row) -> str:
-    """Describe what moves under the weakest push; "" if it is not known."""
-    moving = tuple(row.get("weakest_moving") or ())  # tables of older versions do not have it
-    return gives_way(row["weakest_mode"], moving) if moving else ""
-
-
 def _weakest(rows: Sequence[Row]) -> str:
-    cells = [
-        (
-            row["scene"],
-            row["status"] or "",
-            _amount(row["weakest"]),
-            row["weakest_body"] or "",
-            _gives_way(row),
-            _amount(row["weakest_lower"]),
-            _amount(row["acceleration"]),
-            _amount(row["acceleration_lower"]),
+    cells = []
+    for row in _weakest_first(rows, SHOWN):
+        moving = tuple(row.get("weakest_moving") or ())  # tables of older versions do not have it
+        cells.append(
+            (
+                row["scene"],
+                row["status"] or "",
+                _amount(row["weakest"]),
+                row["weakest_body"] or "",
+                gives_way(row["weakest_mode"], moving) if moving else "",
+                _amount(row["weakest_lower"]),
+                _amount(row["acceleration"]),
+                _amount(row["acceleration_lower"]),
+            )
         )
-        for row in _weakest_first(rows, SHOWN)
-    ]
     force, rate = "least lower bound [N]", "least lower bound [m/s²]"
     heads = ("scene", "verdict", "weakest push [N]", "on", "what gives way", force, "acceleration [m/s²]", rate)
-    return _table(heads, cells)
+    return ReportTable(heads, cells).html()
 
 
 def _slowest(rows: Sequence[Row]) -> str:
-    found = nsmallest(SHOWN, rows, key=lambda row: -(row["seconds"] or 0.0))
     cells = [
-        (r["scene"], r["outcome"], str(r["bodies"] or ""), _amount(r["seconds"]), _amount(r["peak_mb"])) for r in found
+        (r["scene"], r["outcome"], str(r["bodies"] or ""), _amount(r["seconds"]), _amount(r["peak_mb"]))
+        for r in nsmallest(SHOWN, rows, key=lambda row: -(row["seconds"] or 0.0))
     ]
-    return _table(("scene", "outcome", "bodies", "time [s]", "memory [MB]"), cells)
+    return ReportTable(("scene", "outcome", "bodies", "time [s]", "memory [MB]"), cells).html()
+
+
+def _amount(value: float | None) -> str:
+    return "" if value is None else number(value)
 
 
 def _reasons(rows: Sequence[Row]) -> str:
@@ -169,7 +171,7 @@ def _reasons(rows: Sequence[Row]) -> str:
         (f"{n:,}", key[0], example[key]["scene"], example[key]["reason"] or "")
         for key, n in counts.most_common(REASONS)
     ]
-    return _table(("scenes", "verdict", "for example", "whose reason is"), cells)
+    return ReportTable(("scenes", "verdict", "for example", "whose reason is"), cells).html()
 
 
 def kind_of(reason: str) -> str:
@@ -180,18 +182,22 @@ def kind_of(reason: str) -> str:
 
 def _failures(rows: Sequence[Row]) -> str:
     failed = [row for row in rows if row["outcome"] != ANSWERED]
-    cells = [(row["scene"], row["outcome"], row["problem"] or "") for row in failed[:FAILED]]
-    more = f"<p>and {len(failed) - FAILED:,} more</p>" if len(failed) > FAILED else ""
-    return _table(("scene", "outcome", "problem"), cells) + more
+    cells = [(row["scene"], row["outcome"], row["problem"] or "") for row in failed[:UNANSWERED]]
+    more = f"<p>and {len(failed) - UNANSWERED:,} more</p>" if len(failed) > UNANSWERED else ""
+    return ReportTable(("scene", "outcome", "problem"), cells).html() + more
 
 
-def _amount(value: float | None) -> str:
-    return "" if value is None else number(value)
-
-
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    if not rows:
-        return "<p>none</p>"
-    top = "".join(f"<th>{escaped(head)}</th>" for head in heads)
-    body = "".join(f"<tr>{''.join(f'<td>{escaped(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table><tr>{top}</tr>{body}</table>"
+def write_junit(findings: Sequence[Finding], path: str | os.PathLike[str]) -> None:
+    """Write one test case for each finding: a failure if the scene failed, an error if it is undecided."""
+    failed, unknown = (sum(f.result == result for f in findings) for result in (FAILED, UNDECIDED))
+    counts = {"tests": len(findings), "failures": failed, "errors": unknown}
+    suite = Xml.Element("testsuite", {"name": "holdfast check", **{key: str(n) for key, n in counts.items()}})
+    for finding in findings:
+        case = {"classname": "holdfast", "name": one_line(finding.scene), "time": f"{finding.seconds:.3f}"}
+        element = Xml.SubElement(suite, "testcase", case)
+        if finding.result != PASSED:
+            kind = "failure" if finding.result == FAILED else "error"
+            reason = one_line(finding.reason, LONGEST_REASON)
+            Xml.SubElement(element, kind, {"type": finding.result, "message": reason}).text = reason
+    Xml.indent(suite)
+    write_atomically(path, Xml.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")

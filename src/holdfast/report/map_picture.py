@@ -1,28 +1,28 @@
-"""Build the picture of a robustness map: coloured surfaces, contact outlines and arrows of forces."""
+"""Pictures of scenes and of maps of robustness: bodies, contacts, forces at rest and the weakest pushes."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, Int
+from holdfast.base.rounding import COORDINATES
 from holdfast.base.text import LONGEST_NAME, escaped, listed, one_line
 from holdfast.drawing.colours import Kind
-from holdfast.drawing.glb_map import write_glb
-from holdfast.drawing.html import write_html
 from holdfast.drawing.picture import Arrow, HeatSurface, Picture, Solid
-from holdfast.drawing.ply_map import write_ply
-from holdfast.drawing.png import write_png
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
+from holdfast.geometry.cells import Cells
+from holdfast.geometry.polygon import inside, shapely_polygon
+from holdfast.geometry.spatial import search_tree
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import promised
-from holdfast.report.bodies import solids_of
-from holdfast.report.rims import Rims, rims_of
-from holdfast.report.texts import WORDS, what_moves
+from holdfast.report.description import WORDS, what_moves
+from holdfast.scene.body import Body
+from holdfast.scene.scene import Scene
 
 LONGEST_FORCE = 0.18  # length of the arrow of the largest contact force, as a share of the assembly's size
 WEAK_ARROW = 0.12  # length of the arrows at the weakest points, as a share of the assembly's size
@@ -30,57 +30,49 @@ SHOWN_WEAKEST = 5  # largest number of bodies whose weakest push is shown
 _KINDS = {Status.INFINITE: Kind.ENDLESS, Status.UNSTABLE: Kind.FALLS, Status.UNDECIDED: Kind.UNDECIDED}
 
 
-def save_png(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
-    """Write the map as a PNG picture; this needs no display."""
-    write_png(picture_of(result), path)
+def solids_of(bodies: Iterable[Body]) -> tuple[Solid, ...]:
+    """Return the surfaces of bodies, world frame."""
+    return tuple(Solid(b.name, b.surface_world.vertices, b.surface_world.faces, b.fixed) for b in bodies)
 
 
-def save_html(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
-    """Write the map as one HTML page that opens offline and shows the largest push under the pointer."""
-    write_html(picture_of(result), path)
-
-
-def save_glb(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
-    """Write the map as a glTF file with colours and forces at its vertices."""
-    write_glb(picture_of(result), path)
-
-
-def save_ply(result: RobustnessMap, path: str | os.PathLike[str]) -> None:
-    """Write the map as a PLY file with colours and forces at its vertices."""
-    write_ply(picture_of(result), path)
+def bare_picture(scene: Scene, without: str = "") -> Picture:
+    """Return a picture, without a map, of the bodies of a scene except the one named ``without``."""
+    return Picture("", "", (), solids_of(body for body in scene.bodies if body.name != without), up=scene.up)
 
 
 def picture_of(result: RobustnessMap) -> Picture:
     """Return the heat map with contacts, contact forces at rest and the weakest push on each body."""
-    assembly = result.assembly
+    assembly, forces = result.assembly, result.verdict.forces
     rims = {name: rims_of(result, name) for name in result.cells}
     heat = [_surface(result, name, rims[name]) for name, cells in result.cells.items() if len(cells.points)]
+    covered = [
+        Solid(name, rim.covered.vertices, rim.covered.triangles, False)
+        for name, rim in rims.items()
+        if len(rim.covered.points)
+    ]
     return Picture(
-        title=_title(result),
+        title=f"{assembly.scene.name or 'assembly'}: largest push before something moves",
         subtitle=_subtitle(result),
         heat=tuple(heat),
-        solids=_solids(result, rims),
+        solids=(*solids_of(body for body in assembly.bodies if body.name not in result.cells), *covered),
         outlines=outlines_of(assembly),
-        contact_points=np.empty((0, 3)) if result.verdict.forces is None else result.verdict.forces.points,
-        contact_forces=() if result.verdict.forces is None else force_arrows(assembly, result.verdict.forces),
+        contact_points=np.empty((0, 3)) if forces is None else forces.points,
+        contact_forces=() if forces is None else force_arrows(assembly, forces),
         weakest=_weak_arrows(result),
         up=assembly.scene.up,
     )
 
 
-def _title(result: RobustnessMap) -> str:
-    name = result.assembly.scene.name or "assembly"
-    return f"{name}: largest push before something moves"
-
-
 def _subtitle(result: RobustnessMap) -> str:
-    verdict = WORDS[result.verdict.status]
     caution = ", may be too high off-centre" if result.claim is Claim.ESTIMATED else ""
-    unknown = f" · {result.undecided.text}" if result.undecided.count else ""
     engine = f"engine {result.engine} ({result.claim.words}{caution})"
-    held = promised(result.answers, "N")
-    everywhere = f" · {held} everywhere" if held else ""
-    return f"{verdict} · {engine} · {len(result.force):,} inward pushes{everywhere}{unknown}"
+    parts = [WORDS[result.verdict.status], engine, f"{len(result.force):,} inward pushes"]
+    promise = promised(result.answers, "N")
+    if promise:
+        parts.append(f"{promise} everywhere")
+    if result.undecided.count:
+        parts.append(result.undecided.text)
+    return " · ".join(parts)
 
 
 def _surface(result: RobustnessMap, name: str, rims: Rims) -> HeatSurface:
@@ -119,16 +111,6 @@ def _newton(force: float) -> str:
     return "∞" if np.isinf(force) else f"{force:.0f} N" if force >= 1000 else f"{force:.3g} N"
 
 
-def _solids(result: RobustnessMap, rims: Mapping[str, Rims]) -> tuple[Solid, ...]:
-    whole = solids_of(body for body in result.assembly.bodies if body.name not in result.cells)
-    covered = (
-        Solid(name, rim.covered.vertices, rim.covered.triangles, False)
-        for name, rim in rims.items()
-        if len(rim.covered.points)
-    )
-    return (*whole, *covered)
-
-
 def outlines_of(assembly: Assembly) -> tuple[Float, ...]:
     """Return the borders (k, 3) [m] of all contact patches and of their holes."""
     return tuple(ring for i in assembly.interfaces for patch in i.patches for ring in (patch.polygon, *patch.holes))
@@ -164,3 +146,45 @@ def _weak_arrows(result: RobustnessMap) -> tuple[Arrow, ...]:
         )
         for weak in weakest[:SHOWN_WEAKEST]
     )
+
+
+class Rims(NamedTuple):
+    """The ``covered`` cells that show no rim, and the ``triangles`` (T, 3) of the others.
+
+    ``beside`` (T,) is the number of the exposed cell nearest to each of these triangles.
+    """
+
+    covered: Cells
+    triangles: Int
+    beside: Int
+
+
+def rims_of(result: RobustnessMap, name: str) -> Rims:
+    """Divide the covered cells of a body into those that contact faces cover and those that reach beyond them.
+
+    What shows of the latter takes the answer of the nearest exposed cell that faces the same way. A cell without one
+    remains covered, and so does one that another body only comes near.
+    """
+    hidden, shown = result.hidden[name], result.cells[name]
+    if not len(hidden.points) or not len(shown.points):
+        return Rims(hidden, np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64))
+    corners, size = hidden.vertices[hidden.triangles], float(np.sqrt(hidden.areas).mean())
+    on_patch, beyond = np.zeros(len(hidden.points), dtype=bool), np.ones(corners.shape[:2], dtype=bool)
+    patches = (patch for i in result.assembly.interfaces if name in i.bodies for patch in i.patches)
+    for patch in patches:
+        if patch.kind != "face" or patch.spots is not None:
+            continue
+        outline, origin = shapely_polygon(patch.rings), patch.polygon[0]
+        level = np.abs((hidden.points - origin) @ patch.normal) < size / 4
+        near = level & (np.abs(hidden.normals @ patch.normal) > 0.9)
+        on_patch[near] |= inside(outline, (hidden.points[near] - origin) @ patch.frame.T)
+        near_corners = near[hidden.cell]
+        places = (corners[near_corners] - origin).reshape(-1, 3) @ patch.frame.T
+        beyond[near_corners] &= ~inside(outline.buffer(COORDINATES * patch.size), places).reshape(-1, 3)
+    turned = result.assembly.size  # distance that a unit difference of normals counts as
+    tree = search_tree(np.hstack([shown.points, turned * shown.normals]))
+    beside = np.asarray(tree.query(np.hstack([hidden.points, turned * hidden.normals]))[1], dtype=np.int64)
+    alike = (shown.normals[beside] * hidden.normals).sum(1) > 0.9
+    rim = on_patch & alike & (np.bincount(hidden.cell, beyond.any(1), minlength=len(on_patch)) > 0)
+    shows = rim[hidden.cell]
+    return Rims(hidden.chosen(~rim), hidden.triangles[shows], beside[hidden.cell[shows]])

@@ -1,12 +1,16 @@
-"""Register the functions that draw each class of answers in ``base.painters``.
+"""The painters of all answers, and the small pictures of scenes and answers in notebooks.
 
 The methods ``save_png``, ``save_html``, ``save_glb`` and ``save_ply`` of an answer find them there.
 """
 
 from __future__ import annotations
 
+import base64
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Collection
+from functools import partial
+
+import numpy as np
 
 from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
@@ -16,30 +20,31 @@ from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
-from holdfast.base.arrays import checked_items
-from holdfast.base.errors import HoldfastError, message
+from holdfast.assembly.assembly import Assembly
 from holdfast.base.painters import register_glimpse, register_painter
-from holdfast.base.text import quoted
+from holdfast.base.text import escaped
+from holdfast.drawing import colours
+from holdfast.drawing.html_page import write_html
+from holdfast.drawing.map_files import write_glb, write_ply
+from holdfast.drawing.map_png import write_png
+from holdfast.drawing.picture import Picture, forces, legend
+from holdfast.drawing.render import map_thumbnail, thumbnail
+from holdfast.drawing.svg import rose
 from holdfast.queries.map import RobustnessMap
-from holdfast.report.carried_plot import save_carried_png
-from holdfast.report.disassembly import save_strip
-from holdfast.report.firmer import save_firmer_png
-from holdfast.report.map_picture import save_glb, save_html, save_ply, save_png
-from holdfast.report.notebook import glimpse
-from holdfast.report.placement import save_placement_png
-from holdfast.report.placements import save_placements_png
-from holdfast.report.resting import save_resting_png
-from holdfast.report.settled_picture import save_settled_png
-from holdfast.report.transport_plot import save_polar
+from holdfast.report.carrier_report import LEVEL, frame_names, level_angles, save_carried_png, save_polar
+from holdfast.report.map_picture import picture_of, solids_of
+from holdfast.report.order_report import save_placements_png, save_strip
+from holdfast.report.pose_report import save_firmer_png, save_placement_png, save_resting_png, save_settled_png
+from holdfast.scene.scene import Scene
+
+SIZE = (300, 210)  # width and height of a picture in a notebook [px]
 
 
 def register() -> None:
     """Register the painters of all answers that can be drawn."""
-    register_painter(RobustnessMap, ".png", save_png)
-    register_painter(RobustnessMap, ".html", save_html)
-    register_painter(RobustnessMap, ".glb", save_glb)
-    register_painter(RobustnessMap, ".ply", save_ply)
-    register_painter(TransportLimits, ".png", _polar)
+    for suffix, write in ((".png", write_png), (".html", write_html), (".glb", write_glb), (".ply", write_ply)):
+        register_painter(RobustnessMap, suffix, partial(_save_map, write))
+    register_painter(TransportLimits, ".png", save_polar)
     register_painter(Carried, ".png", save_carried_png)
     register_painter(Disassembly, ".png", save_strip)
     register_painter(Placement, ".png", save_placement_png)
@@ -50,15 +55,61 @@ def register() -> None:
     register_glimpse(glimpse)
 
 
-def _polar(
-    result: TransportLimits,
-    path: str | os.PathLike[str],
-    *,
-    others: Sequence[TransportLimits] = (),
-    names: Sequence[str] | None = None,
-) -> None:
-    more = checked_items(others, "polar plot: others", "TransportLimits")
-    for other in more:
-        if not isinstance(other, TransportLimits):
-            raise HoldfastError(message("polar plot: others", f"hold {quoted(other)}", "needs TransportLimits"))
-    save_polar([result, *more], path, names)
+def _save_map(write: Callable[[Picture, str | os.PathLike[str]], None], result: RobustnessMap, path: str) -> None:
+    write(picture_of(result), path)
+
+
+def glimpse(value: object) -> str:
+    """Return the picture of a scene or an answer as HTML without scripts, or "" if it has none."""
+    match value:
+        case RobustnessMap():
+            return _map(value)
+        case TransportLimits():
+            if len(value.directions) < 3 or np.abs(value.directions @ value.assembly.scene.up).max() > LEVEL:
+                return ""
+            names = frame_names(value.assembly)
+            return rose(level_angles(value), value.acceleration, value.answers.decided, "m/s²", names)
+        case Placement():
+            return "" if value.assembly is None else _scene(value.assembly.scene, (value.name,))
+        case Settled():
+            return _scene(value.scene, [fall.body for fall in value.fell])
+        case Disassembly():
+            return _scene(value.assembly.scene, value.order[:1])
+        case Assembly():
+            return _scene(value.scene)
+        case Scene():
+            return _scene(value)
+    return ""
+
+
+def _scene(scene: Scene, coloured: Collection[str] = ()) -> str:
+    return _image(thumbnail(solids_of(scene.bodies), scene.up, coloured, SIZE), "the bodies of the scene")
+
+
+def _map(result: RobustnessMap) -> str:
+    picture = picture_of(result)
+    parts = [_image(map_thumbnail(picture, SIZE), "the map on the bodies")]
+    scale = colours.scale_of(forces(picture))
+    if scale is not None:
+        low, *_, high = colours.ticks(scale)
+        parts.append(
+            f'<div style="width:{SIZE[0]}px;font-size:12px">'
+            f'<div style="height:12px;background:{colours.gradient()}"></div>'
+            f'<div style="float:left">{escaped(low.label)} N{", logarithmic" if scale.log else ""}</div>'
+            f'<div style="float:right">{escaped(high.label)} N</div><br></div>'
+        )
+    swatch = "display:inline-block;width:12px;height:12px;margin-right:6px;background:"
+    parts += [
+        f'<div style="font-size:12px"><span style="{swatch}{colours.hex_of(colours.SPECIAL[kind])}"></span>'
+        f"{escaped(name)}</div>"
+        for kind, name in legend(picture).items()
+    ]
+    return "".join(parts)
+
+
+def _image(png: bytes, what: str) -> str:
+    content = base64.b64encode(png).decode("ascii")
+    return (
+        f'<img alt="{what}" style="background:white;border-radius:4px" src="data:image/png;base64,{content}" '
+        f'width="{SIZE[0]}" height="{SIZE[1]}">'
+    )

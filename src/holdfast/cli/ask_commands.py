@@ -1,0 +1,327 @@
+"""The commands that ask what a scene withstands: assess, push, map, transport, carry; and calibrate."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from holdfast.applications.carrying.profile import STANDARDS
+from holdfast.applications.transport import inertial_loads, transport_limits
+from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import Float
+from holdfast.base.errors import HoldfastError, message
+from holdfast.base.files import read_ordinary
+from holdfast.base.text import quoted
+from holdfast.batches.inputs import csv_rows
+from holdfast.batches.question import MOST_BYTES, PUSH_COLUMNS
+from holdfast.cli.output import AsJson, err, progress
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.shared_options import (
+    EXIT,
+    Bounds,
+    EngineName,
+    File,
+    Immobile,
+    Margin,
+    MaxCuts,
+    Nodes,
+    Png,
+    Proof,
+    SaveAnswer,
+    Several,
+    Straps,
+    Tilt,
+    Vector,
+    check_suffix,
+    engine_with,
+    exit_code,
+    option,
+    strap_loads,
+    tell,
+)
+from holdfast.engines.answers import Claim
+from holdfast.engines.contract import Engine
+from holdfast.engines.verdict import Status
+from holdfast.queries.map import expected_points, robustness_map
+from holdfast.queries.push import robustness
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.queries.sets import sustainable_accelerations
+from holdfast.queries.stability import stability
+from holdfast.report.contact_report import map_report, push_report, stability_data, stability_report
+from holdfast.scene.scene import Scene
+
+PROFILE = f"CSV file (t, ax, ay, az, ...) or one of: {', '.join(STANDARDS)}"
+LARGE = 25  # number of bodies in a group from which load paths may cost several cone programs
+SLOW = "compliant"  # the engine whose cost grows fastest with the number of bodies in a group
+QUICK = "limit"  # the engine that solves one cone program for each push
+COLUMNS = (*PUSH_COLUMNS, "force")  # of a file of measured pushes
+MOVED = {"": True, "1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
+
+
+@takes_scene
+def assess(
+    scene: AssemblyGiven,
+    engine: EngineName = DEFAULT_ENGINE,
+    nodes: Nodes = None,
+    mass_margin: Margin = 0.0,
+    certificate: Proof = None,
+    as_json: AsJson = False,
+) -> None:
+    """Decide whether a scene stands, explain why, and give the forces at its contacts."""
+    method = engine_with(engine, nodes=nodes, mass_margin=mass_margin)
+    with progress():
+        assembly = scene.assembled()
+        result = stability(assembly, engine=method)
+    code = EXIT[Status.UNSTABLE if result.crushed else result.status]
+    report, data = partial(stability_report, assembly), partial(stability_data, assembly)
+    tell(result, report, code, as_json=as_json, data=data, certificate=certificate)
+
+
+@takes_scene
+def push(
+    scene: AssemblyGiven,
+    body: Annotated[str, typer.Argument(metavar="BODY", help="the name of the body that is pushed")],
+    at: Annotated[Vector, option("point on the body in m", metavar="X Y Z")],
+    along: Annotated[Vector, option("direction of the push; its length does not matter", metavar="X Y Z")],
+    local: Annotated[bool, option("point and direction are in the body's own frame", "--local")] = False,
+    engine: EngineName = DEFAULT_ENGINE,
+    nodes: Nodes = None,
+    certificate: Proof = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute how hard a body can be pushed at a point in a direction before anything moves, and what moves then."""
+    method = engine_with(engine, nodes=nodes)
+    given = scene.read()
+    point, direction = in_world(given, body, at, along) if local else (np.array(at), np.array(along))
+    with progress():
+        assembly = scene.assembled(given)
+        result = robustness(assembly, body, point, direction, engine=method, bounds=method.claim is not Claim.ESTIMATED)
+    code = exit_code(result.verdict.status, result.answers)
+    tell(result, push_report, code, as_json=as_json, certificate=certificate)
+
+
+def in_world(scene: Scene, name: str, at: Vector, along: Vector) -> tuple[Float, Float]:
+    """Return a point (3,) [m] and a direction (3,) of a body's own frame in the world frame.
+
+    Raises SceneError for an unknown body.
+    """
+    body = scene.body(name)
+    return body.placed(np.array([at]))[0], body.pose[:3, :3] @ np.array(along)
+
+
+@takes_scene
+def map_surfaces(
+    scene: AssemblyGiven,
+    engine: EngineName = DEFAULT_ENGINE,
+    spacing: Annotated[float, option("distance between neighbouring points in m")] = 0.01,
+    bodies: Annotated[Several, option("map this body only (may be repeated)")] = None,
+    accuracy: Annotated[float, option("engine limit stops this close; 0: it solves every point")] = 0.01,
+    png: Png = None,
+    html: Annotated[File, option("write an interactive page to this file; it opens offline")] = None,
+    glb: Annotated[File, option("write glTF with colours and forces at its vertices")] = None,
+    ply: Annotated[File, option("write PLY with colours and forces at its vertices")] = None,
+    nodes: Nodes = None,
+    immobile_above: Immobile = None,
+    mass_margin: Margin = 0.0,
+    max_cuts: MaxCuts = 20_000,
+    as_json: AsJson = False,
+) -> None:
+    """Compute the largest inward push at points of all exposed surfaces and name the weakest points."""
+    for suffix, path in {".png": png, ".html": html, ".glb": glb, ".ply": ply}.items():
+        check_suffix(path, suffix)
+    method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
+    with progress():
+        assembly = scene.assembled()
+        print_cost_of_limit(assembly, bodies, spacing, method)
+        result = robustness_map(assembly, bodies, spacing=spacing, engine=method, accuracy=accuracy)
+    files = [(png, result.save_png), (html, result.save_html), (glb, result.save_glb), (ply, result.save_ply)]
+    tell(result, map_report, exit_code(result.verdict.status, result.answers), as_json=as_json, files=files)
+
+
+def print_cost_of_limit(assembly: Assembly, bodies: Sequence[str] | None, spacing: float, engine: Engine) -> None:
+    """Print to stderr what a map would cost by engine ``limit``, if a group is large and the engine is ``compliant``.
+
+    One push is solved twice; only the second time counts, because in a map the group is prepared only once.
+    """
+    mapped = [body.name for body in assembly.movable] if bodies is None else bodies
+    grouped = [(len(group), name) for group in assembly.groups for name in mapped if name in group]
+    size, name = max(grouped, default=(0, ""))
+    if engine.name != SLOW or size < LARGE:
+        return
+    place = assembly.scene.body(name).surface_world.vertices[0]
+    seconds = 0.0
+    for _ in range(2):
+        start = time.perf_counter()
+        try:
+            robustness(assembly, name, place, (1, 0, 0), engine=QUICK)
+        except HoldfastError:  # the map may work without the estimate
+            return
+        seconds = time.perf_counter() - start
+    known = [name for name in mapped if name in assembly.scene.names]
+    points = expected_points(assembly, known, spacing)
+    err.say(
+        f"{size} bodies hold each other here: --engine {QUICK} takes about {1000 * seconds:.0f} ms a push, "
+        f"{points * seconds:,.0f} s for all {points:,.0f} points, and proves its bounds"
+    )
+
+
+@takes_scene
+def transport(
+    scene: AssemblyGiven,
+    count: Annotated[int, option("number of horizontal directions, beginning at +x")] = 100,
+    engine: EngineName = DEFAULT_ENGINE,
+    compare: Annotated[Several, option("draw this engine too (may be repeated)")] = None,
+    tilt_degrees: Tilt = None,
+    angular_acceleration: Annotated[Vector | None, option("of the carrier in rad/s²: X Y Z")] = None,
+    angular_velocity: Annotated[Vector | None, option("of the carrier in rad/s: X Y Z")] = None,
+    pivot: Annotated[Vector, option("point about which it rotates in m: X Y Z")] = (0.0, 0.0, 0.0),
+    jolt: Annotated[float, option("vertical acceleration in m/s² that acts throughout, upwards > 0")] = 0.0,
+    bodies: Annotated[
+        Several, option("only what this body and those in contact with it allow (may be repeated); default: all")
+    ] = None,
+    straps: Straps = None,
+    bounds: Bounds = False,
+    png: Annotated[File, option("write a PNG polar plot to this file")] = None,
+    set_file: Annotated[
+        File, option("write the set of sustainable accelerations here (.json or .npz)", "--set")
+    ] = None,
+    nodes: Nodes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compute how fast the carrier of a scene may accelerate before something moves on it."""
+    from holdfast.report.carrier_report import transport_report
+
+    check_suffix(png, ".png")
+    methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
+    with progress():
+        assembly = scene.assembled()
+    if tilt_degrees is not None:
+        assembly = assembly.tilted(tilt_degrees)
+    loads = inertial_loads(
+        assembly,
+        acceleration=jolt * assembly.scene.up,
+        angular_acceleration=angular_acceleration,
+        angular_velocity=angular_velocity,
+        pivot=pivot,
+    )
+    loads += strap_loads(straps, assembly)
+    ways = assembly.scene.horizontal_directions(count)
+    ask = partial(transport_limits, assembly, ways, standing=loads, bodies=bodies)
+    with progress():
+        results = [ask(engine=method, bounds=bounds and method is methods[0]) for method in methods]
+        result = results[0]
+        save_set = None
+        if set_file is not None and result.verdict.status is Status.STABLE:
+            exists = result.claim is Claim.EXISTS  # what was asked of engine limit
+            save_set = sustainable_accelerations(assembly, exists=exists, standing=loads).save
+    if set_file is not None and save_set is None:
+        err.say(f"no set written: the assembly is {result.verdict.status}")
+    files = [] if save_set is None else [(set_file, save_set)]
+    files.append((png, partial(result.save_png, others=results[1:])))
+    tell(result, transport_report, exit_code(result.verdict.status, result.answers), as_json=as_json, files=files)
+
+
+@takes_scene
+def carry(
+    scene: AssemblyGiven,
+    profile: Annotated[str, typer.Option(help=PROFILE, show_default=False)],
+    heading: Annotated[Vector, option("where the vehicle drives, for a profile by name: X Y Z")] = (1, 0, 0),
+    pivot: Annotated[Vector, option("point whose acceleration is given, in m: X Y Z")] = (0, 0, 0),
+    speed: Annotated[float, option("play the motion this many times as fast")] = 1.0,
+    tilt_degrees: Tilt = None,
+    straps: Straps = None,
+    engine: EngineName = DEFAULT_ENGINE,
+    bounds: Bounds = False,
+    png: Annotated[File, option("write a PNG of the motion and the used share to this file")] = None,
+    save: SaveAnswer = None,
+    nodes: Nodes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Decide whether a scene holds while its carrier moves, and what gives way first and when."""
+    from holdfast.applications.carrying.carry import carry as carry_load  # here, as it takes long to import
+    from holdfast.applications.carrying.carry import unknown_profile
+    from holdfast.applications.carrying.profile import Profile
+    from holdfast.report.carrier_report import carried_report
+
+    check_suffix(png, ".png")
+    method = engine_with(engine, nodes=nodes)
+    with progress():
+        assembly = scene.assembled()
+    up = assembly.scene.up  # before the tilt: the vehicle's own up direction
+    if tilt_degrees is not None:
+        assembly = assembly.tilted(tilt_degrees)
+    if profile in STANDARDS:
+        motion = Profile.named(profile, heading=heading, up=up)
+    elif not os.path.lexists(profile):
+        raise unknown_profile(profile)
+    else:
+        motion = Profile.from_file(profile, pivot=pivot)
+    loads = strap_loads(straps, assembly)
+    with progress():
+        result = carry_load(assembly, motion.at_speed(speed), standing=loads, engine=method, bounds=bounds)
+    files = [(png, result.save_png), (save, result.save)]
+    tell(result, carried_report, EXIT[result.outcome], as_json=as_json, files=files)
+
+
+@takes_scene
+def calibrate(
+    scene: AssemblyGiven,
+    pushes: Annotated[
+        Path, typer.Argument(metavar="PUSHES", help=f"CSV file: {', '.join(COLUMNS)} and, if some did not move, moved")
+    ],
+    scatter: Annotated[
+        float | None, option("standard deviation of ln(measured / predicted); default: from the pushes")
+    ] = None,
+    confidence: Annotated[float, option("of the intervals, between 0 and 1")] = 0.95,
+    engine: EngineName = DEFAULT_ENGINE,
+    nodes: Nodes = None,
+    save: SaveAnswer = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find the friction of pairs of bodies from measured pushes, with intervals."""
+    from holdfast.applications.calibration.friction_from import friction_from  # here, as it takes long to import
+    from holdfast.report.pose_report import friction_report
+
+    method = engine_with(engine, nodes=nodes)
+    measured = measured_pushes(pushes)
+    with progress():
+        result = friction_from(scene.assembled(), measured, scatter=scatter, confidence=confidence, engine=method)
+    code = EXIT[Status.UNDECIDED if result.undecided else Status.STABLE]
+    tell(result, friction_report, code, as_json=as_json, files=[(save, result.save)])
+
+
+def measured_pushes(path: Path) -> list[tuple[Any, ...]]:
+    """Read measured pushes from a CSV file: body, x, y, z [m], dx, dy, dz, force [N] and, optionally, moved.
+
+    Raises HoldfastError if a column is missing, a value is no number, or ``moved`` is none of 1, 0, true, false, yes
+    and no.
+    """
+    content = read_ordinary(path, "file of pushes", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
+    rows = csv_rows(content, str(path))
+    _, columns = next(rows)
+    remedy = f"needs {', '.join(COLUMNS)} and, if some pushes moved nothing, moved"
+    for problem, names in (
+        ("has no column", [name for name in COLUMNS if name not in columns]),
+        ("has a column", [name for name in columns if name not in (*COLUMNS, "moved")]),
+    ):
+        if names:
+            raise HoldfastError(message(str(path), f"{problem} {quoted(names[0])}", remedy))
+    pushes = []
+    for line, row in rows:
+        where = f"{path}, line {line}"
+        try:
+            x, y, z, dx, dy, dz, force = (float(row[name] or "") for name in COLUMNS[1:])
+        except ValueError:
+            raise HoldfastError(message(where, "holds no seven numbers", f"needs {', '.join(COLUMNS[1:])}")) from None
+        moved = (row.get("moved") or "").strip().lower()
+        if moved not in MOVED:
+            raise HoldfastError(message(where, f"moved is {quoted(moved)}", "needs 1, 0, true, false, yes or no"))
+        pushes.append((row["body"] or "", (x, y, z), (dx, dy, dz), force, MOVED[moved]))
+    return pushes

@@ -1,0 +1,131 @@
+"""The commands about handling bodies: remove, disassemble, build and safe."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from holdfast.applications.disassembly.build import PUSHES, build_order
+from holdfast.applications.disassembly.order import SOLVES, can_remove, disassembly_order
+from holdfast.applications.disassembly.removal import Answer
+from holdfast.applications.pushing.result import Effect
+from holdfast.applications.pushing.safe import DOUBT, Tool, safe_pushes
+from holdfast.cli.output import AsJson, progress
+from holdfast.cli.scenes import AssemblyGiven, takes_scene
+from holdfast.cli.shared_options import (
+    EXIT,
+    EngineName,
+    File,
+    Hands,
+    Nodes,
+    Proof,
+    SaveAnswer,
+    Several,
+    Vector,
+    check_suffix,
+    engine_with,
+    option,
+    order_exit_code,
+    tell,
+)
+from holdfast.engines.verdict import Status
+from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.report.order_report import build_report, disassembly_report, pushes_report, removal_report
+
+STATUS = {Answer.SAFE: Status.STABLE, Answer.UNSAFE: Status.UNSTABLE, Answer.UNDECIDED: Status.UNDECIDED}
+Solves = Annotated[int, option("stop after this many checks by contact forces")]
+
+
+@takes_scene
+def remove(
+    scene: AssemblyGiven,
+    body: Annotated[str, typer.Argument(help="the body that is to be taken out")],
+    lift: Annotated[Vector, option("direction in which it leaves: X Y Z")] = (0, 0, 1),
+    engine: EngineName = DEFAULT_ENGINE,
+    hands: Hands = 0,
+    nodes: Nodes = None,
+    certificate: Proof = None,
+    as_json: AsJson = False,
+) -> None:
+    """Decide whether one body may be taken out of a scene now, and say who would move if not."""
+    method = engine_with(engine, nodes=nodes)
+    with progress():
+        assembly = scene.assembled()
+        result = can_remove(assembly, body, lift=lift, engine=method, hands=hands)
+    code, notes = EXIT[STATUS[result.answer]], assembly.scene.notes
+    tell(result, removal_report, code, as_json=as_json, notes=notes, certificate=certificate)
+
+
+@takes_scene
+def disassemble(
+    scene: AssemblyGiven,
+    goal: Annotated[Several, option("take out this body (may be repeated); default: all")] = None,
+    lift: Annotated[Vector, option("direction in which bodies leave: X Y Z")] = (0, 0, 1),
+    engine: EngineName = DEFAULT_ENGINE,
+    png: Annotated[File, option("write a PNG of the sequence to this file")] = None,
+    solves: Solves = SOLVES,
+    hands: Hands = 0,
+    nodes: Nodes = None,
+    certificate: Proof = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find an order in which the bodies of a scene can be taken out, one by one, while the others stand."""
+    check_suffix(png, ".png")
+    method = engine_with(engine, nodes=nodes)
+    with progress():
+        assembly = scene.assembled()
+        result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, solves=solves, hands=hands)
+    code, files = order_exit_code(reached=result.reached, proven=result.proven), [(png, result.save_png)]
+    notes = assembly.scene.notes
+    tell(result, disassembly_report, code, as_json=as_json, notes=notes, files=files, certificate=certificate)
+
+
+@takes_scene
+def build(
+    scene: AssemblyGiven,
+    lift: Annotated[Vector, option("direction that bodies come from: X Y Z")] = (0, 0, 1),
+    pushes: Annotated[int, option("approximate number of pushes on each state; 0: none")] = PUSHES,
+    solves: Solves = SOLVES,
+    engine: EngineName = DEFAULT_ENGINE,
+    save: SaveAnswer = None,
+    hands: Hands = 0,
+    nodes: Nodes = None,
+    certificate: Proof = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find an order in which a scene can be built, so that everything stands after each step."""
+    method = engine_with(engine, nodes=nodes)
+    with progress():
+        assembly = scene.assembled()
+        result = build_order(assembly, lift=lift, pushes=pushes, solves=solves, engine=method, hands=hands)
+    code, files = order_exit_code(reached=result.reached, proven=result.proven), [(save, result.save)]
+    notes = assembly.scene.notes
+    tell(result, build_report, code, as_json=as_json, notes=notes, files=files, certificate=certificate)
+
+
+@takes_scene
+def safe(
+    scene: AssemblyGiven,
+    body: Annotated[str, typer.Argument(help="the body that is to be pushed")],
+    force: Annotated[float, typer.Option(help="the most that the tool pushes with, in N", show_default=False)],
+    direction: Annotated[Vector | None, option("push along X Y Z only; default: inwards everywhere")] = None,
+    radius: Annotated[float, option("radius of the tool, in m")] = Tool.radius,
+    spacing: Annotated[float | None, option("distance between points, in m; default: about 100")] = None,
+    travel: Annotated[float, option("how far the body is pushed, in m")] = Tool.travel,
+    doubt: Annotated[float, option("share by which friction may be off")] = DOUBT,
+    engine: EngineName = DEFAULT_ENGINE,
+    save: SaveAnswer = None,
+    nodes: Nodes = None,
+    as_json: AsJson = False,
+) -> None:
+    """Find where a body can be pushed so that nothing moves, or so that it moves alone."""
+    method = engine_with(engine, nodes=nodes)
+    with progress():
+        assembly, tool = scene.assembled(), Tool(radius, travel)
+        result = safe_pushes(
+            assembly, body, force, directions=direction, spacing=spacing, tool=tool, doubt=doubt, engine=method
+        )
+    known = bool((result.nothing | result.alone | result.are(Effect.OTHERS)).any())
+    code = EXIT[Status.STABLE if known else Status.UNDECIDED]
+    tell(result, pushes_report, code, as_json=as_json, notes=result.notes, files=[(save, result.save)])
