@@ -13,22 +13,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.on_surface import check_on_surface
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import SceneError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.ranges import FORCE, FRICTION, LENGTH, PLACE, STIFFNESS
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
-from holdfast.base.values import Value, seal
+from holdfast.base.values import seal
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.geometry.distance import winding_number
 from holdfast.geometry.hull import convex_hull
@@ -45,10 +44,7 @@ MOST_BYTES = 10_000_000  # largest size of a file with straps
 FORM = "needs a list of {route: [[BODY, X, Y, Z], ...], pretension: N}, optionally mu, closed, spring"
 
 
-@archived
-@shaped(points="k 3")
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Strap(Value):
+class Strap(Record):
     """A strap along ``points`` (k, 3) [m], in the world frame, on the bodies named in ``bodies``.
 
     Its ``route`` is given as pairs of the name of a body and a point on its surface. It is hooked to the body at the
@@ -61,7 +57,7 @@ class Strap(Value):
     """
 
     bodies: tuple[str, ...]
-    points: Float
+    points: Float = column("k 3")
     pretension: float
     mu: float
     closed: bool

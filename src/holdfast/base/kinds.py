@@ -7,28 +7,14 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
 
-C = TypeVar("C", bound=type)
-
 LARGEST = 1e100  # largest finite number that a value may hold; no force, length or mass is larger
-
-_SHAPED: dict[type, dict[str, Mapping[str, Any]]] = {}
-
-
-def shaped(**shapes: str) -> Callable[[C], C]:
-    """Declare the shapes of the fields of a class that is no record (class decorator), as ``public.column`` does."""
-
-    def declare(cls: C) -> C:
-        _SHAPED[cls] = {name: {"shape": shape, "of": None} for name, shape in shapes.items()}
-        return cls
-
-    return declare
 
 
 def misfit(cls: type, state: Mapping[str, Any]) -> str:
@@ -41,8 +27,8 @@ def misfit(cls: type, state: Mapping[str, Any]) -> str:
         if name in state and not fits(state[name], wanted):
             return f"{cls.__name__}.{name} is a {type(state[name]).__name__}, which it cannot be"
     numbers: dict[str, int] = {}
-    columns: dict[str, Mapping[str, Any]] = {entry.name: entry.metadata for entry in fields(cls) if entry.metadata}
-    for name, column in (columns | _SHAPED.get(cls, {})).items():
+    columns = {entry.name: entry.metadata for entry in fields(cls) if entry.metadata}
+    for name, column in columns.items():
         item, shape, kind = state[name], column["shape"].split(), column["of"]
         found = item.shape if isinstance(item, np.ndarray) else (len(item),)
         if len(found) != len(shape) or any(

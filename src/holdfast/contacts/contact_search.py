@@ -6,8 +6,8 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from holdfast.base.archive import archived
-from holdfast.base.values import Value, made
+from holdfast.base.public import Record
+from holdfast.base.values import made
 from holdfast.contacts.compound_parts import by_material
 from holdfast.contacts.detect import Touching, find_all_patches
 from holdfast.contacts.flags import flags_of, is_certain
@@ -23,9 +23,7 @@ from holdfast.scene.compound import Compound
 from holdfast.scene.scene import Scene
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Contacts(Value):
+class Contacts(Record):
     """The interfaces of a scene, and the ``occluded`` pairs, which would touch if no third body lay between them."""
 
     interfaces: tuple[Interface, ...]

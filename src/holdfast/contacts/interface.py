@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_number, frozen, read_only, unit
 from holdfast.base.errors import GeometryError, message
-from holdfast.base.kinds import shaped
 from holdfast.base.memory import Memory
+from holdfast.base.public import Record, column
 from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import Frame, snapped, tangents
 from holdfast.base.rounding import COORDINATES
-from holdfast.base.values import Value, altered
+from holdfast.base.values import altered
 from holdfast.contacts.spots import Spots
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
@@ -33,10 +32,7 @@ PatchKind = Literal["face", "line", "point"]
 InterfaceStatus = Literal["touching", "penetrating"]
 
 
-@archived
-@shaped(polygon="k 3", normal="3")
-@dataclass(frozen=True, eq=False, repr=False)
-class Patch(Value):
+class Patch(Record):
     """A flat piece of contact: a face, a line or a point. All vectors are in the world frame.
 
     - ``polygon`` (k, 3) [m]: the corners, counter-clockwise seen from the tip of the normal. A patch with two corners
@@ -51,8 +47,8 @@ class Patch(Value):
       polygon is then an outline around these points; if ``spots.bent``, its corners are spots and not in one plane.
     """
 
-    polygon: Float
-    normal: Float
+    polygon: Float = column("k 3")
+    normal: Float = column("3")
     holes: tuple[Float, ...] = ()
     separation: tuple[float, float] | None = None
     breadth: float = 0.0
@@ -204,9 +200,7 @@ class Patch(Value):
         return replace(self, polygon=self.polygon[::-1], normal=-self.normal, holes=holes, spots=spots)
 
 
-@archived
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Interface(Value):
+class Interface(Record):
     """All contact between two bodies: the patches, with normals that point into the second body.
 
     ``bodies`` are the two body names. A patch can be given by its ``polygon`` (k, 3) [m] and ``normal`` (3,) in the

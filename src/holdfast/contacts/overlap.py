@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import manifold3d
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
-from holdfast.base.values import Value
+from holdfast.base.public import Record
 from holdfast.contacts.neighbours import Near, in_order, near_pairs
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, winding_number
@@ -37,9 +35,7 @@ FAR_BEYOND = 150  # [tolerances, by default 1/1000 of the size each] deeper over
 MISPLACED = "correct the poses: is the origin of a shape in its middle, and not at its foot?"
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Overlap(Value):
+class Overlap(Record):
     """Two bodies that share volume.
 
     ``depth`` [m] is the way out: the least translation that separates the two, and where they overlap at several

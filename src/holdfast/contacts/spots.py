@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, read_only, unit
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.rigid import Frame, snapped
-from holdfast.base.values import Value
 from holdfast.native import core
 
 TURNED = 0.5  # distance of points with opposite normals, relative to the extent, so that both sides of a lip get spots
@@ -19,10 +17,7 @@ TOGETHER = 4_000_000  # number of distances that are in memory at a time
 LEAST = 0.02  # share of the mean weight that is added to every spot or node of merged patches before a correction
 
 
-@archived
-@shaped(points="m 3", normals="m 3", shares="m")
-@dataclass(frozen=True, eq=False, repr=False)
-class Spots(Value):
+class Spots(Record):
     """The m points that represent a patch merged from many smaller ones, ordered so that early ones are far apart.
 
     - ``points`` (m, 3) [m] and unit ``normals`` (m, 3), which point into the second body. At every point the surfaces
@@ -35,9 +30,9 @@ class Spots(Value):
     - ``spread`` [deg]: the largest angle between the normals of the merged patches and of the spots.
     """
 
-    points: Float
-    normals: Float
-    shares: Float
+    points: Float = column("m 3")
+    normals: Float = column("m 3")
+    shares: Float = column("m")
     bent: bool
     area: float
     residual: float

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median
 from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, checked_number
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.public import Record
 from holdfast.base.ranges import TOLERANCE
-from holdfast.base.values import Value
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
@@ -44,9 +43,7 @@ class Angles(NamedTuple):
         return np.asarray(np.where(curved, bent, flat))
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Tolerances(Value):
+class Tolerances(Record):
     """The tolerances of contact detection: which surfaces count as touching.
 
     - ``gap`` [m]: how far apart two surfaces may be, or how much they may overlap. For each pair of bodies, the

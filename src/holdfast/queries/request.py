@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -13,14 +12,13 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.assembly import FIXED, Assembly, assemble
 from holdfast.assembly.on_surface import check_on_surface, pointing_out
 from holdfast.assembly.strengths import check_strengths
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_pushes, checked_truth
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message
 from holdfast.base.names import Registry
+from holdfast.base.public import Record
 from holdfast.base.ranges import FORCE, PLACE
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import quoted
-from holdfast.base.values import Value
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
@@ -37,9 +35,7 @@ EngineChoice: TypeAlias = str | Engine
 T = TypeVar("T")
 
 
-@archived
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Load(Value):
+class Load(Record):
     """A load on a body: ``force`` (3,) [N] acts at ``point`` (3,) [m], together with ``moment`` (3,) [N m].
 
     All three are in the world frame. Raises SceneError if there is neither a force nor a moment, or if a force has no

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence, Sized
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import GeometryError, SceneError, located, message
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.ranges import DENSITY, FORCE, INERTIA, LENGTH, MASS, PLACE, PRESSURE, Range
 from holdfast.base.rigid import checked_pose, pose_at, transform
 from holdfast.base.rounding import COORDINATES
 from holdfast.base.text import quoted
-from holdfast.base.values import Value, altered
+from holdfast.base.values import altered
 from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.surface import Surface
 from holdfast.scene.compound import Compound, Inertial, Shape, as_shape
@@ -36,10 +35,7 @@ HUMIDITY = ((0.5, 0.6, 0.7, 0.8, 0.9), (1.0, 0.9, 0.8, 0.68, 0.48))
 DAYS = ((0.0, 10.0, 30.0, 90.0, 180.0), (1.0, 0.63, 0.6, 0.55, 0.5))
 
 
-@archived
-@shaped(pose="4 4")
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Body(Value):
+class Body(Record):
     """A rigid body with a shape, a mass and a pose.
 
     ``pose`` (4, 4) maps the body frame to the world frame; by default both are the same. Instead of it, ``position``
@@ -65,7 +61,7 @@ class Body(Value):
     shape: Shape
     mass: float | None
     density: float | None
-    pose: Float
+    pose: Float = column("4 4")
     com: Float | None
     inertia: Float | None
     material: str | None

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked_items, checked_name
 from holdfast.base.errors import GeometryError, located, message
+from holdfast.base.public import Record
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.rounding import COORDINATES
-from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.union import united
 from holdfast.scene.halfspace import HalfSpace
@@ -53,9 +51,7 @@ def together(inertials: Iterable[Inertial]) -> Inertial:
     return Inertial(float(mass), com, np.asarray(sum((one.about(com) for one in each), np.zeros((3, 3)))))
 
 
-@archived
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Part(Value):
+class Part(Record):
     """One shape of a compound, with its own ``pose`` (4, 4), part frame to body frame, and its own ``material``.
 
     ``shape`` is any shape with a volume, or a trimesh.Trimesh. Without a ``material`` the part has that of the body.
@@ -81,9 +77,7 @@ class Part(Value):
         return transform(self.pose, points)
 
 
-@archived
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Compound(Value):
+class Compound(Record):
     """Several parts that move as one: they may overlap, abut or lie apart.
 
     Contacts, maps and pictures use the surface of their union, so there are no contacts inside. Common volume counts

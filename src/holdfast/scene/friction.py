@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal, NamedTuple, get_args
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import checked_mapping, checked_name, checked_number, checked_word
 from holdfast.base.errors import SceneError, message, nearest_of
+from holdfast.base.public import Record
 from holdfast.base.ranges import FRICTION, PRESSURE, Range
 from holdfast.base.text import quoted
-from holdfast.base.values import Table, Value
+from holdfast.base.values import Table
 
 Pair = tuple[str, str]
 Combine = Literal["max", "min", "product"]
@@ -107,9 +107,7 @@ class Strength(NamedTuple):
 NOTHING = Strength(0.0, 0.0)
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Friction(Value):
+class Friction(Record):
     """The friction table: static Coulomb friction coefficients for pairs of bodies, and what joins their faces.
 
     The coefficient of a pair is looked up in this order:

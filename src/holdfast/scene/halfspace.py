@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import NoReturn
 
 import numpy as np
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked_number
 from holdfast.base.errors import GeometryError, message
+from holdfast.base.public import Record
 from holdfast.base.ranges import LENGTH
-from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 
 UNKNOWN = 1.0  # [m] half size of the block of a half space that is not in a scene yet
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class HalfSpace(Value):
+class HalfSpace(Record):
     """The unbounded half space below the plane z = 0 of its frame; only for fixed bodies.
 
     Contacts, maps and pictures use a block of it. ``reach`` [m] is how far the block extends from the origin to every

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import (
     Float,
     checked_directions,
@@ -22,11 +20,11 @@ from holdfast.base.arrays import (
     frozen,
 )
 from holdfast.base.errors import SceneError, message, nearest_of
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.ranges import FORCE, FRICTION, LENGTH, PLACE
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.text import listed, quoted
-from holdfast.base.values import Value, altered, seal
+from holdfast.base.values import altered, seal
 from holdfast.scene.body import Body
 
 RING, MOST_SIDES = 16, 1000  # points of the seal of a suction cup
@@ -37,10 +35,7 @@ Bounds: TypeAlias = float | tuple[Range, Range, Range]  # the radius of a ball, 
 AnyBounds: TypeAlias = "float | ArrayLike | Iterable[float | tuple[float, float]]"
 
 
-@archived
-@shaped(frame="4 4")
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Hold(Value):
+class Hold(Record):
     """A hand or gripper that holds the body named ``body`` with any force and moment within bounds.
 
     The force acts at the origin of ``frame`` (4, 4), frame to world, and the moment about it; both are those of the
@@ -58,7 +53,7 @@ class Hold(Value):
     """
 
     body: str
-    frame: Float
+    frame: Float = column("4 4")
     forces: Bounds
     moments: Bounds
     on: str | None
@@ -83,10 +78,7 @@ class Hold(Value):
         seal(self)
 
 
-@archived
-@shaped(points="n 3", normals="n 3")
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Grip(Value):
+class Grip(Record):
     """Fingers or pads that press on the body named ``body`` at ``points`` (n, 3) [m], along ``normals`` (n, 3).
 
     Points and normals are in the world frame; normals point into the body and need no unit length. At each point is a
@@ -100,8 +92,8 @@ class Grip(Value):
     """
 
     body: str
-    points: Float
-    normals: Float
+    points: Float = column("n 3")
+    normals: Float = column("n 3")
     mu: float
     force: tuple[float, ...]
     pull: float

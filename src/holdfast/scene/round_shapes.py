@@ -5,18 +5,16 @@ All of them are ellipsoids swept along a segment of the z axis; the ellipsoid of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, checked_number, checked_sizes, checked_whole
 from holdfast.base.errors import GeometryError
+from holdfast.base.public import Record
 from holdfast.base.ranges import LENGTH
-from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.shapes import Cylinder, MassProperties, Sphere, tessellated
@@ -24,9 +22,7 @@ from holdfast.scene.shapes import Cylinder, MassProperties, Sphere, tessellated
 LEAST_LEAN = 1e-3  # least sine of the angle between an end of a cylinder and a face at which its rim touches
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Capsule(Value):
+class Capsule(Record):
     """A cylinder about the z axis with a half ball of the same ``radius`` [m] on either end, centred on its frame.
 
     ``length`` [m] is the distance between the centres of the half balls, that is, the height of the cylinder alone.
@@ -85,9 +81,7 @@ def _inscribed(radius: float, length: float, n: int) -> Surface:
     return Surface(np.vstack([*rings, poles]), faces, sagitta)
 
 
-@archived
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Ellipsoid(Value):
+class Ellipsoid(Record):
     """An ellipsoid along the axes of its frame and centred on it; ``radii`` (3,) [m] are its half axes.
 
     Contacts with flat faces, sharp edges and other round bodies are exact; others are those of an inscribed surface, an

@@ -5,22 +5,20 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_items, checked_name, checked_whole, frozen, unit
 from holdfast.base.errors import SceneError, message, nearest_of
-from holdfast.base.kinds import shaped
-from holdfast.base.public import Summary, in_notebook, number
+from holdfast.base.public import Record, Summary, column, in_notebook, number
 from holdfast.base.ranges import ACCELERATION, ANGLE
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
-from holdfast.base.values import Value, altered
+from holdfast.base.values import altered
 from holdfast.scene.body import Body, materials_of, place_cuboids
 from holdfast.scene.excluded import Excluded, by_bodies, checked_excluded, excluded_among, may_touch, touching_parts
 from holdfast.scene.friction import Friction, joined_friction
@@ -34,10 +32,7 @@ PART, DIGITS_OFF = np.pi / 12, 6e-4
 ANGLE_ZERO = 1e-6  # [deg] of rounding in poses
 
 
-@archived
-@shaped(gravity="3")
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Scene(Value):
+class Scene(Record):
     """Rigid bodies, the friction between them, and gravity.
 
     ``bodies`` have unique names, and at least one of them is fixed. ``friction`` is a Friction table, or one
@@ -52,7 +47,7 @@ class Scene(Value):
 
     bodies: tuple[Body, ...]
     friction: Friction
-    gravity: Float
+    gravity: Float = column("3")
     name: str
     excluded: tuple[Excluded, ...]
     notes: tuple[str, ...] = field(compare=False)

@@ -12,15 +12,13 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, Int, checked, checked_number, checked_sizes, checked_whole, frozen
 from holdfast.base.errors import GeometryError, message, warn
 from holdfast.base.files import checked_path
-from holdfast.base.kinds import shaped
 from holdfast.base.memory import Memory
+from holdfast.base.public import Record, column
 from holdfast.base.ranges import LENGTH, PLACE, SCALE, TOLERANCE
 from holdfast.base.text import quoted
-from holdfast.base.values import Value, seal
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
 from holdfast.geometry.spatial import search_tree
@@ -75,33 +73,24 @@ def _modelled(surface: Surface) -> _UnitModel:
     return _UnitModel(surface, np.asarray(search_tree(surface.vertices).query(few.vertices)[1]))
 
 
-@archived
-@shaped(com="3", inertia="3 3")
-@dataclass(frozen=True, eq=False, repr=False)
-class MassProperties(Value):
+class MassProperties(Record):
     """The mass properties of a shape at unit density, in the body frame.
 
     These are the volume [m³], the centre of mass (3,) [m] and the inertia (3, 3) [m⁵] about the centre of mass.
     """
 
     volume: float
-    com: Float
-    inertia: Float
-
-    def __post_init__(self) -> None:
-        seal(self)
+    com: Float = column("3")
+    inertia: Float = column("3 3")
 
 
-@archived
-@shaped(size="3")
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Box(Value):
+class Box(Record):
     """A cuboid centred on the origin of its frame; ``size`` (3,) [m] holds its edge lengths along x, y and z.
 
     Raises GeometryError if a length is not positive, or if the lengths are not given together: Box((0.3, 0.2, 0.1)).
     """
 
-    size: Float
+    size: Float = column("3")
 
     def __init__(self, size: ArrayLike, *lengths: Never) -> None:
         if lengths or isinstance(size, int | float):
@@ -123,9 +112,7 @@ class Box(Value):
         return MassProperties(volume, np.zeros(3), np.diag(squares.sum() - squares) * volume / 12)
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Cylinder(Value):
+class Cylinder(Record):
     """A cylinder about the z axis, centred on the origin of its frame; ``radius`` and ``height`` are in metres.
 
     Its side touches flat faces, sharp edges and corners, balls, capsules and other cylinders where the true cylinder
@@ -166,9 +153,7 @@ class Cylinder(Value):
         return MassProperties(volume, np.zeros(3), volume * np.diag([r2 / 4 + h2 / 12, r2 / 4 + h2 / 12, r2 / 2]))
 
 
-@archived
-@dataclass(frozen=True, eq=False, repr=False)
-class Sphere(Value):
+class Sphere(Record):
     """A ball centred on the origin of its frame; ``radius`` is in metres.
 
     It touches flat faces, sharp edges and corners, capsules, the sides of cylinders and other balls where the true ball
@@ -237,10 +222,7 @@ class _Cleaned:
 _IN_USE: WeakValueDictionary[tuple[bytes, bytes], _Cleaned] = WeakValueDictionary()
 
 
-@archived
-@shaped(vertices="V 3", faces="F 3")
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Mesh(Value):
+class Mesh(Record):
     """A triangle mesh with ``vertices`` (V, 3) [m] and ``faces`` (F, 3), in the body frame.
 
     Each face holds three indices into ``vertices``, counter-clockwise when seen from outside. ``file`` and ``scale``
@@ -255,8 +237,8 @@ class Mesh(Value):
     trimesh.Trimesh as it is.
     """
 
-    vertices: Float
-    faces: Int
+    vertices: Float = column("V 3")
+    faces: Int = column("F 3")
     file: Path | None = field(compare=False)
     scale: tuple[float, float, float] = field(compare=False)
     noise: float

@@ -18,14 +18,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from holdfast.base.archive import archived
 from holdfast.base.arrays import Float, checked, checked_direction, checked_number
 from holdfast.base.errors import HoldfastError, located, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
-from holdfast.base.kinds import shaped
+from holdfast.base.public import Record, column
 from holdfast.base.ranges import ACCELERATION, PLACE, SCALE, TURNING, Range
 from holdfast.base.text import quoted
-from holdfast.base.values import Value, seal
+from holdfast.base.values import seal
 
 COLUMNS = ("t", "ax", "ay", "az", "alphax", "alphay", "alphaz", "omegax", "omegay", "omegaz")
 NEEDED = 4  # number of columns that every table must have
@@ -173,10 +172,7 @@ STANDARDS: Mapping[str, Standard] = {
 }
 
 
-@archived
-@shaped(time="n", acceleration="n 3", angular_acceleration="n 3", angular_velocity="n 3", pivot="3")
-@dataclass(frozen=True, init=False, eq=False, repr=False)
-class Profile(Value):
+class Profile(Record):
     """The motion of a carrier at n times: how it accelerates and turns, along the axes of the scene.
 
     ``time`` (n,) [s] increases. ``acceleration`` (n, 3) [m/s²] is that of the carrier at ``pivot`` (3,) [m], without
@@ -189,11 +185,11 @@ class Profile(Value):
     increase or if numbers are out of range.
     """
 
-    time: Float
-    acceleration: Float
-    angular_acceleration: Float
-    angular_velocity: Float
-    pivot: Float
+    time: Float = column("n")
+    acceleration: Float = column("n 3")
+    angular_acceleration: Float = column("n 3")
+    angular_velocity: Float = column("n 3")
+    pivot: Float = column("3")
     name: str
     source: str
 
