@@ -39,7 +39,10 @@ class EarlierAnswers:
         """Return the rows of a job if its scene, all its files and the question are unchanged, else None."""
         for record in self._known(job.name):
             row = record["scenes"][0]
-            if row["outcome"] not in self.retry and row["key"] and row["key"] == self._key(job, row["files"] or ()):
+            if row["outcome"] in self.retry or not row["key"]:
+                continue
+            key = job.key if job.scene is not None else key_of_files(job, row["files"] or (), self._digests)
+            if row["key"] == key:
                 self._unplaced.discard(job.name)
                 return renumbered(record, job)
         return None
@@ -58,9 +61,6 @@ class EarlierAnswers:
         if finished and not self._unplaced:
             self.displaced.remove()
         self.displaced.close()
-
-    def _key(self, job: Job, files: Collection[str]) -> str:
-        return job.key if job.scene is not None else key_of_files(job, files, self._digests)
 
     def _known(self, name: str) -> Iterator[Record]:
         for journal in reversed(self._journals.get(name, ())):

@@ -115,8 +115,10 @@ def changes(row: Row, before: Row, rules: GateRules) -> Iterator[str]:
         if row[name] != before[name]:
             yield f"{name} from {before[name]} to {row[name]}"
     old, new = before["weakest"], row["weakest"]
-    if (old is None) != (new is None) or (old is not None and not _near(old, new, rules.force)):
-        yield f"weakest push from {_amount(old)} to {_amount(new)}"
+    both = old is not None and new is not None
+    if old != new and not (both and math.isfinite(old) and abs(new - old) <= rules.force * abs(old)):
+        said = ["none" if force is None else number(force, "N") for force in (old, new)]
+        yield f"weakest push from {said[0]} to {said[1]}"
 
 
 def moves(bodies: Mapping[str, Row], before: Mapping[str, Row], rules: GateRules) -> Iterator[str]:
@@ -125,23 +127,12 @@ def moves(bodies: Mapping[str, Row], before: Mapping[str, Row], rules: GateRules
         if names:
             yield f"{what}: {listed(sorted(names))}"
     for name in sorted(bodies.keys() & before.keys()):
-        shift, turn = _shift(bodies[name], before[name]), _turn(bodies[name], before[name])
+        a, b = bodies[name], before[name]
+        shift, turn = float(np.linalg.norm([a[axis] - b[axis] for axis in "xyz"])), _turn(a, b)
         if shift > rules.distance:
             yield f"{name} moved by {shift * 1e3:.3g} mm"
         if turn > rules.angle:
             yield f"{name} turned by {turn:.3g} degrees"
-
-
-def _near(old: float, new: float, share: float) -> bool:
-    return old == new or (math.isfinite(old) and abs(new - old) <= share * abs(old))
-
-
-def _amount(value: float | None) -> str:
-    return "none" if value is None else number(value, "N")
-
-
-def _shift(a: Row, b: Row) -> float:
-    return float(np.linalg.norm([a[axis] - b[axis] for axis in "xyz"]))
 
 
 def _turn(a: Row, b: Row) -> float:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from holdfast.applications.transport import TransportLimits, transport_limits
+from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.base.borders.outcomes import ANSWERED, ERROR, MEMORY
@@ -80,7 +80,14 @@ def _ask(job: Job, report: Callable[[], None], tables: Tables) -> None:
     scenes, question = tables["scenes"][0], job.question
     scene = _read(job, report, scenes)
     assembly = assemble(scene, **question.of("assemble"))
-    scenes |= _counted(assembly)
+    scenes |= {
+        "bodies": len(assembly.movable),
+        "fixed": len(assembly.fixed),
+        "interfaces": len(assembly.interfaces),
+        "groups": len(assembly.groups),
+        "overlaps": len(assembly.overlaps),
+        "mass": float(assembly.mass.sum()),
+    }
     tables["bodies"] = [_body(assembly, k) for k in range(len(assembly.bodies))]
     tables["interfaces"] = _interfaces(assembly)
     for verb in question.verbs:
@@ -93,7 +100,10 @@ def _ask(job: Job, report: Callable[[], None], tables: Tables) -> None:
                 bodies = surfaces.body.tolist()
                 tables["pushes"] += _push_rows("map", surfaces, bodies, -surfaces.normals)
             case "transport":
-                tables["transports"] = _transport_rows(transport_limits(assembly, **question.of(verb)))
+                limits = transport_limits(assembly, **question.of(verb))
+                rows = _columns(limits.answers, "acceleration")
+                directed = zip(limits.directions, rows, strict=True)
+                tables["transports"] = [{**_vector("d", way), **row} for way, row in directed]
             case "push":
                 for body, pushes in _by_body(job, scene):
                     points, ways = ([getattr(p, name) for p in pushes] for name in ("point", "direction"))
@@ -131,17 +141,6 @@ def _by_body(job: Job, scene: Scene) -> Iterator[tuple[str, list[Push]]]:
         if push.scene or push.body in known:
             found.setdefault(push.body, []).append(push)
     yield from found.items()
-
-
-def _counted(assembly: Assembly) -> Row:
-    return {
-        "bodies": len(assembly.movable),
-        "fixed": len(assembly.fixed),
-        "interfaces": len(assembly.interfaces),
-        "groups": len(assembly.groups),
-        "overlaps": len(assembly.overlaps),
-        "mass": float(assembly.mass.sum()),
-    }
 
 
 def _body(assembly: Assembly, k: int) -> Row:
@@ -209,11 +208,6 @@ def _push_rows(source: str, found: Robustness | RobustnessMap, bodies: Sequence[
         {"source": source, "body": body, **_vector("", point), **_vector("d", way), **row}
         for body, point, way, row in zip(bodies, found.points, ways, _columns(found.answers, "force"), strict=True)
     ]
-
-
-def _transport_rows(found: TransportLimits) -> list[Row]:
-    rows = _columns(found.answers, "acceleration")
-    return [{**_vector("d", way), **row} for way, row in zip(found.directions, rows, strict=True)]
 
 
 def _vector(prefix: str, values: Float) -> Row:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -71,7 +71,11 @@ class Scene(Record):
         set_(self, "friction", friction if isinstance(friction, Friction) else Friction(default=friction))
         set_(self, "gravity", checked(gravity, (3,), "scene: gravity", within=ACCELERATION))
         set_(self, "name", "" if isinstance(name, str) and not name else checked_name(name, "scene: name"))
-        set_(self, "notes", tuple(_checked_notes(notes)))
+        given = tuple(checked_items(notes, "scene: notes", "texts"))
+        for note in given:
+            if not isinstance(note, str):
+                raise SceneError(message("scene: notes", f"holds {quoted(note)}", "needs a list of texts"))
+        set_(self, "notes", tuple(map(str, given)))
         self._check()
         set_(self, "excluded", checked_excluded(excluded, self.bodies))
         set_(self, "holds", checked_holds(holds, self.bodies))
@@ -198,8 +202,11 @@ class Scene(Record):
         if any(isinstance(body.shape, HalfSpace) for body in bodies):
             bodies = _under(bodies)
         place = {old.name: (old.pose, new.pose) for old, new in zip(self.bodies, bodies, strict=True)}
-        holds = tuple([_carried_along(hold, *place[hold.body]) for hold in self.holds])
-        return altered(self, bodies=bodies, holds=holds)
+        holds = []
+        for hold in self.holds:
+            old, new = place[hold.body]
+            holds.append(hold if old is new else moved_hold(hold, new @ np.linalg.inv(old)))
+        return altered(self, bodies=bodies, holds=tuple(holds))
 
     def with_body(self, obj: Body) -> Scene:
         """Return the scene with ``obj`` added after the others."""
@@ -285,18 +292,6 @@ def with_notes(scene: Scene, notes: Iterable[str]) -> Scene:
     """Return the scene with ``notes`` appended to its own, without repetitions."""
     whole = tuple(dict.fromkeys((*scene.notes, *notes)))
     return scene if whole == scene.notes else altered(scene, notes=whole)
-
-
-def _carried_along(hold: AnyHold, before: Float, after: Float) -> AnyHold:
-    """Return a hold whose body goes from the pose ``before`` to the pose ``after`` (4, 4)."""
-    return hold if before is after else moved_hold(hold, after @ np.linalg.inv(before))
-
-
-def _checked_notes(notes: Iterable[str]) -> Iterator[str]:
-    for note in checked_items(notes, "scene: notes", "texts"):
-        if not isinstance(note, str):
-            raise SceneError(message("scene: notes", f"holds {quoted(note)}", "needs a list of texts"))
-        yield str(note)
 
 
 def _under(bodies: tuple[Body, ...]) -> tuple[Body, ...]:

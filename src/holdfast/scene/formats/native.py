@@ -227,7 +227,10 @@ def read(source: Source) -> Scene:
         model = SceneModel.model_validate(data)
     except ValidationError as cause:
         raise SceneError(first_fault(cause, SceneModel, data, path)) from None
-    bodies = [_body(body, path) for body in model.bodies]
+    bodies = []
+    for body in model.bodies:
+        with located(f"body {quoted(body.name)}"):
+            bodies.append(_built(body, path))
     holds = [hold_of(hold) for hold in model.holds]
     return Scene(bodies, friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
 
@@ -261,11 +264,6 @@ def excluded_data(scene: Scene) -> dict[str, Any]:
     """Return the pairs that do not touch as plain data, if there are any."""
     excluded = [[end if isinstance(end, str) else list(end) for end in pair] for pair in scene.excluded]
     return {"excluded": excluded} if excluded else {}
-
-
-def _body(model: BodyModel, path: Path) -> Body:
-    with located(f"body {quoted(model.name)}"):
-        return _built(model, path)
 
 
 def _built(model: BodyModel, path: Path) -> Body:

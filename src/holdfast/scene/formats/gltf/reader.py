@@ -148,16 +148,10 @@ def read(
     check_names(str(_beside(source)), beside.nodes, names)
     inside = Inside.of(nodes, about, source.path)
     said = {name: beside.nodes.get(name, NodeModel()) for name in names}
-    weights = {
-        name: given.of(
-            name,
-            (said[name].mass, said[name].density),
-            inside.weight(name),
-            alone=name in inside.fixed,
-            last=(None, beside.density),
-        )
-        for name in names
-    }
+    weights = {}
+    for name in names:
+        its = (said[name].mass, said[name].density), inside.weight(name)
+        weights[name] = given.of(name, *its, alone=name in inside.fixed, last=(None, beside.density))
     known = inside.known([node for node in nodes if not rules.hulled(node.name)], weights, notes)
     beside_materials = {name: each.material for name, each in said.items() if each.material is not None}
     given_materials = {} if material is None else checked_mapping(material, "material", '{"table": "oak"}')

@@ -189,14 +189,12 @@ class _GenesisEntities:
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which geoms may touch; masks of entities from MJCF and USD count within the entity alone."""
-        found = [[self._may(self.masks[g], self.masks[h]) for h in b] for g in a]
-        return np.array(found, dtype=bool).reshape(len(a), len(b))
-
-    def _may(self, first: tuple[int, int, int, bool], second: tuple[int, int, int, bool]) -> bool:
-        kind, affine, entity, local = first
-        kinds, affines, other, own = second
-        counts = entity == other or not (local or own)
-        return not counts or bool((kind & affines) | (kinds & affine))
+        may = np.ones((len(a), len(b)), dtype=bool)
+        for i, (kind, affine, entity, local) in enumerate(self.masks[g] for g in a):
+            for j, (kinds, affines, other, own) in enumerate(self.masks[h] for h in b):
+                if entity == other or not (local or own):
+                    may[i, j] = bool((kind & affines) | (kinds & affine))
+        return may
 
     def notes(self) -> list[str]:
         """Return notes on what was taken for granted or left out."""

@@ -13,8 +13,8 @@ from holdfast.base.arrays import Bool
 from holdfast.base.text import listed, quoted
 from holdfast.scene.excluded import Excluded
 from holdfast.scene.formats.links import BodyParts, Welded, kept_apart, weld
-from holdfast.scene.formats.sdf.scopes import MOST_STEPS, Scope, truth
-from holdfast.scene.formats.sdf.sdf_links import USUAL_MASK
+from holdfast.scene.formats.robots.scopes import MOST_STEPS, Scope, truth
+from holdfast.scene.formats.robots.sdf_links import USUAL_MASK
 from holdfast.scene.xml import Element
 
 Key = tuple[Scope, Element]  # models from the same file share elements

@@ -17,7 +17,6 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import listed, quoted
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.drake.directives import WORLD, At, Clump, Directive, Member, ModelReader, directives_of
 from holdfast.scene.formats.links import (
     FLOOR,
     BodyParts,
@@ -31,6 +30,7 @@ from holdfast.scene.formats.links import (
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
+from holdfast.scene.formats.robots.directives import WORLD, At, Clump, Directive, Member, ModelReader, directives_of
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace

@@ -20,8 +20,7 @@ from holdfast.scene.formats.links import FLOOR, Notes, copies_of, rigid_body, sc
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.source import Source
-from holdfast.scene.formats.urdf.urdf_links import (
+from holdfast.scene.formats.robots.urdf_links import (
     ATTRIBUTES,
     KNOWN,
     SLIDING,
@@ -31,6 +30,7 @@ from holdfast.scene.formats.urdf.urdf_links import (
     axis_of,
     groups_of,
 )
+from holdfast.scene.formats.source import Source
 from holdfast.scene.hold import Range
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name

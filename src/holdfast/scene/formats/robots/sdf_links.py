@@ -15,7 +15,7 @@ from holdfast.base.text import quoted
 from holdfast.scene.compound import Inertial, Solid, together
 from holdfast.scene.formats.links import BodyPiece, LinkContent, Notes, ball
 from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded
-from holdfast.scene.formats.sdf.scopes import Scope, posed, truth
+from holdfast.scene.formats.robots.scopes import Scope, posed, truth
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid

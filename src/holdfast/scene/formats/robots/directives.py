@@ -21,18 +21,18 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.formats.links import LinkContent, Notes, not_read, pose_of
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
-from holdfast.scene.formats.sdf.scopes import Frames, Scope, ScopeReader
-from holdfast.scene.formats.sdf.sdf_joints import carrier
-from holdfast.scene.formats.sdf.sdf_joints import groups_of as sdf_groups
-from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES as SDF_ATTRIBUTES
-from holdfast.scene.formats.sdf.sdf_links import KNOWN as SDF_KNOWN
-from holdfast.scene.formats.sdf.sdf_links import SdfLinks
+from holdfast.scene.formats.robots.scopes import Frames, Scope, ScopeReader
+from holdfast.scene.formats.robots.sdf_joints import carrier
+from holdfast.scene.formats.robots.sdf_joints import groups_of as sdf_groups
+from holdfast.scene.formats.robots.sdf_links import ATTRIBUTES as SDF_ATTRIBUTES
+from holdfast.scene.formats.robots.sdf_links import KNOWN as SDF_KNOWN
+from holdfast.scene.formats.robots.sdf_links import SdfLinks
+from holdfast.scene.formats.robots.urdf_links import ATTRIBUTES as URDF_ATTRIBUTES
+from holdfast.scene.formats.robots.urdf_links import KNOWN as URDF_KNOWN
+from holdfast.scene.formats.robots.urdf_links import UrdfLinks
+from holdfast.scene.formats.robots.urdf_links import groups_of as urdf_groups
 from holdfast.scene.formats.source import Source, from_yaml
 from holdfast.scene.formats.surfaces import Surfaces
-from holdfast.scene.formats.urdf.urdf_links import ATTRIBUTES as URDF_ATTRIBUTES
-from holdfast.scene.formats.urdf.urdf_links import KNOWN as URDF_KNOWN
-from holdfast.scene.formats.urdf.urdf_links import UrdfLinks
-from holdfast.scene.formats.urdf.urdf_links import groups_of as urdf_groups
 from holdfast.scene.xml import MAX_BYTES, Element, parsed
 
 MOST_FILES = 1_000  # largest number of files of directives that a scene may add

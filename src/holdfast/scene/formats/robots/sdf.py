@@ -16,9 +16,9 @@ from holdfast.scene.formats.links import FLOOR, BodyParts, Notes, bodies_of_link
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.sdf.scopes import Frames, Scope, ScopeReader
-from holdfast.scene.formats.sdf.sdf_joints import Group, excluded_pairs, groups_of, toucher
-from holdfast.scene.formats.sdf.sdf_links import ATTRIBUTES, KNOWN, RULES, SdfLinks, coefficients
+from holdfast.scene.formats.robots.scopes import Frames, Scope, ScopeReader
+from holdfast.scene.formats.robots.sdf_joints import Group, excluded_pairs, groups_of, toucher
+from holdfast.scene.formats.robots.sdf_links import ATTRIBUTES, KNOWN, RULES, SdfLinks, coefficients
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace

@@ -1,1 +1,0 @@
-"""Model directives of Drake (.dmd.yaml)."""

@@ -1,1 +1,0 @@
-"""SDF: worlds and models, as Gazebo loads them."""

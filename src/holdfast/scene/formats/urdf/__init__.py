@@ -1,1 +1,0 @@
-"""URDF: a robot, or a thing, as rigid bodies."""
