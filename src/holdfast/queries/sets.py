@@ -43,7 +43,6 @@ from holdfast.queries.request import (
     Load,
     body_number,
     checked_assembly,
-    checked_loads,
     engine_for,
     engine_of,
     total_wrench,
@@ -190,7 +189,7 @@ def admissible_wrenches(
     limits = wrench_box(assembly, box, where)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
-    found = _SetQuestion(where, assembly, columns, limits, tuple(checked_loads(standing)), exists)
+    found = _SetQuestion(where, assembly, columns, limits, total_wrench(assembly, standing), exists)
     return found.answer(accuracy, solves, units, frame)
 
 
@@ -247,7 +246,7 @@ def sustainable_accelerations(
     default = ACCELERATION_BOUND * float(np.linalg.norm(assembly.scene.gravity))
     limit = default if box is None else checked_number(box, f"{where}: box", above=0, within=ACCELERATION)
     columns = np.column_stack([body_forces(-assembly.mass[:, None] * axis) for axis in np.eye(3)])
-    found = _SetQuestion(where, assembly, columns, np.full(3, limit), tuple(checked_loads(standing)), exists)
+    found = _SetQuestion(where, assembly, columns, np.full(3, limit), total_wrench(assembly, standing), exists)
     return found.answer(accuracy, solves, ("m/s²",) * 3, "world axes, of the support")
 
 
@@ -269,13 +268,13 @@ class _FoundSet(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _SetQuestion:
-    """Which loads ``columns`` (6J, d) @ x, in the ``box`` (d,), an assembly takes beside the ``standing`` ones."""
+    """Which loads ``columns`` (6J, d) @ x, in the ``box`` (d,), an assembly takes beside a ``wrench`` (6J,)."""
 
     where: str
     assembly: Assembly
     columns: Float
     box: Float
-    standing: tuple[Load, ...]
+    wrench: Float
     exists: bool
 
     def answer(self, accuracy: float, solves: int | None, units: tuple[str, ...], frame: str) -> ConvexSet:
@@ -308,7 +307,7 @@ class _SetQuestion:
 
     def _existing(self, wanted: float, most: int | None, units: tuple[str, ...] = ()) -> _FoundSet:
         """Return the set for which an equilibrium exists; without ``units``, no note says where it is not accurate."""
-        groups = prepared(engine_of(CERTAIN_ENGINE), self.assembly, total_wrench(self.assembly, self.standing))
+        groups = prepared(engine_of(CERTAIN_ENGINE), self.assembly, self.wrench)
         state, rows = groups.together(self._loaded, self.where)
         sets = SETS.of(state, engine=CERTAIN_ENGINE, where=self.where)
         found = sets.load_set(self.columns[rows] * self.box, wanted, most, self.where)
@@ -318,7 +317,7 @@ class _SetQuestion:
 
     def _holding(self, engine: Engine, wanted: float, most: int | None) -> _FoundSet:
         """Return the set that holds by ``lower``, inside of that for which an equilibrium exists."""
-        groups = prepared(engine, self.assembly, total_wrench(self.assembly, self.standing))
+        groups = prepared(engine, self.assembly, self.wrench)
         lower = lower_of(groups, self._loaded, self.columns * self.box, self.where)
         size = len(self.box)
         hull = checked_hull(lower, np.empty((0, size)), wanted, BUDGET[size] if most is None else most, self.where)

@@ -130,12 +130,7 @@ def friction_from(
         )
         known = {k: (best[n], *ends[n]) for n, k in enumerate(depends) if np.isfinite(ends[n]).any()}
         undecided = "" if known else "the pushes exclude no coefficient of friction"
-    open_ = [" and ".join(pairs[k][0]) for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]
-    if open_:  # where ``mu`` is no more likely than its neighbours
-        note = (
-            f"of {listed(open_, NAMED)} the interval alone says something: it is open, and mu any of its likely values"
-        )
-        notes = (*notes, note)
+    notes = (*notes, *_plateaus([pairs[k][0] for k, (_, *ends) in known.items() if not np.isfinite(ends).all()]))
     off = fit.predicted(best) - fit.force
     spread = fit.scatter(off) if used.any() else scatter or 0.0
     if scatter is None and not undecided and spread > WIDE:
@@ -157,6 +152,13 @@ def friction_from(
         engine=method.name,
         notes=notes,
     )
+
+
+def _plateaus(several: Sequence[Pair]) -> list[str]:
+    """Return a note on pairs whose interval is open, where ``mu`` is no more likely than its neighbours, if any."""
+    named = listed([" and ".join(pair) for pair in several], NAMED)
+    note = f"of {named} the interval alone says something: it is open, and mu any of its likely values"
+    return [note] if several else []
 
 
 def _checked(assembly: Assembly, measured: Iterable[Sequence[Any]]) -> _Pushes:

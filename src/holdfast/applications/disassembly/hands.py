@@ -175,18 +175,12 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
         longest = taken if reached else max(longest, taken, key=len)
         if reached:
             break
-    found = _with_strength(asked, whole, longest)
-    steps = tuple(move.removal for move in found)
-    return Plan(steps, reached, reached and not goals, float(len(wanted))), found
-
-
-def _with_strength(asked: Hands, whole: State, taken: tuple[Move, ...]) -> tuple[Move, ...]:
-    """Return the moves with the least holds of what is held once each is done."""
-    found, present = [], whole
-    for move in taken:
-        present = present - {move.removal.body}
+    found, present = list[Move](), whole
+    for move in longest:  # with the least holds of what is held once each is done
+        present -= {move.removal.body}
         found.append(replace(move, removal=replace(move.removal, holds=asked.least(present, move.after))))
-    return tuple(found)
+    steps = tuple(move.removal for move in found)
+    return Plan(steps, reached, reached and not goals, float(len(wanted))), tuple(found)
 
 
 def propped(plain: Removals, hands: int, goals: State, budget: int) -> tuple[Plan, tuple[str, ...]]:

@@ -65,7 +65,10 @@ class Checks:
     @cached_property
     def frozen(self) -> tuple[Body, ...]:
         """The bodies of the scene, all made fixed, because contacts are only searched between them and the object."""
-        return tuple(replace_fixed(body) for body in self.assembly.bodies)
+        return tuple(
+            body if body.fixed else Body(body.name, body.shape, pose=body.pose, material=body.material, fixed=True)
+            for body in self.assembly.bodies
+        )
 
     @property
     def up(self) -> Float:
@@ -287,8 +290,3 @@ class Checks:
             if first_hit(start, body.reduced_world, way, tolerance) < back - tolerance:
                 return False
         return True
-
-
-def replace_fixed(body: Body) -> Body:
-    """Return the same body, made fixed."""
-    return body if body.fixed else Body(body.name, body.shape, pose=body.pose, material=body.material, fixed=True)

@@ -86,11 +86,6 @@ class Options:
     cone: float = 0.0
     gripper: Float | None = None
 
-    @property
-    def from_afar(self) -> bool:
-        """Whether the object must start above the scene, because its way in is checked."""
-        return self.approach is not None or self.gripper is not None
-
 
 def checked_region(region: object, up: Float, where: str = "Where: box") -> Float:
     """Return the low and the high corner (2, 3) [m] of the region.

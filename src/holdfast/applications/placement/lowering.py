@@ -102,12 +102,6 @@ class Touches:
     mu: Float
 
 
-def height_above(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> float:
-    """Return how far the object can fall before it hits something [m], or inf if there is nothing below it."""
-    falling = Swept(moved.surface(pose), -up)
-    return min((hit_distance(falling, still.swept) for still in stills), default=np.inf)
-
-
 def lowered(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> Float | None:
     """Return the pose (4, 4) in which the object rests after it is lowered slowly from ``pose``, or None.
 
@@ -121,7 +115,8 @@ def lowered(moved: Moved, pose: Float, stills: Sequence[Still], up: Float) -> Fl
         keep_to_time()
         touches = touching(moved, pose, stills, RANGE * step)
         if not len(touches.gaps) or touches.gaps.min() > TOUCHING * moved.size:
-            fall = height_above(moved, pose, stills, up)
+            falling = Swept(moved.surface(pose), -up)
+            fall = min((hit_distance(falling, still.swept) for still in stills), default=np.inf)
             if not np.isfinite(fall):
                 return None
             pose[:3, 3] -= fall * up

@@ -289,7 +289,9 @@ class Proposals:
         """
         lifted = pose.copy()
         lifted[:3, 3] += CLEARANCE * self.moved.size * self.checks.up
-        if self.checks.options.from_afar or not self.checks.free(lifted):
+        options = self.checks.options
+        from_afar = options.approach is not None or options.gripper is not None  # its way in is checked
+        if from_afar or not self.checks.free(lifted):
             lowest = float((self.moved.surface(lifted).vertices @ self.checks.up).min())
             top = max(
                 float((body.surface_world.vertices @ self.checks.up).max()) for body in self.checks.assembly.bodies

@@ -6,7 +6,7 @@ at each pose only the moved bodies and what they may touch have to be looked at;
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
@@ -88,16 +88,12 @@ class GivenPoses:
     def __len__(self) -> int:
         return len(self.poses)
 
-    def __iter__(self) -> Iterator[dict[str, Float]]:
-        """Yield the poses of each row by name, as ``Assembly.moved`` takes them."""
-        return (self.row(number) for number in range(len(self)))
-
     def of(self, name: str) -> Float:
         """Return the poses (n, 4, 4) of one of the bodies."""
         return self.poses[:, self.names.index(name)]
 
     def row(self, number: int) -> dict[str, Float]:
-        """Return the poses of one row by name."""
+        """Return the poses of one row by name, as ``Assembly.moved`` takes them."""
         return dict(zip(self.names, self.poses[number], strict=True))
 
 
@@ -279,7 +275,7 @@ class Neighbourhoods:
             name: {body.name for body, one in zip(bodies, row, strict=True) if one}
             for name, row in zip(names, near, strict=True)
         }
-        joined = {name: {name} | self._with_all_near(beside[name] - set(names)) for name in names}
+        joined = {name: {name} | self.with_all_near(beside[name] - set(names)) for name in names}
         links = [
             (a, b)
             for a, one in enumerate(names)
@@ -302,7 +298,7 @@ class Neighbourhoods:
     def _is_fixed(self, name: str) -> bool:
         return self.assembly.scene.body(name).fixed
 
-    def _with_all_near(self, names: Iterable[str]) -> set[str]:
+    def with_all_near(self, names: Iterable[str]) -> set[str]:
         """Return bodies with all that their movable ones are decided with."""
         found = set(names)
         return found.union(*(self._clusters[name] for name in found if not self._is_fixed(name)))
@@ -321,10 +317,6 @@ class Neighbourhoods:
             holders = {b.name for pair in close for a, b in (pair, pair[::-1]) if b.fixed and a.name in members}
             found |= dict.fromkeys(members, frozenset(members | holders))
         return found
-
-    def piece_on(self, name: str, its: str) -> Neighbourhood:
-        """Return the piece of one moved body beside one other body alone."""
-        return Neighbourhood((name,), frozenset({its}), frozenset(self._with_all_near({its})))
 
     def local(self, piece: Neighbourhood) -> Assembly:
         """Return the assembly in which a piece is decided, made once, with its moved bodies where they were."""

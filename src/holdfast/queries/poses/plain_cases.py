@@ -323,10 +323,10 @@ class PlainCases:
             height = (com - turn @ foot.middle) @ face.normal
             pose = np.eye(4)
             pose[:3, :3], pose[:3, 3] = turn, face.middle + down * height / (down @ face.normal) - com
+            alone = frozenset({other.name})
+            piece = Neighbourhood((self.name,), alone, frozenset(self.around.with_all_near(alone)))
             with quiet():
-                groups = self.around.decided(
-                    self.around.piece_on(self.name, other.name), {self.name: other.pose @ pose}
-                )
+                groups = self.around.decided(piece, {self.name: other.pose @ pose})
             (stood,) = (group for group in groups if self.name in group.names)
             known = stood.status is Status.STABLE and ONLY_BALANCED not in stood.reason
             self._stood[key] = stood if known else None
