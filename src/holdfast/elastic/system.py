@@ -13,9 +13,8 @@ from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.memory import Memory
 from holdfast.base.parallel import free_threads, in_parallel
 from holdfast.base.progress import report
-from holdfast.elastic.model import Elastic
+from holdfast.elastic.model import MOST_DENSE, Elastic
 from holdfast.elastic.path import BRIEF, QUICK, PathResult, RestOutcome, StepControl
-from holdfast.elastic.sparse import MOST_DENSE
 from holdfast.native import core
 
 MANY = 100  # number of bodies from which several orders are tried

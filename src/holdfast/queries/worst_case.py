@@ -26,7 +26,7 @@ from holdfast.engines.answers import Answers
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import WORST_CASES, Corner, Engine
 from holdfast.engines.groups import prepared
-from holdfast.engines.limit.box_corners import change_at, corners_of, least_of
+from holdfast.engines.limit_engine import change_at, corners_of, least_of
 from holdfast.engines.verdict import Status
 from holdfast.queries.intervals import (
     ComRange,

@@ -24,9 +24,8 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
 from holdfast.contacts.flags import EXACT
 from holdfast.contacts.interface import Interface
-from holdfast.elastic.model import Elastic
+from holdfast.elastic.model import WEAKEST_SPRING, Elastic, held
 from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
-from holdfast.elastic.sparse import WEAKEST_SPRING, held
 from holdfast.elastic.system import Settled, System
 from holdfast.engines.compliant.elastic_model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing

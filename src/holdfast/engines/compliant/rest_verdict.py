@@ -21,9 +21,8 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
-from holdfast.elastic.model import Elastic
+from holdfast.elastic.model import Elastic, unresisted_motion
 from holdfast.elastic.path import RestOutcome
-from holdfast.elastic.sparse import unresisted_motion
 from holdfast.elastic.system import Settled
 from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import on_an_edge

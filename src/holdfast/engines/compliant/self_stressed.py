@@ -29,7 +29,7 @@ from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.rest_verdict import TAKEN_ALONG
-from holdfast.engines.cones import EXACT
+from holdfast.engines.forces import EXACT
 from holdfast.engines.self_stress import clampable, self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness

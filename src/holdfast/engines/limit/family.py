@@ -16,8 +16,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, SolverError, message
 from holdfast.conic.solve import ConeProgram, Prepared
 from holdfast.engines.limit.gauge import LoadLimit
-from holdfast.engines.limit.limit_program import TOLERANCE, LoadProgram
-from holdfast.engines.limit.proof import Proofs
+from holdfast.engines.limit.proof import TOLERANCE, LoadProgram, Proofs
 from holdfast.engines.limit.rounding import DOWN, gamma
 from holdfast.engines.verdict import Status
 
