@@ -30,7 +30,7 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import ACCELERATION, MANY, PLACE, SCALE, TURNING
 from holdfast.base.text import listed
 from holdfast.engines.answers import only_balanced
-from holdfast.engines.groups import Group, Groups, prepared
+from holdfast.engines.groups import Groups, PreparedGroup, prepared
 from holdfast.engines.mechanism import NAMED
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import (
@@ -324,7 +324,7 @@ class Monitor:
         holding, moving = (prepared(engine_of(name), assembly, standing) for name in (DEFAULT_ENGINE, CERTAIN_ENGINE))
         numbers = [k for k, names in enumerate(assembly.groups) if not self._names.isdisjoint(names)]
         watched: dict[tuple[Same, bytes], _Watched] = {}
-        self._unsure: list[Group] = []
+        self._unsure: list[PreparedGroup] = []
         for k in reported("monitor", numbers):
             group = holding.group(k)
             if group.verdict.status is not Status.STABLE or group.part is None:

@@ -16,7 +16,7 @@ from holdfast.engines.answers import Answers, Bound, weakest_bound
 from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.engines.imperfect import Faces, Imperfect
+from holdfast.engines.imperfect import Imperfect, RandomFaces
 from holdfast.engines.verdict import Status
 
 STAGE = "imperfect faces"
@@ -49,7 +49,7 @@ class Covering:
 
     def sample(self, number: int) -> Rough:
         """Return the engine on one of the samples."""
-        return Rough(self.engine, Faces(self.imperfect, number))
+        return Rough(self.engine, RandomFaces(self.imperfect, number))
 
     def over_surface(self, found: Answers, W: Float) -> Answers:
         """Do the same as ``over`` for many points on one body, at less cost.

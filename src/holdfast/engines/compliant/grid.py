@@ -26,7 +26,7 @@ from holdfast.contacts.flags import EXACT
 from holdfast.contacts.interface import Interface
 from holdfast.elastic.model import WEAKEST_SPRING, Elastic, held
 from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
-from holdfast.elastic.system import Settled, System
+from holdfast.elastic.system import RestSearch, System
 from holdfast.engines.compliant.elastic_model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing
 from holdfast.engines.compliant.places import Places
@@ -90,7 +90,7 @@ class Grid:
     springs: Springs
     system: System
     hold: Bool | None = None
-    _rest: list[Settled] = field(default_factory=list, init=False, repr=False)
+    _rest: list[RestSearch] = field(default_factory=list, init=False, repr=False)
     _local: dict[tuple[bytes, int, int], Grid] = field(default_factory=dict, init=False, repr=False)
     _making: RLock = field(default_factory=RLock, init=False, repr=False)  # of finer grids, and of rest
 
@@ -125,7 +125,7 @@ class Grid:
         return cls._on(places, wrench, springs, np.ones_like(hold), model)
 
     @property
-    def settled(self) -> Settled:
+    def settled(self) -> RestSearch:
         """The end of the search for rest, which is made when it is first asked for: finer grids mostly have no need."""
         with self._making:  # not a cached property: those of all grids would wait for each other
             if not self._rest:

@@ -21,7 +21,7 @@ from holdfast.base.parallel import answers_in_parallel, free_threads
 from holdfast.base.progress import reported
 from holdfast.conic.solve import ConeProgram, Outcome, Prepared
 from holdfast.engines.forces import FrictionCone, size_of
-from holdfast.engines.limit.carrying_proof import Carried, Mixture
+from holdfast.engines.limit.carrying_proof import CarryingProof, Mixture
 from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.repair import Repair
 from holdfast.engines.limit.rounding import Equilibrium, Scales, usual_forces
@@ -209,7 +209,7 @@ class Proofs:
         return None if self._carried.reference is None else self._carried.reference.forces
 
     def mixed(self, load: Float) -> Iterator[tuple[Mixture, Mixture, float]]:
-        """Yield what proves that a load (6J,) is carried up to its ``lower``; see ``Carried.mixed``."""
+        """Yield what proves that a load (6J,) is carried up to its ``lower``; see ``CarryingProof.mixed``."""
         solved = self.program.maximise(load)
         if solved.outcome in SOLVED and np.isfinite(solved.forces).all() and solved.factor > 0:
             yield from self._carried.mixed(solved.forces, solved.factor, load)
@@ -290,9 +290,9 @@ class Proofs:
         return usual_forces(self.assembly, self.rest)
 
     @cached_property
-    def _carried(self) -> Carried:
+    def _carried(self) -> CarryingProof:
         resting = self.rest.forces.ravel()
-        return Carried(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
+        return CarryingProof(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
 
     @cached_property
     def _repair(self) -> Repair:
