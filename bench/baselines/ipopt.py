@@ -33,7 +33,7 @@ from bench.baselines.answers import Answer, Answers
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.base.errors import HoldfastError, message
-from holdfast.engines.cones import FrictionCone
+from holdfast.engines.forces import FrictionCone
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import checked_assembly, pushes
 

@@ -35,7 +35,7 @@ from holdfast.base.memory import Same
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant import compliant_state, limit_review, self_stressed
 from holdfast.engines.compliant.amendment import OpenContacts, Sliding
-from holdfast.engines.compliant.compliant_state import Standing
+from holdfast.engines.compliant.compliant_state import RestingState
 from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.limit_review import LimitReview
@@ -44,7 +44,7 @@ from holdfast.engines.compliant.refinement import Refined
 from holdfast.engines.compliant.self_stressed import SelfStressed
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.engines.imperfect import Faces
+from holdfast.engines.imperfect import RandomFaces
 from holdfast.engines.joint_answers import without_negligible
 from holdfast.engines.limit.limit_state import LimitState
 from holdfast.engines.verdict import Status
@@ -176,7 +176,7 @@ class Remembered:
 class Asked:
     """Pushes W (6J, n) on one group at rest, its ``state`` and what is remembered of it."""
 
-    state: Standing
+    state: RestingState
     W: Float
     memory: Remembered = field(default_factory=Remembered)
 
@@ -188,7 +188,7 @@ class Asked:
                 for owner, name, value in rules()[rule]:
                     stack.enter_context(mock.patch.object(owner, name, value))
             self.memory.asked.clear()
-            found = Standing(self.state.decided, self.state.refined, self.state.neutral).load_factor(self.W)
+            found = RestingState(self.state.decided, self.state.refined, self.state.neutral).load_factor(self.W)
             if "negligible" not in names:
                 found = without_negligible(found, self.W, self.state.grid.assembly)
         return found, sum(self.memory.asked.values())
@@ -201,7 +201,7 @@ def at_rest(assembly: Assembly, slants: tuple[float, ...], count: int, engine: E
     groups, found = prepared(engine, assembly), []
     for number in range(len(assembly.groups)):
         group = groups.group(number)
-        if group.part is None or not isinstance(group.state, Standing) or group.verdict.status is not Status.STABLE:
+        if group.part is None or not isinstance(group.state, RestingState) or group.verdict.status is not Status.STABLE:
             continue
         own = W[group.part.rows]
         own = own[:, own.any(axis=0)]
@@ -304,7 +304,7 @@ def _jam(name: str) -> Iterator[Asked]:
 def _rough(name: str) -> Iterator[Asked]:
     imperfect = imperfect_faces(SAMPLES, SEED)
     for sample in range(SAMPLES):
-        engine = Rough(Compliant(), Faces(imperfect, sample))
+        engine = Rough(Compliant(), RandomFaces(imperfect, sample))
         yield from at_rest(assemble(shipped_scene(name)), (60.0,), PUSHES["rough"], engine, sample)
 
 

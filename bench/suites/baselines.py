@@ -15,8 +15,7 @@ import holdfast as hf
 from bench.baselines import Answers, optimised, simulated
 from bench.suite import Case, Row, Suite, table
 from holdfast.base.arrays import Float
-from holdfast.engines.cones import FrictionCone
-from holdfast.engines.forces import force_program, scaled_wrench
+from holdfast.engines.forces import FrictionCone, force_program, scaled_wrench
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import wall

@@ -15,10 +15,10 @@ from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant.compliant_state import Standing
+from holdfast.engines.compliant.compliant_state import RestingState
 from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.groups import prepared
-from holdfast.engines.imperfect import Faces, Imperfect
+from holdfast.engines.imperfect import Imperfect, RandomFaces
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, robustness_map
 from holdfast.queries.push import Robustness, robustness
@@ -53,8 +53,8 @@ def surfaces(ratio: float) -> list[Row]:
     ideal = prepared(Compliant(), assembly).load_factor(W).force
     own, other = np.zeros((SURFACES, len(POINTS))), np.zeros((SURFACES, len(POINTS)))
     for sample in range(SURFACES):
-        group = prepared(Rough(Compliant(), Faces(imperfect, sample)), assembly).group(0)
-        assert isinstance(group.state, Standing)  # a cube on a floor stands on any surface
+        group = prepared(Rough(Compliant(), RandomFaces(imperfect, sample)), assembly).group(0)
+        assert isinstance(group.state, RestingState)  # a cube on a floor stands on any surface
         assert group.part is not None
         grid = group.state.grid
         paths = grid.paths(W[group.part.rows])
@@ -84,7 +84,8 @@ def imperfect_faces(samples: int, seed: int) -> Imperfect:
 def asked(assembly: Assembly, imperfect: Imperfect, W: Float, samples: int) -> tuple[Float, Float, int]:
     """Return forces and lower bounds (samples, n) of columns W (6J, n), and how many answers are undecided."""
     found: list[Answers] = [
-        prepared(Rough(Compliant(), Faces(imperfect, sample)), assembly).load_factor(W) for sample in range(samples)
+        prepared(Rough(Compliant(), RandomFaces(imperfect, sample)), assembly).load_factor(W)
+        for sample in range(samples)
     ]
     undecided = sum(int((answers.status == Status.UNDECIDED).sum()) for answers in found)
     return np.array([a.force for a in found]), np.array([a.lower for a in found]), undecided

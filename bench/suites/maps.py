@@ -12,7 +12,7 @@ import trimesh
 import holdfast as hf
 from bench.suite import Case, Row, Suite
 from holdfast.base.arrays import Float
-from holdfast.engines.limit.limit_program import LoadProgram, Solved
+from holdfast.engines.limit.proof import LoadProgram, Solved
 from holdfast.engines.limit_engine import Limit
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene

@@ -10,7 +10,7 @@ from elastic_blocks import twist_matrices
 from numpy.typing import NDArray
 
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.system import Fronts, fronts_of
+from holdfast.elastic.system import EliminationFronts, fronts_of
 from holdfast.native import core
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ class Case(NamedTuple):
     """A model, its fronts, and the matrix (n + 1, n + 1) and the right-hand sides (n + 1, 2) of a system."""
 
     m: Elastic
-    fronts: Fronts
+    fronts: EliminationFronts
     K: Array
     w: Array
     c: Array

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from holdfast.assembly.contact_nodes import ContactNodes
-from holdfast.engines.cones import ConeChoice, FrictionCone, size_of
+from holdfast.engines.forces import ConeChoice, FrictionCone, size_of
 
 MU = np.array([0.0, 0.5, 2.0, 0.0, 0.3])
 

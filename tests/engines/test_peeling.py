@@ -6,7 +6,7 @@ import pytest
 import holdfast as hf
 from bench.scenes import random_assemblies
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
-from holdfast.engines.cones import EXACT
+from holdfast.engines.forces import EXACT
 from holdfast.engines.self_stress import clampable, self_stressed_nodes
 from holdfast.scene.shipped.blocks import at, box, floor
 

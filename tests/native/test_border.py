@@ -21,7 +21,7 @@ import pytest
 import holdfast as hf
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.elastic.path import QUICK, PathResult
-from holdfast.elastic.system import Fronts, System
+from holdfast.elastic.system import EliminationFronts, System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.trees.forest import Bed
@@ -553,10 +553,10 @@ def test_a_front_is_taken_once_and_where_it_is_kept() -> None:
         "begin": np.array([0, 0, 1, 3]), "child": np.array([0, 0, 1]), "since": np.zeros(4, int),
         "sheet": np.zeros(0, int), "at_a": np.zeros(0, int), "at_b": np.zeros(0, int),
     }  # fmt: skip
-    fits = Fronts(**one | {"begin": np.array([0, 0, 1, 2]), "child": np.array([0, 1])})
+    fits = EliminationFronts(**one | {"begin": np.array([0, 0, 1, 2]), "child": np.array([0, 1])})
     core.Work(known, fits)
     with pytest.raises(ValueError, match="where it was kept"):
-        core.Work(known, Fronts(**one))
+        core.Work(known, EliminationFronts(**one))
 
 
 def test_panels_of_more_rows_than_the_front_are_refused() -> None:

@@ -12,7 +12,7 @@ from retold import REASON, retold, unknown
 
 import holdfast as hf
 from holdfast.engines.answers import Answers
-from holdfast.engines.limit.box_corners import corners_of, weakest
+from holdfast.engines.limit_engine import corners_of, weakest
 from holdfast.scene.shipped.blocks import cube, table
 
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE

@@ -28,7 +28,7 @@ from holdfast.base.public import PublicValue, Summary, number
 from holdfast.base.ranges import ACCELERATION, MANY, PLACE, SCALE, TURNING
 from holdfast.base.text import listed
 from holdfast.engines.answers import only_balanced
-from holdfast.engines.groups import Group, Groups, prepared
+from holdfast.engines.groups import Groups, PreparedGroup, prepared
 from holdfast.engines.mechanism import NAMED
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import (
@@ -321,7 +321,7 @@ class Monitor:
         x = motion_coordinates(*(deviation * rng.normal(size=(solves, 3)) for deviation in LIKELY))
         likely = x / np.linalg.norm(x, axis=1, keepdims=True)
         watched: dict[tuple[Same, bytes], _WatchedGroup] = {}
-        self._unsure: list[Group] = []
+        self._unsure: list[PreparedGroup] = []
         for k in reported("monitor", numbers):
             group = holding.group(k)
             if group.verdict.status is not Status.STABLE or group.part is None:

@@ -25,7 +25,7 @@ from holdfast.certificates.question import Answered, Question
 from holdfast.certificates.verify_certificate import FORMAT, Certificate, RefusedError, cross, dot, plus
 from holdfast.engines.contract import State
 from holdfast.engines.doubts.doubtful_contacts import as_detected
-from holdfast.engines.groups import Group, prepared
+from holdfast.engines.groups import PreparedGroup, prepared
 from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.limit_state import LimitState
 from holdfast.engines.limit.proof import UNKNOWN
@@ -283,7 +283,7 @@ class Provable:
         loaded = np.flatnonzero(np.any([column.reshape(-1, 6).any(axis=1) for column in columns], axis=0))
         return sorted(set(self.question.assembly.group_of[loaded].tolist()))
 
-    def _exact(self, group: Group) -> _Exact:
+    def _exact(self, group: PreparedGroup) -> _Exact:
         state: State | None = None
         if group.part is not None and group.state is not None:
             assembly, state, rows = group.part.assembly, as_detected(group.state), group.part.rows

@@ -89,7 +89,7 @@ class Prepared:
         cones = [_CONES[kind](size) for kind, size in program.cones]
         self._program = program
         self._changed = False
-        self._rows = _Rows.of(program)
+        self._rows = _StoredEntries.of(program)
         self._long = self._program.A.nnz > LONG
         P = program.P
         if (P.indices > np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))).any():
@@ -139,7 +139,7 @@ _CONES = {
 }
 
 
-class _Rows(NamedTuple):
+class _StoredEntries(NamedTuple):
     """The positions (nnz,) of the entries of A and the runs of cones, to check solutions while the entries change."""
 
     rows: Int
@@ -147,20 +147,20 @@ class _Rows(NamedTuple):
     runs: list[tuple[str, int, int]]
 
     @classmethod
-    def of(cls, program: ConeProgram) -> _Rows:
+    def of(cls, program: ConeProgram) -> _StoredEntries:
         A = program.A
         columns = np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
         return cls(A.indices.astype(np.int64), columns, cone_runs(program))
 
 
-def violation(program: ConeProgram, x: Float, known: _Rows | None = None) -> float:
+def violation(program: ConeProgram, x: Float, known: _StoredEntries | None = None) -> float:
     """Return the largest violation of the cones by b - A x.
 
-    ``known`` can pass ``_Rows.of(program)``, to avoid computing it again.
+    ``known`` can pass ``_StoredEntries.of(program)``, to avoid computing it again.
     """
     if not np.abs(x).max(initial=0.0) <= LARGEST:  # the solver diverged, and products with x may overflow
         return np.inf
-    places = _Rows.of(program) if known is None else known
+    places = _StoredEntries.of(program) if known is None else known
     # SciPy's product takes three times as long
     slack = program.b - np.bincount(places.rows, program.A.data * x[places.columns], len(program.b))
     worst, row = 0.0, 0

@@ -13,9 +13,8 @@ from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.memory import Memory
 from holdfast.base.parallel import free_threads, in_parallel
 from holdfast.base.progress import report
-from holdfast.elastic.model import Elastic
+from holdfast.elastic.model import MOST_DENSE, Elastic
 from holdfast.elastic.path import BRIEF, QUICK, PathResult, RestOutcome, StepControl
-from holdfast.elastic.sparse import MOST_DENSE
 from holdfast.native import core
 
 MANY = 100  # number of bodies from which several orders are tried
@@ -25,7 +24,7 @@ MOST_TRIED = 2500
 _KNOWN = Memory(20_000)  # sheets of models whose fronts are kept
 
 
-class Fronts(NamedTuple):
+class EliminationFronts(NamedTuple):
     """The fronts of a model in the order of elimination, children first, and all of its sheets, each in one front.
 
     Front k holds bodies ``body[first[k]:first[k + 1]]``, of which it eliminates the first ``owned[k]``, the last front
@@ -46,7 +45,7 @@ class Fronts(NamedTuple):
     at_b: Int
 
     @classmethod
-    def of(cls, count: int, a: Int, b: Int) -> Fronts:
+    def of(cls, count: int, a: Int, b: Int) -> EliminationFronts:
         """Order ``count`` bodies whose sheets are between bodies ``a`` and ``b`` (P,), -1 for fixed ones.
 
         Of large models several orders are tried (native/ordering.hpp), and that which takes the fewest products counts.
@@ -57,10 +56,12 @@ class Fronts(NamedTuple):
         return cls(*core.order_fronts(count, a, b, np.array(ranks)))
 
 
-def fronts_of(m: Elastic) -> Fronts:
+def fronts_of(m: Elastic) -> EliminationFronts:
     """Order the bodies of a model, and say what each front takes; what was found for other nodes is taken again."""
     count = len(m.wrench) // 6
-    return _KNOWN.recalled((count, m.a.tobytes(), m.b.tobytes()), len(m.a), lambda: Fronts.of(count, m.a, m.b))
+    return _KNOWN.recalled(
+        (count, m.a.tobytes(), m.b.tobytes()), len(m.a), lambda: EliminationFronts.of(count, m.a, m.b)
+    )
 
 
 EXACT = 1e-11  # unbalance of a state of rest, each body's in units of its own weight
@@ -73,7 +74,7 @@ STAGE = "load paths"
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
+class RestSearch:
     """The end of the search for rest.
 
     ``outcome``; displacement ``q`` (6J,) and, where bodies drift, their velocity ``drift`` (6J,); ``steps`` of Newton's
@@ -92,7 +93,7 @@ class System:
     """A model of n = 6J displacements; ``fronts``, or None for dense elimination."""
 
     model: Elastic
-    fronts: Fronts | None
+    fronts: EliminationFronts | None
 
     @classmethod
     def of(cls, model: Elastic) -> System:
@@ -133,7 +134,7 @@ class System:
         """The same with all coefficients of friction times ``share``."""
         return replace(self, model=self.model._replace(mu=share * self.model.mu))
 
-    def come_to_rest(self, near: Float | None = None, most: int = MOST_STEPS, exact: float = EXACT) -> Settled:
+    def come_to_rest(self, near: Float | None = None, most: int = MOST_STEPS, exact: float = EXACT) -> RestSearch:
         """Let bonded contacts come to rest, or not; if given, try first from a displacement ``near`` (n,).
 
         Every search gives up after ``most`` steps of Newton's method, or half as many. At rest the unbalance is at most
@@ -145,14 +146,14 @@ class System:
             q[:] = near
             found = core.move(self.model, work, 1.0, q, drift, exact, most, self.fronts)
             if found.outcome != RestOutcome.LOST:
-                return Settled(RestOutcome(found.outcome), q, drift, found.steps, found.drag)
+                return RestSearch(RestOutcome(found.outcome), q, drift, found.steps, found.drag)
         q[:] = bonded = self.stuck
         found = core.lessen_drag(self.model, work, 1.0, q, drift, exact, most // 2, self.fronts)
         if found.outcome != RestOutcome.LOST:
-            return Settled(RestOutcome(found.outcome), q, drift, found.steps, found.drag)
+            return RestSearch(RestOutcome(found.outcome), q, drift, found.steps, found.drag)
         q[:] = bonded
         moved = core.move(self.model, work, 1.0, q, drift, exact, most, self.fronts)
-        return Settled(RestOutcome(moved.outcome), q, drift, found.steps + moved.steps, moved.drag)
+        return RestSearch(RestOutcome(moved.outcome), q, drift, found.steps + moved.steps, moved.drag)
 
     def paths(
         self,

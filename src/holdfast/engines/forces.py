@@ -1,8 +1,13 @@
-"""Contact forces at rest from the quadratic program of eq. 8-11, with the exact friction cone."""
+"""Contact forces at rest from the quadratic program of eq. 8-11, with the exact friction cone.
+
+Friction cones are rows of a cone program: exact, or polygons inside or around it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from scipy import sparse
@@ -14,10 +19,112 @@ from holdfast.assembly.contact_nodes import (
     equilibrium_blocks,
     equilibrium_operator,
 )
-from holdfast.base.arrays import Float
-from holdfast.base.entries import diagonal, together
-from holdfast.conic.solve import ConeProgram, ConeSolution, Outcome, solve
-from holdfast.engines.cones import EXACT, FrictionCone, size_of
+from holdfast.base.arrays import Float, checked_whole, checked_word
+from holdfast.base.entries import Entries, diagonal, together
+from holdfast.base.rounding import UNIT
+from holdfast.conic.solve import ConeKind, ConeProgram, ConeSolution, Outcome, solve
+
+ROUNDING = 18 * UNIT  # of the terms in the distance of a force from the border of its cone: fewer operations than that
+ConeChoice = Literal["exact", "inscribed", "circumscribed"]
+
+MOST_SIDES = 1_000  # largest number of sides of a polygon that stands for the cone
+
+
+@dataclass(frozen=True)
+class FrictionCone:
+    """How |f_t| <= μ f_n is stated: the exact cone, or a polygon of ``sides`` inside it (cautious) or around it."""
+
+    kind: ConeChoice = "exact"
+    sides: int = 8
+
+    def __post_init__(self) -> None:
+        checked_word(self.kind, get_args(ConeChoice), "cone")
+        checked_whole(self.sides, "cone: sides", 3, MOST_SIDES)
+
+    def entries(self, nodes: ContactNodes) -> tuple[Entries, tuple[tuple[ConeKind, int], ...]]:
+        """Entries of C (m, 3I), and cones, such that -C f in the cones states friction at every node.
+
+        In order: f_t = 0 of nodes without friction, f_n >= 0 of those, then the cones (μ f_n, f_t) of the others. The
+        rows of a node with μ > 1 are divided by μ, so that no entry is large. All entries of a row are of one node; m
+        is the size of all cones.
+        """
+        smooth, rough = np.flatnonzero(nodes.mu == 0), np.flatnonzero(nodes.mu > 0)
+        single = np.concatenate([np.sort(np.r_[3 * smooth + 1, 3 * smooth + 2]), 3 * smooth])  # -1 in a row each
+        free: list[tuple[ConeKind, int]] = [("zero", 2 * len(smooth)), ("nonnegative", len(smooth))]
+        if self.kind == "exact":
+            scale = np.ones((len(rough), 3)) / np.maximum(nodes.mu[rough], 1.0)[:, None]
+            scale[:, 0] = np.minimum(nodes.mu[rough], 1.0)
+            held: list[tuple[ConeKind, int]] = [("second_order", 3)] * len(rough)
+            columns = np.concatenate([single, (3 * rough[:, None] + np.arange(3)).ravel()])
+            found = Entries(np.arange(len(columns)), columns, -np.append(np.ones(len(single)), scale.ravel()))
+        else:
+            held = [("nonnegative", self.sides * len(rough))]
+            none = Entries(np.arange(len(single)), single, -np.ones(len(single)))
+            found = together(none, self._polygon(nodes, rough).below(len(single)))
+        return found, tuple((kind, size) for kind, size in (*free, *held) if size)
+
+    def rows(self, nodes: ContactNodes) -> tuple[sparse.csr_matrix, tuple[tuple[ConeKind, int], ...]]:
+        """C (m, 3I) and the cones, as ``entries`` has them."""
+        found, cones = self.entries(nodes)
+        return sparse.csr_matrix(found.matrix((size_of(cones), 3 * len(nodes)))), cones
+
+    @property
+    def corner(self) -> float:
+        """The largest |f_t| / (μ f_n) that it allows."""
+        return 1 / np.cos(np.pi / self.sides) if self.kind == "circumscribed" else 1.0
+
+    def resistance(self, mu: Float, sliding: Float) -> Float:
+        """(I, k) the most that friction at f_n = 1 can do against sliding velocities (I, k, 2): μ |u_t|.
+
+        It is that at a corner for a polygon; around the cone, no less than that of the cone.
+        """
+        speed = np.hypot(sliding[..., 0], sliding[..., 1])
+        if self.kind != "exact":
+            angle = 2 * np.pi * (np.arange(self.sides) + 0.5) / self.sides
+            corners = self.corner * np.array([np.cos(angle), np.sin(angle)])
+            furthest = (sliding @ corners).max(-1, initial=0)
+            speed = furthest if self.kind == "inscribed" else np.maximum(furthest, speed)
+        return np.asarray(mu[:, None] * speed)
+
+    def room(self, mu: Float, forces: Float) -> Float:
+        """Return (I, k) how far forces (I, k, 3) are inside: f_n - |f_t| / μ, and never more than is certain.
+
+        It is negative outside. A node without friction has to have f_t = 0. Room is concave, and room of a sum is at
+        least the sum of the rooms. An inscribed polygon counts with the exact cone around it.
+        """
+        normal, sliding = forces[..., 0], forces[..., 1:]
+        with np.errstate(divide="ignore", over="ignore"):
+            inverse = np.where(mu > 0, 1 / np.where(mu > 0, mu, 1.0), 0.0)[:, None]
+            along = np.hypot(sliding[..., 0], sliding[..., 1]) * inverse
+        unknown = ROUNDING * (np.abs(normal) + along)
+        if self.kind == "exact":
+            return np.asarray(normal - along - unknown)
+        angle = 2 * np.pi * np.arange(self.sides) / self.sides
+        widest = (sliding @ np.array([np.cos(angle), np.sin(angle)])).max(-1, initial=0) * inverse
+        if self.kind == "circumscribed":
+            return np.asarray(normal - widest - unknown)
+        return np.asarray(np.minimum(normal * np.cos(np.pi / self.sides) - widest, normal - along) - unknown)
+
+    def _polygon(self, nodes: ContactNodes, rough: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Entries:
+        """Rows cos θ f_t1 + sin θ f_t2 - μ' f_n <= 0; μ' = μ cos(π/N) puts the polygon's corners on the circle."""
+        angle = 2 * np.pi * np.arange(self.sides) / self.sides
+        shrink = np.cos(np.pi / self.sides) if self.kind == "inscribed" else 1.0
+        block = np.empty((len(rough), self.sides, 3))
+        block[:, :, 0] = -shrink * nodes.mu[rough][:, None]
+        block[:, :, 1], block[:, :, 2] = np.cos(angle), np.sin(angle)
+        block /= np.maximum(nodes.mu[rough], 1.0)[:, None, None]
+        rows = np.broadcast_to(np.arange(len(rough) * self.sides)[:, None], (len(rough) * self.sides, 3))
+        columns = np.broadcast_to(3 * rough[:, None, None] + np.arange(3), block.shape)
+        return Entries(rows.ravel(), columns.ravel(), block.ravel())
+
+
+def size_of(cones: Sequence[tuple[ConeKind, int]]) -> int:
+    """Return the number of rows that ``cones`` take."""
+    return sum(size for _, size in cones)
+
+
+EXACT = FrictionCone()
+
 
 ACCEPTED_RESIDUAL = 1e-7  # largest equilibrium error of accepted forces, relative to each body's own weight
 NO_FORCE = 1e-6  # normal force below which a node counts as unloaded, relative to the weight of its lighter body

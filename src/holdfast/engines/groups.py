@@ -61,7 +61,7 @@ def prepared(
 
 
 @dataclass(frozen=True, eq=False)
-class Group:
+class PreparedGroup:
     """One group, prepared: its ``part`` of the assembly, the engine's ``state`` for it and its ``verdict``.
 
     ``part`` and ``state`` are None for a group that no chain of contacts connects to a fixed body. The bodies of
@@ -87,19 +87,19 @@ class Groups:
     assembly: Assembly
     standing: Float | None
     acceleration: Float | None
-    _by_contacts: dict[int, Group] = field(default_factory=dict, init=False, repr=False)
-    _known: dict[int, Group] = field(default_factory=dict, init=False, repr=False)
+    _by_contacts: dict[int, PreparedGroup] = field(default_factory=dict, init=False, repr=False)
+    _known: dict[int, PreparedGroup] = field(default_factory=dict, init=False, repr=False)
     _moved: dict[int, tuple[Kinematics, Kinematics]] = field(default_factory=dict, init=False, repr=False)
     _preparing: RLock = field(default_factory=RLock, init=False, repr=False)
 
-    def group(self, number: int) -> Group:
+    def group(self, number: int) -> PreparedGroup:
         """Return one group, prepared."""
         with self._preparing:
             if number not in self._known:
                 self._known.update(self._with_doubts(number))
             return self._known[number]
 
-    def _with_doubts(self, number: int) -> dict[int, Group]:
+    def _with_doubts(self, number: int) -> dict[int, PreparedGroup]:
         """Return a group, and all that its verdict depends on, with verdicts that allow for poses a little off.
 
         What overlaps more deeply than its tolerance is not known to stand, and what falls by less than its reach is not
@@ -123,7 +123,7 @@ class Groups:
             found[k] = replace(falls, verdict=verdict) if text else falls
         return found
 
-    def _as_found(self, number: int) -> Group:
+    def _as_found(self, number: int) -> PreparedGroup:
         """Return one group, prepared, with the verdict that follows from its contacts as they were found."""
         if number not in self._by_contacts:
             self._by_contacts[number] = self._prepare(self.assembly.groups[number])
@@ -184,7 +184,7 @@ class Groups:
         """Return the verdict on one group, prepared only if equilibrium alone does not settle that it rests."""
         return self._firm[number] if number in self._firm else self.group(number).said
 
-    def group_with(self, body: int) -> Group:
+    def group_with(self, body: int) -> PreparedGroup:
         """Return the group, prepared, that holds the movable body with this number."""
         return self.group(int(self.assembly.group_of[body]))
 
@@ -289,7 +289,7 @@ class Groups:
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
         return sorted(set(self.assembly.group_of[list(bodies)].tolist()))
 
-    def _answers(self, group: Group, W: Float, accuracy: Accuracy) -> Answers:
+    def _answers(self, group: PreparedGroup, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers of one group for columns W (6J, n), with mechanisms of the whole assembly."""
         if group.part is None or group.state is None:
             return Answers.not_standing(
@@ -324,17 +324,17 @@ class Groups:
         whole = {key: None if m is None else self._whole(part, m) for key, m in each.items()}
         return found.with_mechanisms([whole[id(m)] for m in found.mechanism])
 
-    def _prepare(self, names: tuple[str, ...]) -> Group:
+    def _prepare(self, names: tuple[str, ...]) -> PreparedGroup:
         if frozenset(names) in self._hanging:
             key = ("hanging", Same(self.assembly), names, self._wrench.tobytes())
-            return Group(
+            return PreparedGroup(
                 names, self.assembly.memory.recalled(key, 1, lambda: hanging(self.assembly, [names], self._wrench))
             )
         part = part_of(self.assembly, names)
         own = self._own(part)
         make = partial(doubtful_contacts.prepared, self.engine, part.assembly, own, self.acceleration)
         state = self._recalled(make, part.content, own, len(part.members))
-        return Group(names, self._checked(part, state.verdict()), part, state)
+        return PreparedGroup(names, self._checked(part, state.verdict()), part, state)
 
     def _own(self, part: Part) -> Float | None:
         """Return the standing loads on the bodies of a part, or None if there are none."""
@@ -431,7 +431,7 @@ class Groups:
 _WORDS = {Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}
 
 
-def _reasons(groups: Sequence[Group]) -> tuple[str, ...]:
+def _reasons(groups: Sequence[PreparedGroup]) -> tuple[str, ...]:
     """Say for each group that does not stand, or may not stand, why it has no answers."""
     return tuple(
         f"{listed(group.names)}: {_WORDS[group.verdict.status]}: {group.verdict.reason}"

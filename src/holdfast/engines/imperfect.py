@@ -140,7 +140,7 @@ def grounds_of(assembly: Assembly) -> list[Ground]:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class HeightField:
     """A smooth random surface over a patch: the sum of plane waves, times ``scale`` [m].
 
     Heights about ``centre`` (3,) [m] have normally distributed wave vectors ``waves`` (3, WAVES) [1/m] and random
@@ -153,7 +153,7 @@ class Surface:
     scale: float = 1.0
 
     @classmethod
-    def drawn(cls, ground: Ground, imperfect: Imperfect, random: np.random.Generator) -> Surface:
+    def drawn(cls, ground: Ground, imperfect: Imperfect, random: np.random.Generator) -> HeightField:
         """Draw a surface over a patch that has the wanted peak to valley."""
         length = imperfect.correlation or max(ground.longest, 1e-300) / PATCH_SHARE
         waves, phases = random.standard_normal((WAVES, 2)), random.uniform(0, 2 * np.pi, WAVES)
@@ -168,7 +168,7 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
-class Faces:
+class RandomFaces:
     """One sample of the faces of an assembly, the one with number ``sample``.
 
     What is drawn depends on the seed, the number of the sample and the order of the assembly's contacts alone. That
@@ -177,7 +177,7 @@ class Faces:
 
     imperfect: Imperfect
     sample: int
-    _drawn: dict[Same, list[Surface]] = field(default_factory=dict, init=False, repr=False)
+    _drawn: dict[Same, list[HeightField]] = field(default_factory=dict, init=False, repr=False)
 
     def stiffness(self, assembly: Assembly) -> Float:
         """Return the normal stiffness per area (interfaces,) [N/m³], alike for all contacts of a pair of bodies."""
@@ -198,12 +198,12 @@ class Faces:
         ]
         return np.concatenate([np.empty(0), *heights])
 
-    def _surfaces(self, assembly: Assembly) -> list[Surface]:
+    def _surfaces(self, assembly: Assembly) -> list[HeightField]:
         """Return the surfaces over the patches of an assembly; finer grids see the same ones."""
         key = Same(assembly)
         if key not in self._drawn:
             random = self._random(0)
-            self._drawn[key] = [Surface.drawn(ground, self.imperfect, random) for ground in grounds_of(assembly)]
+            self._drawn[key] = [HeightField.drawn(ground, self.imperfect, random) for ground in grounds_of(assembly)]
         return self._drawn[key]
 
     def _random(self, what: int) -> np.random.Generator:

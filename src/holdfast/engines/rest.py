@@ -20,8 +20,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.rigid import shift_twist
 from holdfast.base.text import listed
 from holdfast.conic.solve import ConeProgram, Outcome, solve
-from holdfast.engines.cones import EXACT, FrictionCone
-from holdfast.engines.forces import ACCEPTED_RESIDUAL, scaled_operator, scaled_wrench, solve_forces
+from holdfast.engines.forces import ACCEPTED_RESIDUAL, EXACT, FrictionCone, scaled_operator, scaled_wrench, solve_forces
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 

@@ -14,8 +14,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool
 from holdfast.conic.solve import ConeProgram, Outcome, solve
-from holdfast.engines.cones import EXACT, FrictionCone
-from holdfast.engines.forces import scaled_operator
+from holdfast.engines.forces import EXACT, FrictionCone, scaled_operator
 from holdfast.engines.rest import corner_nodes
 from holdfast.native import core
 

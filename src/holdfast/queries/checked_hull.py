@@ -19,7 +19,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
 from holdfast.base.rounding import SUM
 from holdfast.engines.contract import LoadHull
-from holdfast.engines.limit.load_hull import LARGEST, MOST, WIDER
+from holdfast.engines.limit.load_sets import LARGEST, MOST, WIDER
 from holdfast.geometry.hull_gauge import SLIGHT, hull_gauge
 
 ROUND = {3: 30, 6: 250}  # directions by dimension that are measured, then learnt

@@ -23,7 +23,7 @@ from holdfast.engines.bearing import CRUSHED, UNCHECKED, bearings, concerns, lim
 from holdfast.engines.compliant.engine import Compliant, Rough
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import Groups, prepared
-from holdfast.engines.imperfect import Faces, Imperfect
+from holdfast.engines.imperfect import Imperfect, RandomFaces
 from holdfast.engines.mechanism import crush_of
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.hold import held_names
@@ -202,7 +202,7 @@ class Covering:
 
     def sample(self, number: int) -> Rough:
         """Return the engine on one of the samples."""
-        return Rough(self.engine, Faces(self.imperfect, number))
+        return Rough(self.engine, RandomFaces(self.imperfect, number))
 
     def over_surface(self, found: Answers, W: Float) -> Answers:
         """Do the same as ``over`` for many points on one body, at less cost.

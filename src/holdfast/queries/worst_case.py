@@ -22,7 +22,7 @@ from holdfast.base.values import Table
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import WORST_CASES, Corner
 from holdfast.engines.groups import prepared
-from holdfast.engines.limit.box_corners import change_at, corners_of, least_of
+from holdfast.engines.limit_engine import change_at, corners_of, least_of
 from holdfast.engines.verdict import Status
 from holdfast.queries.push import robustness
 from holdfast.queries.request import (

@@ -14,7 +14,7 @@ from holdfast import Compliant, robustness
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.elastic.path import PathResult
-from holdfast.engines.compliant.compliant_state import Standing
+from holdfast.engines.compliant.compliant_state import RestingState
 from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
 
@@ -31,7 +31,7 @@ def strength(assembly: Assembly, body: str, point: ArrayLike, direction: ArrayLi
 def grid_of(assembly: Assembly) -> Grid:
     """The grid of an assembly that stands."""
     state = Compliant().prepare(assembly)
-    assert isinstance(state, Standing)
+    assert isinstance(state, RestingState)
     return state.grid
 
 

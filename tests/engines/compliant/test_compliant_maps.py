@@ -13,7 +13,7 @@ from bench.scenes.random_pushes import columns as pushed
 from bench.scenes.random_pushes import random_pushes
 from bench.scenes.shelf import shelf
 from holdfast.base.arrays import Float
-from holdfast.engines.compliant.compliant_state import Standing
+from holdfast.engines.compliant.compliant_state import RestingState
 from holdfast.engines.compliant.engine import Compliant
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
@@ -62,7 +62,7 @@ def test_answers_among_many_bodies_do_not_depend_on_the_number_of_threads(monkey
 Case = tuple[str, str, tuple[float, ...], tuple[float, ...]]  # scene, body, point [m], direction
 
 
-def _pushed(case: Case) -> tuple[Standing, Float]:
+def _pushed(case: Case) -> tuple[RestingState, Float]:
     """The state of a case's scene, and its push as a load column."""
     scene, body, point, direction = case
     assembly = hf.assemble(shipped_scene(scene))

@@ -14,8 +14,8 @@ from engine_scenes import block, by_paths
 import holdfast as hf
 from holdfast.base.arrays import Float, objects
 from holdfast.elastic.path import PathOutcome, PathResult
-from holdfast.engines.compliant.amendment import Asked
-from holdfast.engines.compliant.compliant_state import Standing
+from holdfast.engines.compliant.amendment import LoadQuestion
+from holdfast.engines.compliant.compliant_state import RestingState
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.limit_review import LimitReview
 from holdfast.engines.compliant.places import Places
@@ -35,11 +35,11 @@ def asked(**options: Any) -> tuple[float, float]:
     return float(found.force[0]), float(found.lower[0])
 
 
-def asked_of(W: Float) -> Asked:
+def asked_of(W: Float) -> LoadQuestion:
     """The question of loads whose paths say nothing."""
     count = W.shape[1]
     lost = Bounded.unbounded(PathResult.lost(count, len(W)))
-    return Asked(W, EXACT, np.arange(count), lost, np.zeros(count, dtype=bool))
+    return LoadQuestion(W, EXACT, np.arange(count), lost, np.zeros(count, dtype=bool))
 
 
 def lose(monkeypatch: pytest.MonkeyPatch, share: Callable[[Grid], float | None]) -> None:
@@ -174,7 +174,7 @@ def test_a_peak_far_above_the_weight_is_endless_only_if_its_lower_bound_or_the_f
     assembly = hf.assemble(shipped_scene("stack"))
     W = push_columns(assembly, 0, assembly.com[:1], -np.eye(3)[2:]).repeat(3, 1)
     state = hf.Compliant().prepare(assembly)
-    assert isinstance(state, Standing)
+    assert isinstance(state, RestingState)
     found, far = state.load_factor(W), 1e4 * assembly.weight
     assert (found.status == hf.Status.INFINITE).all()
     lower = np.array([0.9, 0.01, 0.0]) * far
@@ -197,7 +197,7 @@ def test_a_peak_far_above_what_limit_analysis_proves_is_not_believed(above: floa
     assembly = hf.assemble(hf.Scene([block("floor", (6, 6, 0.1), (0, 0, -0.05), fixed=True), *walls, ball], 0.3))
     W = push_columns(assembly, assembly.index["ball"], np.array([[-0.05, 0, 0.05]]), np.array([[1.0, 0, 0]]))
     state = hf.Compliant().prepare(assembly)
-    assert isinstance(state, Standing)
+    assert isinstance(state, RestingState)
     found = state.load_factor(W)
     high = above * found.upper
     told = LimitReview(state).amend(replace(found, force=high, lower=high), asked_of(W))

@@ -18,7 +18,7 @@ from holdfast.engines.compliant.elastic_model import elastic_model, own_rows
 from holdfast.engines.compliant.engine import Rough
 from holdfast.engines.compliant.places import Places
 from holdfast.engines.groups import prepared
-from holdfast.engines.imperfect import Faces
+from holdfast.engines.imperfect import RandomFaces
 from holdfast.queries.lower_bounds import covering
 from holdfast.queries.request import push_columns
 
@@ -30,7 +30,7 @@ BED = 9.81 / 0.01 / COMPRESSION
 
 
 def peaks(assembly: Assembly, imperfect: Imperfect, sample: int, nodes: int = 7) -> np.ndarray:
-    engine = Rough(Compliant(nodes=nodes), Faces(imperfect, sample))
+    engine = Rough(Compliant(nodes=nodes), RandomFaces(imperfect, sample))
     return hf.robustness(assembly, "cube", POINTS, WAYS, engine=engine).force
 
 
@@ -123,7 +123,7 @@ def test_a_push_through_the_middle_slides_on_any_surface(sample: int) -> None:
 
     On samples 24 and 90 the cube rocks over two spots on its way, at 0.19 and 0.56 of that, until it meets the next.
     """
-    faces = Faces(Imperfect(400 * COMPRESSION, BED, seed=18), sample)
+    faces = RandomFaces(Imperfect(400 * COMPRESSION, BED, seed=18), sample)
     group = prepared(Rough(Compliant(), faces), cube()).group(0)
     found = group.state.grid.paths(push_columns(group.part.assembly, 0, POINTS[:1], UNIT[:1]))
     assert found.factor[0] == pytest.approx(0.6 * 9.81, rel=1e-3)
@@ -144,7 +144,7 @@ def test_an_independent_code_on_the_same_surfaces(ratio: float) -> None:
     assembly = cube()
     imperfect = Imperfect(4 * ratio * COMPRESSION, BED)
     for sample in range(2):
-        group = prepared(Rough(Compliant(), Faces(imperfect, sample)), assembly).group(0)
+        group = prepared(Rough(Compliant(), RandomFaces(imperfect, sample)), assembly).group(0)
         grid, part = group.state.grid, group.part
         found = grid.paths(push_columns(part.assembly, 0, POINTS[1:], UNIT[1:])).peak
         for point, way, force in zip(POINTS[1:], UNIT[1:], found, strict=True):
@@ -175,7 +175,7 @@ def test_the_correlation_is_a_length_of_the_face() -> None:
     small = peaks(cube(), Imperfect(1e-5, BED), 2)
     body = block("cube", (0.2, 0.2, 0.2), (0, 0, 0.1), 8.0)
     large = assemble(Scene([floor(), body], 0.6))
-    engine = Rough(Compliant(), Faces(Imperfect(2e-5, BED), 2))
+    engine = Rough(Compliant(), RandomFaces(Imperfect(2e-5, BED), 2))
     found = hf.robustness(large, "cube", 2 * POINTS, WAYS, engine=engine).force
     np.testing.assert_allclose(found, 8 * small, rtol=1e-6)
     third = peaks(cube(), Imperfect(1e-5, BED, correlation=0.1 / 3), 2)
@@ -212,7 +212,13 @@ def test_finer_grids_see_the_same_surfaces() -> None:
     np.testing.assert_allclose(coarse, fine, rtol=0.05)
     assembly = cube()
     heights = [
-        dict(zip(map(tuple, np.round(nodes.points, 9)), Faces(imperfect, 0).clearances(assembly, count), strict=True))
+        dict(
+            zip(
+                map(tuple, np.round(nodes.points, 9)),
+                RandomFaces(imperfect, 0).clearances(assembly, count),
+                strict=True,
+            )
+        )
         for count in (49, 169)
         for nodes in [contact_nodes(assembly, count, "quadrature")]
     ]
@@ -226,7 +232,9 @@ def test_lower_is_the_least_of_the_samples_or_the_quantile() -> None:
     given = {"flatness": 5e-5, "bed": BED, "samples": 5}
     each = np.array(
         [
-            hf.robustness(cube(), "cube", POINTS, WAYS, engine=Rough(Compliant(), Faces(Imperfect(**given), k))).lower
+            hf.robustness(
+                cube(), "cube", POINTS, WAYS, engine=Rough(Compliant(), RandomFaces(Imperfect(**given), k))
+            ).lower
             for k in range(5)
         ]
     )

@@ -10,7 +10,7 @@ from placed import at
 import holdfast as hf
 from holdfast.engines.limit.certified import _Face
 from holdfast.engines.limit.gauge import CuttingPlanes, LoadLimit
-from holdfast.engines.limit.limit_program import LoadProgram
+from holdfast.engines.limit.proof import LoadProgram
 from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.native import core

@@ -17,8 +17,8 @@ from holdfast import Friction, Limit, Scene, Status, assemble
 from holdfast.answers import Bound
 from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers
-from holdfast.engines.limit.limit_program import LoadProgram, Solved
 from holdfast.engines.limit.limit_state import LimitState
+from holdfast.engines.limit.proof import LoadProgram, Solved
 
 SIDE = (0.1, 0.1, 0.1)
 NARROW = 1e-6  # width of the bounds, relative to the truth

@@ -12,8 +12,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.public import Record, column
 from holdfast.base.text import listed
 from holdfast.conic.solve import ConeProgram, Outcome, solve
-from holdfast.engines.cones import EXACT
-from holdfast.engines.forces import scaled_operator, scaled_wrench
+from holdfast.engines.forces import EXACT, scaled_operator, scaled_wrench
 from holdfast.engines.rest import corner_nodes
 
 NOTHING = 1e-9  # share of the total weight: the tolerance of the solver

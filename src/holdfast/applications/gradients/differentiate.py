@@ -50,7 +50,7 @@ def gradients(
 
     The derivatives of engine ``limit`` follow from one solve for each row (multipliers.py). Those of a row of engine
     ``compliant`` in which a plane contact gives way that carries what equilibrium alone decides are closed form
-    (engines/trees/slope.py), and so are both sides of their kinks. A row of ``compliant`` that comes as far as
+    (engines/trees/tree_state.py), and so are both sides of their kinks. A row of ``compliant`` that comes as far as
     ``limit`` has the same slopes: an answer that is never above another one touches it. All others are differences of
     answers of moved scenes, two for each parameter, and so are both sides of their kinks. A kink is where another set
     of contacts would carry, edges of two bodies are flush, or a contact appears or ends.

@@ -28,7 +28,7 @@ MATTERS = 0.05  # relative change of an answer above which a note tells of an am
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class LoadQuestion:
     """The question that answers belong to: the load columns W (6J, n) [N, N m] and the ``accuracy`` asked for.
 
     ``paths`` are the load paths of the columns ``loaded`` (k,), those that are not zero. ``leans`` (k,) is True where
@@ -47,7 +47,7 @@ class Asked:
         return not isinstance(self.accuracy, ForcesOnly)
 
 
-class AtRest(Protocol):
+class ElasticRest(Protocol):
     """An assembly at rest on elastic contacts, as amendments see it."""
 
     @property
@@ -73,7 +73,7 @@ class Amendment(ABC):
     ``name`` says in the words of an explanation what it looks at, and ``why`` what it does and for which reason.
     """
 
-    state: AtRest
+    state: ElasticRest
 
     name: ClassVar[str]
     why: ClassVar[str]
@@ -84,11 +84,11 @@ class Amendment(ABC):
         return self.state.grid
 
     @abstractmethod
-    def applies(self, asked: Asked) -> bool:
+    def applies(self, asked: LoadQuestion) -> bool:
         """Tell whether anything may have to be amended; it is cheap."""
 
     @abstractmethod
-    def amend(self, found: Answers, asked: Asked) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
         """Return the answers ``found`` as amended."""
 
 
@@ -99,11 +99,11 @@ class OpenContacts(Amendment):
     name: ClassVar[str] = "contacts that are open at rest"
     why: ClassVar[str] = "contacts that are open and carry nothing at rest may never close, so lower is without them"
 
-    def applies(self, asked: Asked) -> bool:
+    def applies(self, asked: LoadQuestion) -> bool:
         """Tell whether such contacts carry some of a load at its peak."""
         return asked.bounded and bool(asked.leans.any()) and self.state.without_idle is not None
 
-    def amend(self, found: Answers, asked: Asked) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
         """Return the answers; of those that lean on contacts idle at rest, ``lower`` is as without all of these."""
         bare, leaning = self.state.without_idle, asked.loaded[asked.leans]
         if bare is None:
@@ -127,7 +127,7 @@ class Sliding(Amendment):
     name: ClassVar[str] = "sliding far"
     why: ClassVar[str] = f"what holds only after sliding {core.SLID:g} times as far as contacts give is not promised"
 
-    def applies(self, asked: Asked) -> bool:
+    def applies(self, asked: LoadQuestion) -> bool:
         """Tell whether some path slides far before its bound is reached.
 
         Of faces that touch at high points only, what bonded contacts give is far too little; the ideal ones are asked.
@@ -135,7 +135,7 @@ class Sliding(Amendment):
         ideal = self.grid.springs.faces is None
         return asked.bounded and ideal and bool((asked.paths.before < asked.paths.lower).any())
 
-    def amend(self, found: Answers, asked: Asked) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
         """Return the answers with ``lower`` at most what is reached before contacts have slid far.
 
         A path that turned out to have left its branch, as the answer has no end, tells nothing.

@@ -24,7 +24,7 @@ from holdfast.assembly.contact_nodes import (
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 from holdfast.conic.solve import ConeProgram, Outcome, solve
-from holdfast.elastic.sparse import MOST_DENSE, Matrix, solver
+from holdfast.elastic.model import MOST_DENSE, Matrix, solver
 from holdfast.engines.forces import NO_FORCE, force_program, lighter_share
 from holdfast.engines.rest import corner_nodes
 from holdfast.geometry.hull import convex_hull

@@ -28,7 +28,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.parallel import begin, free_threads
 from holdfast.elastic.path import PathOutcome, PathResult
 from holdfast.engines.answers import Answers, Bound, Claim, Step
-from holdfast.engines.compliant.amendment import Amendment, Asked, OpenContacts, Sliding
+from holdfast.engines.compliant.amendment import Amendment, LoadQuestion, OpenContacts, Sliding
 from holdfast.engines.compliant.balanced import Neutral
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.limit_review import LimitReview
@@ -75,11 +75,11 @@ class Unpushable:
             return Answers.not_standing(W.shape[1], engine=NAME, claim=CLAIM, verdict=self.decided)
         loaded = _loaded(W)
         lost = Bounded.unbounded(PathResult.lost(len(loaded), 0))
-        return _told(Asked(W, accuracy, loaded, lost, np.zeros(len(loaded), dtype=bool)), self.decided, [])
+        return _told(LoadQuestion(W, accuracy, loaded, lost, np.zeros(len(loaded), dtype=bool)), self.decided, [])
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class RestingState:
     """An assembly at rest on elastic contacts. All load paths start at this state of rest.
 
     ``neutral`` are the motions that no contact resists, of bodies that are only balanced; None if nothing may have any.
@@ -125,7 +125,7 @@ class Standing:
             solved = self.refined.answers(W[:, loaded], bounds=bounds)
         leans = self.grid.leans(W[:, loaded], solved.paths)
         peaks = solved.paths.outcome == PathOutcome.PEAK
-        asked = Asked(W, accuracy, loaded, solved, leans)
+        asked = LoadQuestion(W, accuracy, loaded, solved, leans)
         found = _told(asked, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
         for amendment in self._amendments:
             if amendment.applies(asked):
@@ -133,13 +133,13 @@ class Standing:
         return found
 
     @cached_property
-    def without_idle(self) -> Standing | None:
+    def without_idle(self) -> RestingState | None:
         """The same state without contacts that are open and carry nothing at rest; None if there are none."""
         grid = self.grid
         if not grid.idle or grid.springs.faces is not None:
             return None
         bare = Grid.of(grid.assembly.without_interfaces(grid.idle), grid.wrench, grid.springs, hold=grid.hold)
-        return Standing(self.decided, replace(self.refined, grid=bare), self.neutral)
+        return RestingState(self.decided, replace(self.refined, grid=bare), self.neutral)
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where more has to be asked.
@@ -188,7 +188,7 @@ class Standing:
         return next(one for one in self._amendments if isinstance(one, SelfStressed))
 
 
-CompliantState: TypeAlias = Standing | Unpushable
+CompliantState: TypeAlias = RestingState | Unpushable
 
 
 def _loaded(W: Float) -> Int:
@@ -196,7 +196,7 @@ def _loaded(W: Float) -> Int:
     return np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
 
 
-def _told(asked: Asked, verdict: Verdict, mechanisms: Iterable[Mechanism]) -> Answers:
+def _told(asked: LoadQuestion, verdict: Verdict, mechanisms: Iterable[Mechanism]) -> Answers:
     """Return the answers that load paths give, INFINITE to loads of zero; ``mechanisms`` are of paths with a peak."""
     count, loaded, paths = asked.W.shape[1], asked.loaded, asked.paths.paths
     force, lower, raw = np.full((3, count), np.inf)

@@ -20,7 +20,7 @@ from holdfast.base.ranges import STIFFNESS
 from holdfast.base.rigid import snapped
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.engines.compliant.places import Places
-from holdfast.engines.imperfect import Faces
+from holdfast.engines.imperfect import RandomFaces
 from holdfast.native import core
 from holdfast.scene.friction import check_known, checked_pairs, number_between
 
@@ -71,7 +71,7 @@ class Springs:
     nodes: int
     ratio: float = 1.0
     stiffness: Stiffness = None
-    faces: Faces | None = None
+    faces: RandomFaces | None = None
 
     def finer(self, times: int) -> Springs:
         """Return the same springs with ``times`` as many nodes along each side."""

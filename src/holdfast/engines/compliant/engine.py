@@ -14,12 +14,12 @@ from holdfast.base.public import Record
 from holdfast.base.ranges import STIFFNESS
 from holdfast.elastic.path import RestOutcome
 from holdfast.engines.compliant.balanced import Neutral, neutral_at
-from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, Standing, Unpushable
+from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, RestingState, Unpushable
 from holdfast.engines.compliant.elastic_model import Springs, Stiffness, check_stiffness, checked_stiffness
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
 from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest, overruled
-from holdfast.engines.imperfect import Faces
+from holdfast.engines.imperfect import RandomFaces
 from holdfast.engines.rest import find_rest
 from holdfast.engines.trees.forest import forest_of
 from holdfast.engines.trees.tree_state import FIRM
@@ -159,7 +159,7 @@ def _standing(verdict: Verdict, grid: Grid, refinements: int, neutral: Neutral |
         return Unpushable(other.after(looks, before=verdict))
     if refinements and grid.springs.faces is None:
         verdict = verdict.after(looks, "rest does not lean on how many nodes there are")
-    return Standing(verdict, Refined(grid, refinements), neutral)
+    return RestingState(verdict, Refined(grid, refinements), neutral)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +170,7 @@ class Rough:
     """
 
     engine: Compliant
-    faces: Faces
+    faces: RandomFaces
 
     name = NAME
     claim = CLAIM

@@ -24,10 +24,9 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
 from holdfast.contacts.flags import EXACT
 from holdfast.contacts.interface import Interface
-from holdfast.elastic.model import Elastic
+from holdfast.elastic.model import WEAKEST_SPRING, Elastic, held
 from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
-from holdfast.elastic.sparse import WEAKEST_SPRING, held
-from holdfast.elastic.system import Settled, System
+from holdfast.elastic.system import RestSearch, System
 from holdfast.engines.compliant.elastic_model import Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing
 from holdfast.engines.compliant.places import Places
@@ -91,7 +90,7 @@ class Grid:
     springs: Springs
     system: System
     hold: Bool | None = None
-    _rest: list[Settled] = field(default_factory=list, init=False, repr=False)
+    _rest: list[RestSearch] = field(default_factory=list, init=False, repr=False)
     _local: dict[tuple[bytes, int, int], Grid] = field(default_factory=dict, init=False, repr=False)
     _making: RLock = field(default_factory=RLock, init=False, repr=False)  # of finer grids, and of rest
 
@@ -126,7 +125,7 @@ class Grid:
         return cls._on(places, wrench, springs, np.ones_like(hold), model)
 
     @property
-    def settled(self) -> Settled:
+    def settled(self) -> RestSearch:
         """The end of the search for rest, which is made when it is first asked for: finer grids mostly have no need."""
         with self._making:  # not a cached property: those of all grids would wait for each other
             if not self._rest:

@@ -10,7 +10,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers, only_balanced
-from holdfast.engines.compliant.amendment import Amendment, Asked
+from holdfast.engines.compliant.amendment import Amendment, LoadQuestion
 from holdfast.engines.compliant.load_bearing import HUGE, rests_alone
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
@@ -62,11 +62,11 @@ class LimitReview(Amendment):
     name: ClassVar[str] = "limit analysis"
     why: ClassVar[str] = "limit analysis proves when something moves at the latest, and which loads have no end"
 
-    def applies(self, asked: Asked) -> bool:
+    def applies(self, asked: LoadQuestion) -> bool:
         """Say that answers have to be looked at."""
         return True
 
-    def amend(self, found: Answers, asked: Asked) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
         """Return the answers ``found``, mended where limit analysis proves more.
 
         - A push becomes 0 if it gains power in a motion that no contact resists (balanced.py).

@@ -17,9 +17,8 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.conic.solve import ConeProgram, Outcome, solve
-from holdfast.elastic.model import Elastic, Runs
+from holdfast.elastic.model import WEAKEST_SPRING, Elastic, Runs, held
 from holdfast.elastic.path import RestOutcome
-from holdfast.elastic.sparse import WEAKEST_SPRING, held
 from holdfast.elastic.system import System
 from holdfast.native import core
 

@@ -21,10 +21,9 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
-from holdfast.elastic.model import Elastic
+from holdfast.elastic.model import Elastic, unresisted_motion
 from holdfast.elastic.path import RestOutcome
-from holdfast.elastic.sparse import unresisted_motion
-from holdfast.elastic.system import Settled
+from holdfast.elastic.system import RestSearch
 from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import on_an_edge
 from holdfast.engines.compliant.elastic_model import world_rows
@@ -143,7 +142,7 @@ def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechani
     return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
 
 
-def _drifts(grid: Grid, end: Settled, known: Assembly, *, exists: bool | None) -> Verdict:
+def _drifts(grid: Grid, end: RestSearch, known: Assembly, *, exists: bool | None) -> Verdict:
     """Return the verdict that follows from the drift at the ``end`` of a search for rest on the contacts ``known``."""
     assembly = grid.assembly
     mechanism = motion_of(assembly, grid.nodes, world_rows(assembly, end.drift[None]).reshape(-1, 6))

@@ -24,12 +24,12 @@ from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.arrays import Float, Int
 from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant.amendment import MATTERS, Amendment, Asked
+from holdfast.engines.compliant.amendment import MATTERS, Amendment, LoadQuestion
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.rest_verdict import TAKEN_ALONG
-from holdfast.engines.cones import EXACT
+from holdfast.engines.forces import EXACT
 from holdfast.engines.self_stress import clampable, self_stressed_nodes
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
@@ -100,11 +100,11 @@ class SelfStressed(Amendment):
         jams = [k for k in heavy.tolist() if size[k] > JAMMED * self.grid.load_bearing.weight(loads[k])]
         return rows[jams]
 
-    def applies(self, asked: Asked) -> bool:
+    def applies(self, asked: LoadQuestion) -> bool:
         """Tell whether bounds are wanted; springs of imperfect faces are a sample already, and are left alone."""
         return asked.bounded and self.grid.springs.faces is None
 
-    def amend(self, found: Answers, asked: Asked) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
         """Return ``found`` with lower bounds that also hold on other springs and nodes.
 
         A path that is lost on one of them counts as far as it was followed. An answer without an end keeps its status,

@@ -23,7 +23,7 @@ from scipy import sparse
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.conic.solve import ConeKind, ConeProgram, solve
-from holdfast.engines.cones import FrictionCone
+from holdfast.engines.forces import FrictionCone
 from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, usual_forces
 from holdfast.engines.rest import Rest, contact_forces
@@ -160,7 +160,7 @@ class Mixture(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class CarryingProof:
     """Lower bounds of the largest factors of loads on one assembly under ``wrench`` (6J,).
 
     ``resting`` (3I,) [N] are contact forces at rest, and ``tau`` (I,) [N] the usual normal force of each node.
@@ -305,7 +305,7 @@ def proved_rest(assembly: Assembly, rest: Rest, wrench: Float, cone: FrictionCon
     doubtful = rest
     for _ in range(3):  # each in units of the forces of the round before
         tau = usual_forces(assembly, doubtful)
-        carried = Carried(equilibrium, cone, rest.nodes.mu, wrench, doubtful.forces.ravel(), tau)
+        carried = CarryingProof(equilibrium, cone, rest.nodes.mu, wrench, doubtful.forces.ravel(), tau)
         if carried.reference is not None:
             forces = carried.reference.forces.reshape(-1, 3)
             verdict = Verdict(

@@ -16,14 +16,13 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, SolverError, message
 from holdfast.conic.solve import ConeProgram, Prepared
 from holdfast.engines.limit.gauge import LoadLimit
-from holdfast.engines.limit.limit_program import TOLERANCE, LoadProgram
-from holdfast.engines.limit.proof import Proofs
+from holdfast.engines.limit.proof import TOLERANCE, LoadProgram, Proofs
 from holdfast.engines.limit.rounding import DOWN, gamma
 from holdfast.engines.verdict import Status
 
 
 @dataclass(frozen=True, eq=False)
-class Corner:
+class ExtremeLoad:
     """A load ``x`` (d,) of the family, and contact ``forces`` (3I,) [N] that about balance it and the wrench."""
 
     x: Float
@@ -39,7 +38,7 @@ class Support:
     def __init__(self, program: LoadProgram, columns: Float) -> None:
         self._program, self._columns = program, columns
 
-    def farthest(self, direction: Float) -> Corner | None:
+    def farthest(self, direction: Float) -> ExtremeLoad | None:
         """Return the x (d,) that goes farthest along ``direction`` (d,), or None if the solver fails."""
         size, count = len(direction), self._cone_program.A.shape[1]
         q = np.zeros(count)
@@ -47,7 +46,7 @@ class Support:
         self._prepared.aim(q)
         found = self._prepared.solve()
         x, forces = found.x[count - size :], self._program.scales.force * found.x[: count - size]
-        return Corner(x, forces) if np.isfinite(found.x).all() and x.any() else None
+        return ExtremeLoad(x, forces) if np.isfinite(found.x).all() and x.any() else None
 
     @cached_property
     def _prepared(self) -> Prepared:
@@ -110,7 +109,7 @@ class Family:
         limits = self.proofs.limits(np.column_stack([self.columns @ direction for direction in directions]))
         return [self._ray(direction, limit) for direction, limit in zip(directions, limits, strict=True)]
 
-    def through(self, corners: Sequence[Corner]) -> list[Ray]:
+    def through(self, corners: Sequence[ExtremeLoad]) -> list[Ray]:
         """Return how far the rays through these corners are known to be carried, by the forces that they came with.
 
         That is about 1. Where the forces prove less, or nothing can be proved, a solve along the ray says more.

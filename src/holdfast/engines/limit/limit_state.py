@@ -23,17 +23,15 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict, joined, only_balanced
-from holdfast.engines.cones import EXACT as EXACT_CONE
-from holdfast.engines.cones import FrictionCone
 from holdfast.engines.contract import EXACT, Accuracy, Gradient, LoadHull, LoadSet, Within
+from holdfast.engines.forces import EXACT as EXACT_CONE
+from holdfast.engines.forces import FrictionCone
 from holdfast.engines.limit.carrying_proof import proved_rest
 from holdfast.engines.limit.certified import certify
 from holdfast.engines.limit.family import Family, Support
 from holdfast.engines.limit.gauge import FLAT_GROUP, CuttingPlanes, LoadLimit, by_body
-from holdfast.engines.limit.limit_program import TOLERANCE, LoadProgram
-from holdfast.engines.limit.load_hull import find_hull
-from holdfast.engines.limit.load_sets import find_set
-from holdfast.engines.limit.proof import SOLVED, Proofs
+from holdfast.engines.limit.load_sets import find_hull, find_set
+from holdfast.engines.limit.proof import SOLVED, TOLERANCE, LoadProgram, Proofs
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of, relative_velocity
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided

@@ -26,7 +26,7 @@ from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.entries import Entries, diagonal
 from holdfast.conic.solve import ConeProgram, solve
-from holdfast.engines.cones import FrictionCone
+from holdfast.engines.forces import FrictionCone
 from holdfast.engines.limit.balance import Balance
 from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner
 from holdfast.engines.mechanism import moving_bodies

@@ -145,7 +145,7 @@ class Forest:
         return Cuts.of(self.assembly)
 
     @cached_property
-    def _table(self) -> _Table:
+    def _table(self) -> _PlaneBridges:
         """The plane contacts that are bridges, those nearer to the support first."""
         return _table_of(self.assembly, self.cuts)
 
@@ -274,7 +274,7 @@ class Cuts(NamedTuple):
         return cls(*core.cuts_of(len(assembly.movable), ends))
 
 
-class _Table(NamedTuple):
+class _PlaneBridges(NamedTuple):
     """The ``roots`` and ``interfaces`` of bridges, and their ``beds``."""
 
     roots: list[int]
@@ -282,7 +282,7 @@ class _Table(NamedTuple):
     beds: Beds
 
 
-def _table_of(assembly: Assembly, cuts: Cuts) -> _Table:
+def _table_of(assembly: Assembly, cuts: Cuts) -> _PlaneBridges:
     """Return those bridges of an assembly that are plane."""
     roots, begin, beyond, since, numbers = (each.tolist() for each in cuts)
     joins, mu, interfaces = strengths_of(assembly), assembly.mu, assembly.interfaces
@@ -317,4 +317,4 @@ def _table_of(assembly: Assembly, cuts: Cuts) -> _Table:
     begins = np.array([0, *accumulate(map(len, behind))])
     bodies = np.array([body for each in behind for body in each], dtype=np.int64)
     beds = Beds(edge, side, edges, hull, size, frame, origin, begins, bodies)
-    return _Table([root for root, *_ in plane], [own for _, own, _ in plane], beds)
+    return _PlaneBridges([root for root, *_ in plane], [own for _, own, _ in plane], beds)
