@@ -20,7 +20,7 @@ from holdfast.scene.shipped.blocks import wall
 def test_the_help_begins_as_the_command_does(name: str) -> None:
     place, text = COMMANDS[name]
     module, _, function = place.partition(":")
-    said = getattr(import_module(module), function).__doc__
+    said = getattr(import_module(f"holdfast.cli.{module}"), function).__doc__
     assert said.split()[:3] == text.split()[:3]
 
 

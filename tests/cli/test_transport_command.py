@@ -11,7 +11,7 @@ import pytest
 from calling import command
 
 import holdfast as hf
-from holdfast.cli import ask_commands as module
+from holdfast.cli import carrier_commands as module
 from holdfast.cli import shared_options
 from holdfast.report import carrier_report
 

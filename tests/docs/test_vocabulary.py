@@ -36,7 +36,7 @@ def options_of(name: str) -> list[Any]:
     """The parameters of a command."""
     module, _, function = COMMANDS[name][0].partition(":")
     alone = typer.Typer()
-    alone.command(name)(getattr(import_module(module), function))
+    alone.command(name)(getattr(import_module(f"holdfast.cli.{module}"), function))
     return list(typer.main.get_command(alone).params)
 
 

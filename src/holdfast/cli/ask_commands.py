@@ -1,8 +1,7 @@
-"""The commands that ask what a scene withstands: assess, push, map, transport, carry; and calibrate."""
+"""The commands that ask how a scene stands and is pushed: assess, push and map; and calibrate."""
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -12,8 +11,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from holdfast.applications.carrying.profile import STANDARDS
-from holdfast.applications.transport import inertial_loads, transport_limits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError, message
@@ -25,7 +22,6 @@ from holdfast.cli.output import AsJson, err, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.shared_options import (
     EXIT,
-    Bounds,
     EngineName,
     File,
     Immobile,
@@ -36,14 +32,11 @@ from holdfast.cli.shared_options import (
     Proof,
     SaveAnswer,
     Several,
-    Straps,
-    Tilt,
     Vector,
     check_suffix,
     engine_with,
     exit_code,
     option,
-    strap_loads,
     tell,
 )
 from holdfast.engines.answers import Claim
@@ -52,12 +45,10 @@ from holdfast.engines.verdict import Status
 from holdfast.queries.map import expected_points, robustness_map
 from holdfast.queries.push import robustness
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.queries.sets import sustainable_accelerations
 from holdfast.queries.stability import stability
 from holdfast.report.contact_report import map_report, push_report, stability_data, stability_report
 from holdfast.scene.scene import Scene
 
-PROFILE = f"CSV file (t, ax, ay, az, ...) or one of: {', '.join(STANDARDS)}"
 LARGE = 25  # number of bodies in a group from which load paths may cost several cone programs
 SLOW = "compliant"  # the engine whose cost grows fastest with the number of bodies in a group
 QUICK = "limit"  # the engine that solves one cone program for each push
@@ -170,104 +161,6 @@ def print_cost_of_limit(assembly: Assembly, bodies: Sequence[str] | None, spacin
         f"{size} bodies hold each other here: --engine {QUICK} takes about {1000 * seconds:.0f} ms a push, "
         f"{points * seconds:,.0f} s for all {points:,.0f} points, and proves its bounds"
     )
-
-
-@takes_scene
-def transport(
-    scene: AssemblyGiven,
-    count: Annotated[int, option("number of horizontal directions, beginning at +x")] = 100,
-    engine: EngineName = DEFAULT_ENGINE,
-    compare: Annotated[Several, option("draw this engine too (may be repeated)")] = None,
-    tilt_degrees: Tilt = None,
-    angular_acceleration: Annotated[Vector | None, option("of the carrier in rad/s²: X Y Z")] = None,
-    angular_velocity: Annotated[Vector | None, option("of the carrier in rad/s: X Y Z")] = None,
-    pivot: Annotated[Vector, option("point about which it rotates in m: X Y Z")] = (0.0, 0.0, 0.0),
-    jolt: Annotated[float, option("vertical acceleration in m/s² that acts throughout, upwards > 0")] = 0.0,
-    bodies: Annotated[
-        Several, option("only what this body and those in contact with it allow (may be repeated); default: all")
-    ] = None,
-    straps: Straps = None,
-    bounds: Bounds = False,
-    png: Annotated[File, option("write a PNG polar plot to this file")] = None,
-    set_file: Annotated[
-        File, option("write the set of sustainable accelerations here (.json or .npz)", "--set")
-    ] = None,
-    nodes: Nodes = None,
-    as_json: AsJson = False,
-) -> None:
-    """Compute how fast the carrier of a scene may accelerate before something moves on it."""
-    from holdfast.report.carrier_report import transport_report
-
-    check_suffix(png, ".png")
-    methods = [engine_with(engine, nodes=nodes), *(engine_with(name) for name in compare or ())]
-    with progress():
-        assembly = scene.assembled()
-    if tilt_degrees is not None:
-        assembly = assembly.tilted(tilt_degrees)
-    loads = inertial_loads(
-        assembly,
-        acceleration=jolt * assembly.scene.up,
-        angular_acceleration=angular_acceleration,
-        angular_velocity=angular_velocity,
-        pivot=pivot,
-    )
-    loads += strap_loads(straps, assembly)
-    ways = assembly.scene.horizontal_directions(count)
-    ask = partial(transport_limits, assembly, ways, standing=loads, bodies=bodies)
-    with progress():
-        results = [ask(engine=method, bounds=bounds and method is methods[0]) for method in methods]
-        result = results[0]
-        save_set = None
-        if set_file is not None and result.verdict.status is Status.STABLE:
-            exists = result.claim is Claim.EXISTS  # what was asked of engine limit
-            save_set = sustainable_accelerations(assembly, exists=exists, standing=loads).save
-    if set_file is not None and save_set is None:
-        err.say(f"no set written: the assembly is {result.verdict.status}")
-    files = [] if save_set is None else [(set_file, save_set)]
-    files.append((png, partial(result.save_png, others=results[1:])))
-    tell(result, transport_report, exit_code(result.verdict.status, result.answers), as_json=as_json, files=files)
-
-
-@takes_scene
-def carry(
-    scene: AssemblyGiven,
-    profile: Annotated[str, typer.Option(help=PROFILE, show_default=False)],
-    heading: Annotated[Vector, option("where the vehicle drives, for a profile by name: X Y Z")] = (1, 0, 0),
-    pivot: Annotated[Vector, option("point whose acceleration is given, in m: X Y Z")] = (0, 0, 0),
-    speed: Annotated[float, option("play the motion this many times as fast")] = 1.0,
-    tilt_degrees: Tilt = None,
-    straps: Straps = None,
-    engine: EngineName = DEFAULT_ENGINE,
-    bounds: Bounds = False,
-    png: Annotated[File, option("write a PNG of the motion and the used share to this file")] = None,
-    save: SaveAnswer = None,
-    nodes: Nodes = None,
-    as_json: AsJson = False,
-) -> None:
-    """Decide whether a scene holds while its carrier moves, and what gives way first and when."""
-    from holdfast.applications.carrying.carry import carry as carry_load  # here, as it takes long to import
-    from holdfast.applications.carrying.carry import unknown_profile
-    from holdfast.applications.carrying.profile import Profile
-    from holdfast.report.carrier_report import carried_report
-
-    check_suffix(png, ".png")
-    method = engine_with(engine, nodes=nodes)
-    with progress():
-        assembly = scene.assembled()
-    up = assembly.scene.up  # before the tilt: the vehicle's own up direction
-    if tilt_degrees is not None:
-        assembly = assembly.tilted(tilt_degrees)
-    if profile in STANDARDS:
-        motion = Profile.named(profile, heading=heading, up=up)
-    elif not os.path.lexists(profile):
-        raise unknown_profile(profile)
-    else:
-        motion = Profile.from_file(profile, pivot=pivot)
-    loads = strap_loads(straps, assembly)
-    with progress():
-        result = carry_load(assembly, motion.at_speed(speed), standing=loads, engine=method, bounds=bounds)
-    files = [(png, result.save_png), (save, result.save)]
-    tell(result, carried_report, EXIT[result.outcome], as_json=as_json, files=files)
 
 
 @takes_scene

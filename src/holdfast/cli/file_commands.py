@@ -12,11 +12,12 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates import schema as certificate
 from holdfast.cli.output import AsJson, out, print_json, write
 from holdfast.cli.scenes import STREAM, SceneGiven, takes_scene
-from holdfast.cli.shared_options import WRITTEN_SUFFIXES, option
+from holdfast.cli.shared_options import option
 from holdfast.scene.formats.native import scene_text, schema
 from holdfast.scene.formats.published import settled_schema
-from holdfast.scene.formats.registry import save_scene
+from holdfast.scene.formats.registry import save_scene, writable
 
+WRITTEN_SUFFIXES = ", ".join(dict.fromkeys(suffix for each in writable() for suffix in each.suffixes))
 TARGET = f"scene file to write: {WRITTEN_SUFFIXES}; - for standard output (YAML)"
 
 

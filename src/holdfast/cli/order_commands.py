@@ -1,4 +1,4 @@
-"""The commands about handling bodies: remove, disassemble, build and safe."""
+"""The commands about taking bodies out and putting them in: remove, disassemble and build."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import typer
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import SOLVES, can_remove, disassembly_order
 from holdfast.applications.disassembly.removal import Answer
-from holdfast.applications.pushing.result import Effect
-from holdfast.applications.pushing.safe import DOUBT, Tool, safe_pushes
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.shared_options import (
@@ -31,7 +29,7 @@ from holdfast.cli.shared_options import (
 )
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.order_report import build_report, disassembly_report, pushes_report, removal_report
+from holdfast.report.order_report import build_report, disassembly_report, removal_report
 
 STATUS = {Answer.SAFE: Status.STABLE, Answer.UNSAFE: Status.UNSTABLE, Answer.UNDECIDED: Status.UNDECIDED}
 Solves = Annotated[int, option("stop after this many checks by contact forces")]
@@ -102,30 +100,3 @@ def build(
     code, files = order_exit_code(reached=result.reached, proven=result.proven), [(save, result.save)]
     notes = assembly.scene.notes
     tell(result, build_report, code, as_json=as_json, notes=notes, files=files, certificate=certificate)
-
-
-@takes_scene
-def safe(
-    scene: AssemblyGiven,
-    body: Annotated[str, typer.Argument(help="the body that is to be pushed")],
-    force: Annotated[float, typer.Option(help="the most that the tool pushes with, in N", show_default=False)],
-    direction: Annotated[Vector | None, option("push along X Y Z only; default: inwards everywhere")] = None,
-    radius: Annotated[float, option("radius of the tool, in m")] = Tool.radius,
-    spacing: Annotated[float | None, option("distance between points, in m; default: about 100")] = None,
-    travel: Annotated[float, option("how far the body is pushed, in m")] = Tool.travel,
-    doubt: Annotated[float, option("share by which friction may be off")] = DOUBT,
-    engine: EngineName = DEFAULT_ENGINE,
-    save: SaveAnswer = None,
-    nodes: Nodes = None,
-    as_json: AsJson = False,
-) -> None:
-    """Find where a body can be pushed so that nothing moves, or so that it moves alone."""
-    method = engine_with(engine, nodes=nodes)
-    with progress():
-        assembly, tool = scene.assembled(), Tool(radius, travel)
-        result = safe_pushes(
-            assembly, body, force, directions=direction, spacing=spacing, tool=tool, doubt=doubt, engine=method
-        )
-    known = bool((result.nothing | result.alone | result.are(Effect.OTHERS)).any())
-    code = EXIT[Status.STABLE if known else Status.UNDECIDED]
-    tell(result, pushes_report, code, as_json=as_json, notes=result.notes, files=[(save, result.save)])

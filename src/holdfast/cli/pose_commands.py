@@ -1,4 +1,4 @@
-"""The commands about poses: place, settle, rest and firmer."""
+"""The commands that change the poses of a scene: place, settle and firmer."""
 
 from __future__ import annotations
 
@@ -13,18 +13,15 @@ import typer
 from holdfast.applications.firmer.freedom import Moves
 from holdfast.applications.placement.conditions import Approach, Search, Where, with_own
 from holdfast.applications.placement.plan import place_all, plan_placement
-from holdfast.applications.resting_poses import resting_poses
 from holdfast.applications.settled import settle as settle_scene
 from holdfast.assembly.caution import doubts
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.text import listed
-from holdfast.base.values import altered
 from holdfast.cli.assignments import of_all_and_each
+from holdfast.cli.file_commands import WRITTEN_SUFFIXES
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import PAIR, AssemblyGiven, SceneGiven, paired, takes_scene
 from holdfast.cli.shared_options import (
     EXIT,
-    WRITTEN_SUFFIXES,
     EngineName,
     File,
     Files,
@@ -41,16 +38,14 @@ from holdfast.cli.shared_options import (
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.contact_report import placement_data
 from holdfast.report.order_report import placements_report
-from holdfast.report.pose_report import firmer_report, placement_report, resting_report, settled_report
+from holdfast.report.pose_report import firmer_report, placement_report, settled_report
 from holdfast.scene.body import Body
-from holdfast.scene.formats.named_meshes import SUFFIXES
 from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.read import SUFFIXES as MESH_SUFFIXES
 from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shapes import Mesh
 
-FRICTION = 0.5  # of --mu where the scene has none for all pairs
 TURN = 15.0  # [deg] default of --turn-degrees of settle
 THINGS = (
     "a mesh file (with --mass), FILE:BODY of another scene, or a body of SCENE to move; if there are several, their "
@@ -176,37 +171,6 @@ def settle(
     files: Files = [(png, result.save_png), (output, partial(save_scene, result.scene))]
     report = partial(settled_report, scene=result.given.name or scene.scene)
     tell(result, report, EXIT[result.status], as_json=as_json, files=files)
-
-
-@takes_scene
-def rest(
-    scene: SceneGiven,
-    body: Annotated[str | None, typer.Argument(help="one of several bodies")] = None,
-    mass: Annotated[float | None, option("mass in kg; default: as in the file, or 1 kg of a mesh")] = None,
-    mu: Annotated[float | None, option("friction with the plane; default: the scene's, or 0.5")] = None,
-    png: Annotated[File, option("write a PNG of all poses to this file")] = None,
-    as_json: AsJson = False,
-) -> None:
-    """List all poses in which one body rests on a level plane, with how firm each is."""
-    check_suffix(png, ".png")
-    if Path(scene.scene).suffix.lower() in SUFFIXES:  # which say nothing of friction, of mass and of what is below
-        mass = (None if scene.density else 1.0) if mass is None else mass
-        scene = replace(
-            scene, friction=scene.friction or [str(FRICTION)], density=scene.density or ["1000"], floor=True
-        )
-    known = scene.read()
-    names = [each.name for each in known.movable]
-    if body is None and len(names) != 1:
-        problem = f"has {len(names)} bodies that can move"
-        raise HoldfastError(message(scene.scene, problem, f"name one: {listed(names)}"))
-    chosen = known.body(names[0] if body is None else body)
-    mass = (chosen.mass or 1.0) if mass is None else mass
-    usual = known.friction.default
-    mu = (FRICTION if usual is None else usual) if mu is None else mu
-    poses = resting_poses(chosen.shape, mass, mu, chosen.com_body)
-    result = altered(poses, body=altered(poses.body, name=chosen.name))
-    report = partial(resting_report, name=chosen.name)
-    tell(result, report, 0, as_json=as_json, notes=known.notes, files=[(png, result.save_png)])
 
 
 @takes_scene

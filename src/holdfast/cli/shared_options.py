@@ -18,7 +18,6 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import ENGINES, engine_of
-from holdfast.scene.formats.registry import writable
 
 if TYPE_CHECKING:
     from holdfast.assembly.assembly import Assembly
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from holdfast.report.description import Report
 
 EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}  # exit code of each status
-WRITTEN_SUFFIXES = ", ".join(dict.fromkeys(suffix for each in writable() for suffix in each.suffixes))
 
 
 def option(text: str, *flags: str, metavar: str | None = None, panel: str | None = None) -> Any:  # noqa: ANN401

@@ -49,10 +49,6 @@ class Camera:
         y = self.origin[1] - pixels[:, 1] / self.scale
         return np.column_stack([x, y, -pixels[:, 2]]) @ np.stack([self.view.right, self.view.up, self.view.toward])
 
-    def magnified(self, factor: int) -> Camera:
-        """Return the same camera for a panel with ``factor`` times as many pixels per side."""
-        return Camera(self.view, self.origin, self.scale * factor)
-
 
 def front_view(picture: Picture) -> View:
     """Return a three-quarter view from above onto the long side of the bodies.

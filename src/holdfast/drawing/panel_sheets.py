@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -224,8 +223,8 @@ def write_sequence(sequence: StateSequence, path: str | os.PathLike[str]) -> Non
     if sequence.marked and any(frame.next for frame in sequence.frames):
         base = size[1] - 18
         writer.axes.add_patch(Rectangle((_SIDE + 12, base - 12), 14, 14, facecolor=_NEXT, edgecolor="none"))
-        low, high_end = np.array([[_SIDE + 40.0, base + 11.0]]), np.array([[_SIDE + 40.0, base - 22.0]])
-        _draw_way(writer.axes, low, high_end, sequence.arriving)
+        near, far = np.array([[_SIDE + 40.0, base + 11.0]]), np.array([[_SIDE + 40.0, base - 22.0]])
+        _draw_way(writer.axes, near, far, sequence.arriving)
         writer.put_clipped(_SIDE + 58, base, sequence.marked, 14.0, size[0] - 2 * _SIDE - 58)
     paint(figure, page)
     write_atomically(path, png_of(canvas))
@@ -237,7 +236,9 @@ def _draw_frame(
     """Draw one state, with an arrow of this ``length`` [m] at the body that leaves next or arrived last."""
     from matplotlib.patches import Rectangle
 
-    colour = partial(_colour, coloured=frame.next)
+    def colour(solid: Solid) -> Rgb:
+        return colours.FIXED if solid.fixed else _NEXT if solid.name == frame.next else _STAYS
+
     free = soup_of([solid for solid in frame.solids if not solid.fixed], colour)
     still = soup_of([solid for solid in frame.solids if solid.fixed], colour)
     focus = np.concatenate([s.vertices for s in sequence.fullest if not s.fixed] or [np.zeros((1, 3))])
@@ -278,7 +279,3 @@ def _sequence_camera(sequence: StateSequence) -> tuple[Camera, tuple[int, int], 
     wide = round(_PANEL[0] * np.sqrt(aspect))
     high = round(_PANEL[1] / np.sqrt(aspect))
     return fit(view, around, wide, high, 16.0), (wide, high), length
-
-
-def _colour(solid: Solid, coloured: str) -> Rgb:
-    return colours.FIXED if solid.fixed else _NEXT if solid.name == coloured else _STAYS

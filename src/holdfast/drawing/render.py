@@ -104,7 +104,7 @@ def render(
     ``ghost`` draws the movable bodies pale, as a backdrop for contacts inside them. If ``focus`` (N, 3) [m] is given,
     the fixed bodies fade out with their distance from these points instead.
     """
-    fine = camera.magnified(_SAMPLES)
+    fine = Camera(camera.view, camera.origin, camera.scale * _SAMPLES)
     size = (shape[0] * _SAMPLES, shape[1] * _SAMPLES)
     front = _layer(movable, fine, size)
     if ghost:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,13 +11,15 @@ from holdfast.applications.disassembly.build import BuildOrder, shown
 from holdfast.applications.disassembly.least_hold import handled, hands_column
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.disassembly.removal import Answer, Removal
-from holdfast.applications.placement.several_result import Placements
 from holdfast.applications.pushing.result import Effect, SafePushes
 from holdfast.base.public import number
 from holdfast.base.text import listed
 from holdfast.drawing.panel_sheets import StateFrame, StateSequence, write_sequence
 from holdfast.report.description import MOST_ROWS, STYLES, Headline, Line, Report, ReportTable, by_engine
 from holdfast.report.map_picture import solids_of
+
+if TYPE_CHECKING:
+    from holdfast.applications.placement.several_result import Placements
 
 MOST_FRAMES = 24  # largest number of states in a strip of removals or of poses
 MOST_PUT = 12  # largest number of states in a strip of objects that are put down

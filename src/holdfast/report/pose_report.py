@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from holdfast.applications.calibration.measured_friction import MeasuredFriction
-from holdfast.applications.firmer.result import STILL, Firmer
-from holdfast.applications.placement.result import Placement
 from holdfast.applications.resting_poses import RestingPoses, words
-from holdfast.applications.settled import Settled
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import write_atomically
 from holdfast.base.public import number
@@ -22,6 +19,12 @@ from holdfast.queries.result import vector_text
 from holdfast.report.description import STYLES, Headline, Line, Report, ReportTable, by_engine, what_moves
 from holdfast.report.map_picture import bare_picture, solids_of
 from holdfast.report.order_report import MOST_FRAMES
+
+if TYPE_CHECKING:
+    from holdfast.applications.calibration.measured_friction import MeasuredFriction
+    from holdfast.applications.firmer.result import Firmer
+    from holdfast.applications.placement.result import Placement
+    from holdfast.applications.settled import Settled
 
 SAMPLED = 160  # number of support points that are sampled for the picture of a placement
 MOST_ARROWS = 6  # largest number of arrows of supports, which are at the largest contact patches
@@ -159,6 +162,8 @@ def firmer_report(result: Firmer) -> Report:
 
 def save_firmer_png(result: Firmer, path: str | os.PathLike[str]) -> None:
     """Write the scene before and after as a PNG; before, with an arrow the way in which the first body was moved."""
+    from holdfast.applications.firmer.result import STILL  # only here, as it takes long to import
+
     scene, unit = result.assembly.scene, "times" if result.times else "N"
     name, last = next(iter(result.poses.items()))
     centre = np.append(scene.body(name).com_body, 1.0)
