@@ -66,12 +66,17 @@ class Exits:
     def _swept(self) -> dict[str, Swept]:
         return {body.name: Swept(body.reduced_world, self.direction) for body in self.assembly.bodies}
 
+    @cached_property
+    def _boxes(self) -> tuple[Float, Float]:
+        """The lowest and highest coordinates (n, 3) [m] of all bodies, across and along the direction."""
+        swept = self._swept.values()
+        return np.array([s.low for s in swept]), np.array([s.high for s in swept])
+
     def in_the_way(self, name: str) -> tuple[tuple[str, float], ...]:
         """Return all bodies that ``name`` would hit on its way out, each with its distance [m], the nearest first."""
         if name not in self._found:
             bodies, index = self.assembly.bodies, list(self._swept).index(name)
-            swept = self._swept.values()
-            low, high = np.array([s.low for s in swept]), np.array([s.high for s in swept])  # across and along the way
+            low, high = self._boxes
             beside = ((low[:, :2] < high[index, :2]) & (low[index, :2] < high[:, :2])).all(1)
             ahead = high[:, 2] >= low[index, 2] - self.assembly.tolerances.widest(self.assembly.scene)
             found = []
