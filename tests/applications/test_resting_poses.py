@@ -10,8 +10,8 @@ import trimesh
 from placed import prism
 
 import holdfast as hf
+from holdfast.applications.hull_graph import HullGraph
 from holdfast.applications.resting_poses import StandingFaces
-from holdfast.geometry.hull_graph import HullGraph
 from holdfast.report import pose_report
 
 G = 9.81

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.geometry.area import areas_of
+from holdfast.geometry.triangles import areas_of
 from holdfast.report.map_picture import picture_of, rims_of
 from holdfast.scene.shipped.blocks import at
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.geometry.area import areas_of, normals_of, outline_vector
+from holdfast.geometry.triangles import areas_of, normals_of, outline_vector
 
 CORNERS = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]])
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from holdfast.geometry.clearance import rod_clearance
-from holdfast.geometry.distance import distance_to_surface
+from holdfast.geometry.distance import distance_to_surface, rod_clearance
 from holdfast.scene.shapes import Box, Sphere
 
 CUBE = Box((0.2, 0.2, 0.2)).surface

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from holdfast.geometry.hull_gauge import hull_gauge
+from holdfast.geometry.hull import hull_gauge
 
 
 def hull(size: int, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from holdfast.geometry.rays import first_hit
+from holdfast.geometry.triangles import first_hit
 from holdfast.scene.shapes import Box
 
 

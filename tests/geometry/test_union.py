@@ -7,8 +7,8 @@ import pytest
 
 import holdfast as hf
 from holdfast.base.arrays import Float, Int
-from holdfast.geometry.area import areas_of
-from holdfast.geometry.union import united
+from holdfast.geometry.solid import united
+from holdfast.geometry.triangles import areas_of
 
 Solid = tuple[Float, Int]
 

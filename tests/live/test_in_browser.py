@@ -22,7 +22,7 @@ from bench.scenes.real_pallets import pallet, pallets
 from holdfast.drawing import colours
 from holdfast.drawing.colours import Kind
 from holdfast.engines.verdict import Status
-from holdfast.geometry.rays import first_hit
+from holdfast.geometry.triangles import first_hit
 
 pytestmark = pytest.mark.slow
 

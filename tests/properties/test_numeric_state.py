@@ -12,7 +12,7 @@ import trimesh
 from placed import FLOOR
 
 import holdfast as hf
-from holdfast.geometry.rays import first_hit
+from holdfast.geometry.triangles import first_hit
 from holdfast.sets import gradients
 
 CAPSULE = hf.Capsule(0.05, 0.2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from holdfast.base.arrays import Float
-from holdfast.geometry.hull_gauge import hull_gauge
+from holdfast.geometry.hull import hull_gauge
 from holdfast.queries.checked_hull import checked_hull
 
 DRAWN_IN = 1.05  # by which the value stays below what was asked

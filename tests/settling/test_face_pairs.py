@@ -7,8 +7,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.settling.moved_surfaces import Posed
-from holdfast.settling.near_faces import FacePairs
-from holdfast.settling.near_points import near_points
+from holdfast.settling.near_points import FacePairs, near_points
 
 MARGIN = 2e-3
 
@@ -40,7 +39,7 @@ def test_pairs_that_are_kept_are_those_of_a_fresh_search(seed: int) -> None:
 
 
 def test_pairs_are_searched_again_only_after_the_spare_distance_is_used_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    import holdfast.settling.near_faces as module
+    import holdfast.settling.near_points as module
 
     searches: list[float] = []
     search = module.near_faces
@@ -56,7 +55,7 @@ def test_pairs_are_searched_again_only_after_the_spare_distance_is_used_up(monke
 
 
 def test_bodies_that_move_together_need_no_new_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    import holdfast.settling.near_faces as module
+    import holdfast.settling.near_points as module
 
     (low, high), kept = balls(), FacePairs()
     kept.within(low, high, MARGIN)

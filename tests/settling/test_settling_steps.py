@@ -14,8 +14,7 @@ from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.settling.motion import Limits, Motion, come_to_rest
 from holdfast.settling.moved_surfaces import Posed, rotation_of, turn_between
-from holdfast.settling.near_faces import FacePairs
-from holdfast.settling.near_points import near_points
+from holdfast.settling.near_points import FacePairs, near_points
 from holdfast.settling.settling_groups import joined
 from holdfast.settling.settling_program import Contacts, small_motion
 from holdfast.settling.shared_volume import shared_solids

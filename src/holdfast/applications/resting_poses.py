@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from holdfast.applications.hull_graph import HullGraph
 from holdfast.base.arrays import Float, Int, checked_number, frozen, unit
 from holdfast.base.errors import GeometryError, located, message
 from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.rigid import tangents
 from holdfast.contacts.tolerances import DEFAULT_ANGLE, Tolerances
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
-from holdfast.geometry.hull_graph import HullGraph
 from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
@@ -267,7 +267,7 @@ def resting_poses(
 
 def _standing(body: Body) -> StandingFaces:
     """Return its faces; raise GeometryError if the hull of a body is flat, or its centre of mass is not inside."""
-    from scipy.spatial import QhullError  # not for those who ask for no hull (geometry/spatial.py)
+    from scipy.spatial import QhullError  # not for those who ask for no hull (geometry/hull.py)
 
     where, standing = "resting_poses: shape", StandingFaces(body)
     try:

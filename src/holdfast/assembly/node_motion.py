@@ -25,7 +25,7 @@ from holdfast.base.values import altered
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.distance import winding_number
-from holdfast.geometry.spatial import search_tree
+from holdfast.geometry.hull import search_tree
 
 STEP = 1e-5  # of a motion, in sizes of the smaller body and in radians; a hundredth of the usual gap
 NEAR = 20.0  # [steps] within which a node is found again

@@ -18,8 +18,8 @@ from holdfast.base.values import Value
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.area import outline_vector
 from holdfast.geometry.surface import Surface
+from holdfast.geometry.triangles import outline_vector
 from holdfast.native import core
 
 ALONG = float(np.cos(np.radians(3)))  # cosine of the largest angle between faces that count as parallel

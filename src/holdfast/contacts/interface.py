@@ -20,8 +20,7 @@ from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import altered
 from holdfast.contacts.spots import Spots
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.hull import convex_hull, smallest_rectangle
-from holdfast.geometry.spatial import search_tree
+from holdfast.geometry.hull import convex_hull, search_tree, smallest_rectangle
 from holdfast.native import core
 
 FLATNESS = 0.02  # [-] largest distance of a given polygon's corners from its plane, relative to its size

@@ -15,8 +15,8 @@ from holdfast.base.public import Record
 from holdfast.contacts.neighbours import Near, in_order, near_pairs
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, winding_number
+from holdfast.geometry.hull import search_tree
 from holdfast.geometry.solid import closed_solid
-from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.surface import Surface
 from holdfast.native import core
 from holdfast.scene.body import Body

@@ -16,7 +16,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.spots import LEAST, Spots, corrected, nearest_spot
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.spatial import search_tree
+from holdfast.geometry.hull import search_tree
 from holdfast.native import core
 
 Sampling = Literal["hull", "quadrature", "corners", "paper"]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.drawing import colours
 from holdfast.drawing.colours import Kind
-from holdfast.geometry.area import normals_of
+from holdfast.geometry.triangles import normals_of
 
 
 @dataclass(frozen=True)

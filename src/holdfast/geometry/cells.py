@@ -8,11 +8,10 @@ from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.public import Record, column
 from holdfast.base.rigid import tangents
 from holdfast.base.rounding import COORDINATES
-from holdfast.geometry.area import areas_of
-from holdfast.geometry.hull import convex_hull, smallest_rectangle
-from holdfast.geometry.spatial import search_tree
+from holdfast.geometry.hull import convex_hull, search_tree, smallest_rectangle
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
+from holdfast.geometry.triangles import areas_of
 from holdfast.native import core
 
 # [rad] largest angle between neighbouring triangles of one facet. It is wider than that of ``Facets``, because

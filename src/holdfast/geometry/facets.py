@@ -1,17 +1,18 @@
-"""Flat faces of many triangles as polygons with holes, and a triangulation of them that is fast to search."""
+"""Flat faces of many triangles as polygons with holes, their triangulation, and which faces stand for a curve."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.public import Record
-from holdfast.geometry.area import outline_vector
-from holdfast.geometry.topology import Topology
+from holdfast.geometry.topology import FLAT, SMOOTH, Topology
+from holdfast.geometry.triangles import outline_vector
 
 LEAST = 5  # least number of triangles of a facet; fewer are treated one by one
 COPLANAR = 1e-5  # [rad] largest angle between neighbouring triangles of one facet, which contacts see as one polygon
 FLATNESS = 1e-7  # largest deviation of vertices from the plane of their facet, relative to the size of the surface
+ALIKE = 0.25  # least ratio of the widths of two faces of a curve; narrower faces are the rounded edge of a flat face
 
 
 class Facets(Record):
@@ -103,3 +104,25 @@ def _halved(ring: Int) -> Int:
         triangles.append((ring[low], ring[middle], ring[high]))
         parts += [(low, middle), (middle, high)]
     return np.array(triangles, dtype=np.int64)
+
+
+def curved_faces(vertices: Float, faces: Int, areas: Float, topology: Topology) -> Bool:
+    """Mark the faces (F,) that meet neighbours of similar width at a small angle, as in a tessellated curve.
+
+    The width of a flat face is its area over the diagonal of its bounding box. The surface is given by vertices (V, 3)
+    [m], faces (F, 3), their areas (F,) [m²] and its topology.
+    """
+    smooth = (np.abs(topology.bend) > FLAT) & (np.abs(topology.bend) < SMOOTH)
+    if not smooth.any():
+        return np.zeros(len(faces), dtype=bool)
+    region = topology.regions(COPLANAR)
+    order = np.argsort(region, kind="stable")
+    starts = np.flatnonzero(np.diff(region[order], prepend=-1))
+    corners = vertices[faces[order]]
+    low, high = np.minimum.reduceat(corners.min(1), starts), np.maximum.reduceat(corners.max(1), starts)
+    width = np.add.reduceat(areas[order], starts) / np.maximum(np.linalg.norm(high - low, axis=1), 1e-300)
+    one, other = region[topology.sides[smooth]].T
+    curved = np.zeros(len(starts), dtype=bool)
+    curved[one[width[other] >= ALIKE * width[one]]] = True
+    curved[other[width[one] >= ALIKE * width[other]]] = True
+    return np.asarray(curved[region])

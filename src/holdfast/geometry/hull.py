@@ -1,16 +1,29 @@
-"""Convex hulls of points, in a plane and in space.
+"""Convex sets: hulls of points in a plane and in space, half spaces, and gauges.
 
 There are three algorithms, because each does something that the others cannot: corners within a stated tolerance
-(``convex_hull``), corner numbers of scaled points (``corner_numbers``), and facets in space (Qhull).
+(``convex_hull``), corner numbers of scaled points (``corner_numbers``), and facets in space (Qhull). What is taken from
+``scipy.spatial`` is imported when it is called: that takes a tenth of a second and is seldom needed for boxes.
 """
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, unit
-from holdfast.geometry.spatial import qhull
 from holdfast.native import core
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull, cKDTree
+
+
+from typing import Final
+
+from holdfast.base.rounding import SUM
+
+PIECE = 4_000_000  # numbers that are in memory at a time, 32 MB
+SLIGHT: Final = core.SLIGHT  # a point that violates a facet by less does not count
 
 
 def convex_hull(points: Float, tolerance: float) -> Float:
@@ -77,3 +90,41 @@ def hull_facets(points: Float, angle: float) -> list[tuple[Float, Int]]:
             first.append(int(k))
             groups.append([int(k)])
     return [(unit(normals[g].mean(0)), np.unique(hull.simplices[g]).astype(np.int64)) for g in groups]
+
+
+def search_tree(points: Float) -> cKDTree:
+    """Return a search tree of points (n, d)."""
+    from scipy.spatial import cKDTree
+
+    return cKDTree(points)
+
+
+def qhull(points: Float, options: str | None = None) -> ConvexHull:
+    """Return the convex hull of points (n, d) by Qhull. Raises ``scipy.spatial.QhullError`` if they are degenerate."""
+    from scipy.spatial import ConvexHull
+
+    return ConvexHull(points, qhull_options=options)
+
+
+def largest_row(A: Float, points: Float) -> Float:
+    """Return the largest entry (n,) of A x for each x of ``points`` (n, d); -inf if A (m, d) has no rows.
+
+    Points are processed in pieces that fit into memory.
+    """
+    step = max(1, PIECE // max(len(A), 1))
+    pieces = [(points[k : k + step] @ A.T).max(axis=1, initial=-np.inf) for k in range(0, len(points), step)]
+    return np.concatenate(pieces) if pieces else np.empty(0)
+
+
+def hull_gauge(known: Float, price: Float, points: Float) -> tuple[Float, Float]:
+    """Return upper bounds (n,) of a gauge γ at ``points`` (n, d), and the facets (n, d) that give them.
+
+    A gauge is convex and positively homogeneous. So γ(Σ λ x) <= Σ λ γ(x) for every combination of the ``known`` points
+    (m, d) with λ >= 0, and γ of each known point is at most its ``price`` (m,): 1 for a point on the boundary of the
+    set, 0 for a direction in which the set is unbounded. The first 2 d known points are along the positive and then the
+    negative axes; a remainder that a combination does not reach is paid for along these.
+
+    A facet is a y with y·x <= price at all known points for which y·point is the bound, up to rounding. Where the bound
+    is differentiable, y is its derivative by the point.
+    """
+    return core.hull_gauge(np.ascontiguousarray(known), price, np.ascontiguousarray(points), SUM)

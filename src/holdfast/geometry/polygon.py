@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from holdfast.base.arrays import Bool, Float
-from holdfast.geometry.spatial import search_tree
+from holdfast.geometry.hull import search_tree
 from holdfast.native import core
 
 SCATTERED = 32  # if a union has more parts, pieces are widened before they are joined

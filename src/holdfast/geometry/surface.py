@@ -10,13 +10,12 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.public import Record, column
-from holdfast.geometry.area import areas_of, normals_of
 from holdfast.geometry.cuboid import Cuboid
-from holdfast.geometry.curved import curved_faces
-from holdfast.geometry.facets import Facets, balanced
+from holdfast.geometry.facets import Facets, balanced, curved_faces
 from holdfast.geometry.roughness import LEAST_VERTICES, NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import SMOOTH, Topology
+from holdfast.geometry.triangles import areas_of, normals_of
 from holdfast.native import core
 
 STRAIGHT = 1e-8  # largest change of a surface when triangles are removed from it, relative to its size

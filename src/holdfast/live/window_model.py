@@ -16,7 +16,7 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import Status
-from holdfast.geometry.rays import first_hit
+from holdfast.geometry.triangles import first_hit
 from holdfast.live.steps import ShownStep
 from holdfast.queries.map import RobustnessMap, check_count, expected_points, joined_maps, robustness_map
 from holdfast.queries.push import Robustness, robustness

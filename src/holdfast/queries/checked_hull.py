@@ -20,7 +20,7 @@ from holdfast.base.progress import report
 from holdfast.base.rounding import SUM
 from holdfast.engines.contract import LoadHull
 from holdfast.engines.limit.load_sets import LARGEST, MOST, WIDER
-from holdfast.geometry.hull_gauge import SLIGHT, hull_gauge
+from holdfast.geometry.hull import SLIGHT, hull_gauge
 
 ROUND = {3: 30, 6: 250}  # directions by dimension that are measured, then learnt
 FARTHEST = 200.0  # boxes up to which a factor counts, so that no price is 0: 0 could not become dearer

@@ -19,7 +19,7 @@ from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import HULLS
 from holdfast.engines.groups import prepared
 from holdfast.geometry.cells import surface_cells
-from holdfast.geometry.hull_gauge import hull_gauge
+from holdfast.geometry.hull import hull_gauge
 from holdfast.queries.checked_hull import checked_hull
 from holdfast.queries.request import Load, checked_assembly, engine_for, total_wrench
 from holdfast.queries.sets import lower_of, notes_of, wrench_box, wrench_columns

@@ -33,8 +33,8 @@ from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.mechanism import Mode
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.geometry.cells import Cells, blocked, surface_cells
+from holdfast.geometry.hull import search_tree
 from holdfast.geometry.polygon import inside, shapely_polygon
-from holdfast.geometry.spatial import search_tree
 from holdfast.queries.lower_bounds import covering
 from holdfast.queries.request import (
     DEFAULT_ENGINE,

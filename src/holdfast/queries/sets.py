@@ -36,7 +36,7 @@ from holdfast.engines.contract import SETS, Engine, LoadSet, State
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.load_sets import BUDGET, drawn_in, hull_of
 from holdfast.engines.verdict import Status
-from holdfast.geometry.half_spaces import largest_row
+from holdfast.geometry.hull import largest_row
 from holdfast.queries.checked_hull import checked_hull
 from holdfast.queries.request import (
     CERTAIN_ENGINE,

@@ -16,8 +16,8 @@ from holdfast.drawing.picture import Arrow, HeatSurface, Picture, Solid
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import ContactForces, Status
 from holdfast.geometry.cells import Cells
+from holdfast.geometry.hull import search_tree
 from holdfast.geometry.polygon import inside, shapely_polygon
-from holdfast.geometry.spatial import search_tree
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.result import promised
 from holdfast.report.description import WORDS, what_moves

@@ -14,8 +14,8 @@ from holdfast.base.errors import GeometryError, located, message
 from holdfast.base.public import Record
 from holdfast.base.rigid import checked_pose, transform
 from holdfast.base.rounding import COORDINATES
+from holdfast.geometry.solid import united
 from holdfast.geometry.surface import Surface
-from holdfast.geometry.union import united
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, MassProperties, Mesh, Sphere, enclosed

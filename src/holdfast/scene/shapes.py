@@ -19,9 +19,9 @@ from holdfast.base.memory import Memory
 from holdfast.base.public import Record, column
 from holdfast.base.ranges import LENGTH, PLACE, SCALE, TOLERANCE
 from holdfast.base.text import quoted
+from holdfast.geometry.hull import search_tree
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
-from holdfast.geometry.spatial import search_tree
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH
 from holdfast.scene.meshes.read import triangles_of

@@ -16,8 +16,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.excluded import body_of
 from holdfast.scene.scene import Scene
 from holdfast.settling.moved_surfaces import Posed, pairs_near
-from holdfast.settling.near_faces import FacePairs
-from holdfast.settling.near_points import Near, near_points
+from holdfast.settling.near_points import FacePairs, Near, near_points
 from holdfast.settling.settling_program import LEFT, Contacts, slips, small_motion
 
 # Lengths are relative to ``Limits.reach``, so that the motion does not depend on the unit of length.

@@ -1,4 +1,7 @@
-"""Near points of two bodies: where they touch, overlap or are near, with signed distances and normals."""
+"""Near points of two bodies: where they touch, overlap or are near, with signed distances and normals.
+
+Pairs of nearby faces are kept from step to step until the bodies have moved too far.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,10 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.patches import NEGLIGIBLE_WIDTH, NOMINAL_BREADTH
 from holdfast.contacts.round_contacts import feet
+from holdfast.contacts.search_mesh import near_faces
 from holdfast.contacts.tolerances import THINNEST, Angles
 from holdfast.native import core
 from holdfast.settling.moved_surfaces import Posed
-from holdfast.settling.near_faces import FacePairs
 from holdfast.settling.shared_volume import Shared, shared_solids, ways_out
 
 FACING = 15.0  # [deg] faces at a smaller angle meet as faces, others with their edges and vertices
@@ -23,6 +26,7 @@ SAME = 10 * NEGLIGIBLE_WIDTH  # relative to the smaller body: closer points are 
 MANY = 256  # if there are more near points, only the deepest in each cell of space is used
 CELL = 0.005  # side of a cell, relative to the smaller body
 ROW: Final = core.NEAR_ROW  # numbers of a near point: point (3), normal (3), distance
+GREATEST = 50.0  # [margins] pairs that were searched up to a larger distance are too many to be reused
 
 
 class Near(NamedTuple):
@@ -143,3 +147,32 @@ def _cells(rows: Float, side: float) -> Int:
     cells = np.column_stack([np.floor(rows[:, :3] / side), np.round(2 * rows[:, 3:6])]).astype(np.int64)
     cells -= cells.min(0)
     return np.asarray(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(0) + 1)))
+
+
+class FacePairs:
+    """A cache of pairs of faces of two bodies that may be near each other.
+
+    It holds the pairs whose boxes came within twice the requested distance, that distance, and the relative
+    pose. Until the bodies have moved by the difference, no other pair can be within the requested distance.
+    """
+
+    def __init__(self) -> None:
+        self._pairs, self._searched = np.empty((0, 2), dtype=np.int64), -1.0
+        self._place = np.eye(4)
+
+    def within(self, a: Posed, b: Posed, margin: float) -> Int:
+        """Return the pairs (m, 2) of faces whose boxes come within ``margin`` [m] and that do not face away."""
+        place = np.linalg.inv(a.body.pose) @ b.body.pose
+        needed = margin + _way(self._place, place, b)
+        if not needed <= self._searched <= GREATEST * margin:
+            self._searched, self._place = 2 * margin, place
+            self._pairs = near_faces(a.mesh, b.mesh, self._searched)
+        of_a, of_b = ((mesh.low, mesh.high, mesh.normals) for mesh in (a.mesh, b.mesh))
+        return core.facing_near(self._pairs, *of_a, *of_b, margin)
+
+
+def _way(before: Float, after: Float, body: Posed) -> float:
+    """Return an upper bound [m] of the motion of any point of a body from pose ``before`` (4, 4) to ``after``."""
+    change = after - before
+    at_centre = change[:3, :3] @ body.start.com_body + change[:3, 3]
+    return float(np.linalg.norm(at_centre) + body.radius * np.linalg.norm(change[:3, :3], 2))

@@ -29,7 +29,7 @@ from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
-from holdfast.geometry.spatial import qhull
+from holdfast.geometry.hull import qhull
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly
 from holdfast.queries.sets import ACCELERATION_BOUND
 from holdfast.scene.scene import Scene

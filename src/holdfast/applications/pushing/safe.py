@@ -28,7 +28,7 @@ from holdfast.engines.answers import Answers, Claim, joined_notes
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.geometry.clearance import rod_clearance
+from holdfast.geometry.distance import rod_clearance
 from holdfast.queries.map import exposed_cells, spacing_for
 from holdfast.queries.push import load_factors
 from holdfast.queries.request import (

@@ -19,7 +19,7 @@ from holdfast.base.rounding import SUM
 from holdfast.engines.limit.gauge import CuttingPlanes, Field, LoadLimit, flat_groups, moment_frame
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.verdict import Status
-from holdfast.geometry.spatial import qhull, search_tree
+from holdfast.geometry.hull import qhull, search_tree
 from holdfast.native import core
 
 NEIGHBOURS = 10  # solved loads, the nearest, that are combined for a bound at another one

@@ -4,7 +4,7 @@ Along a ray from 0 one solve gives a point that is carried, which the inner poly
 A mechanism limits every load: it is a half-space, one row of the outer polyhedron.
 
 Where only points inside are wanted (``find_hull``), they are known points whose combinations come close to the set
-where it matters. The hull of points that are carried is itself carried. Its gauge at a load (geometry/hull_gauge.py) is
+where it matters. The hull of points that are carried is itself carried. Its gauge at a load (geometry/hull.py) is
 a small linear program, whose multiplier is the facet of the hull that the ray of the load goes through. The corner of
 the true set farthest beyond that facet is one cone program away (family.py): if it is not beyond it at all, the facet
 lies on the border of the true set, for all loads whose rays go through it; if it is, it becomes a known point. This is
@@ -27,9 +27,7 @@ from holdfast.base.progress import report
 from holdfast.engines.contract import LoadHull, LoadSet
 from holdfast.engines.limit.family import Family, Ray, Support
 from holdfast.engines.limit.rounding import UP, gamma
-from holdfast.geometry.half_spaces import largest_row
-from holdfast.geometry.hull_gauge import hull_gauge
-from holdfast.geometry.spatial import qhull
+from holdfast.geometry.hull import hull_gauge, largest_row, qhull
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
@@ -123,7 +121,7 @@ def hull_of(points: Float, where: str) -> ConvexHull:
 
     Planes that nearly coincide defeat exact arithmetic in many dimensions: there the points are joggled.
     """
-    from scipy.spatial import QhullError  # not for those who ask for no set (geometry/spatial.py)
+    from scipy.spatial import QhullError  # not for those who ask for no set (geometry/hull.py)
 
     last: QhullError | None = None
     for options in ("Qt", "QJ") if points.shape[1] <= 3 else ("QJ",):

@@ -9,8 +9,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.rigid import transform
-from holdfast.geometry.hull import hull_facets
-from holdfast.geometry.spatial import qhull
+from holdfast.geometry.hull import hull_facets, qhull
 from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Shape

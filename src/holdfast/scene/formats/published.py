@@ -21,7 +21,7 @@ from holdfast.base.errors import GeometryError, SceneError
 from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
-from holdfast.geometry.area import outline_vector
+from holdfast.geometry.triangles import outline_vector
 from holdfast.scene.body import Body
 from holdfast.scene.formats.entries import Matrix4, Number, Triple, Truth, first_fault
 from holdfast.scene.formats.links import not_read, unknown_keys

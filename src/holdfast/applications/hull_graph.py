@@ -13,7 +13,7 @@ from heapq import heappop, heappush
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, unit
-from holdfast.geometry.spatial import qhull
+from holdfast.geometry.hull import qhull
 
 
 @dataclass(frozen=True, eq=False)
