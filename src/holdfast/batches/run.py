@@ -16,8 +16,7 @@ from holdfast.base.borders.outcomes import DONE, OUTCOMES
 from holdfast.base.borders.supervisor import Limits, Reply
 from holdfast.base.errors import HoldfastError, hinting, message
 from holdfast.base.files import checked_path
-from holdfast.base.parallel import cores
-from holdfast.base.progress import lines, report
+from holdfast.base.progress import cores, lines, report
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
 from holdfast.batches.earlier_answers import EarlierAnswers

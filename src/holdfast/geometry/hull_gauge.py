@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.base.rounding import SUM
+from holdfast.base.ranges import SUM
 from holdfast.native import core
 
 SLIGHT: Final = core.SLIGHT  # a point that violates a facet by less does not count

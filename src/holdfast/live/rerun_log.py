@@ -20,8 +20,7 @@ from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Objects, checked_name
 from holdfast.base.colour import rgb_of
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, installing, message
 from holdfast.base.public import number
 from holdfast.base.text import listed, one_line
 from holdfast.drawing import colours

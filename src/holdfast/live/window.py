@@ -18,8 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, installing, message
 from holdfast.base.text import escaped
 from holdfast.drawing.camera import front_view
 from holdfast.drawing.colours import CONTACT, FORCE_COLOUR, INK, before_film

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from holdfast.base.arrays import Float, Int, checked_items, checked_name
 from holdfast.base.errors import GeometryError, located, message
 from holdfast.base.public import Record
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import checked_pose, transform
-from holdfast.base.rounding import COORDINATES
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.union import united
 from holdfast.scene.halfspace import HalfSpace

@@ -13,8 +13,7 @@ from typing import Any, TypeVar
 
 from holdfast.base.arrays import checked_truth
 from holdfast.base.borders.foreign import counted
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, SceneError, located, message
+from holdfast.base.errors import HoldfastError, SceneError, installing, located, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.base.names import Registry
 from holdfast.scene.formats import FORMATS
