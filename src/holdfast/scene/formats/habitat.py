@@ -177,19 +177,17 @@ class _DataSet:
             whole = f"/{template.removesuffix(name)}{file}"
             beside = [path for path in found if path.as_posix().endswith(whole)]
             if found:
-                return self._read((beside or found)[0], notes)
+                path = (beside or found)[0]
+                if path not in self.configs:
+                    if path.suffix != ".json":
+                        self.configs[path] = _Keys({"render_asset": path.name}, str(path), CONFIG_KEYS, notes)
+                    else:
+                        content = read_ordinary(path, "configuration", most=MAX_BYTES).decode("utf-8", "replace")
+                        self.configs[path] = _Keys(from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
+                return self.configs[path]
         folders = listed([quoted(str(folder), 120) for folder in self.folders])
         remedy = "give model_path=[the folder of the data set]"
         raise SceneError(message(where, f"names {quoted(template)}: no {name}{end} in {folders}", remedy))
-
-    def _read(self, path: Path, notes: list[str]) -> _Keys:
-        if path not in self.configs:
-            if path.suffix != ".json":
-                self.configs[path] = _Keys({"render_asset": path.name}, str(path), CONFIG_KEYS, notes)
-            else:
-                content = read_ordinary(path, "configuration", most=MAX_BYTES).decode("utf-8", "replace")
-                self.configs[path] = _Keys(from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
-        return self.configs[path]
 
     def asset(self, config: _Keys) -> Path:
         """Return the path of the mesh with which an object collides."""
@@ -247,7 +245,11 @@ class _Thing(NamedTuple):
         scale = self.config.triple("scale", (1, 1, 1)) * self.config.number("units_to_meters", 1.0) * self._stretch()
         if (scale <= 0).any():
             self.given.fail(f"is scaled by {scale.tolist()}", "needs factors > 0")
-        material = surfaces.material(self._mu(friction))
+        value = self.config.values.get("friction_coefficient", friction)
+        if value is None:
+            self.config.fail("has no friction_coefficient", "give friction=, for all without one")
+        mu = checked_number(value, f"{self.config.where}: friction_coefficient", minimum=0, within=FRICTION)
+        material = surfaces.material(mu)
         meshes = self._meshes(scale, notes)
         vertices = np.vstack([mesh.vertices for mesh in meshes])
         low, high = vertices.min(0), vertices.max(0)
@@ -266,12 +268,6 @@ class _Thing(NamedTuple):
             pose[:3, 3] -= pose[:3, :3] @ com
         inertial = None if still else self._inertial(pieces, weight, com)
         return [rigid_body(self.name, pieces, pose=Y_TO_Z @ pose, inertial=inertial, fixed=still)]
-
-    def _mu(self, friction: float | None) -> float:
-        value = self.config.values.get("friction_coefficient", friction)
-        if value is None:
-            self.config.fail("has no friction_coefficient", "give friction=, for all without one")
-        return checked_number(value, f"{self.config.where}: friction_coefficient", minimum=0, within=FRICTION)
 
     def _com(self, middle: Float, notes: list[str]) -> Float:
         """Return the centre of mass (3,), which Habitat takes to be in the middle if it is not given."""

@@ -92,7 +92,9 @@ def read(
                 _pose(mujoco, model, data, key, qpos)
             mujoco.mj_forward(model, data)
         with located(str(path)):
-            scene = from_mujoco(model, data, rigid=rigid, hold_torques=hold_torques, name=_name(model, path))
+            name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
+            name = path.stem if name in UNNAMED else name
+            scene = from_mujoco(model, data, rigid=rigid, hold_torques=hold_torques, name=name)
             scene = renamed(scene, single)
     return replace(scene, notes=(*notes, *unseen, *scene.notes, *(f"MuJoCo warns: {text}" for text in heard)))
 
@@ -185,11 +187,6 @@ def _number(model: Any, key: str | int) -> int:  # noqa: ANN401
         problem = f"the model has {len(known)} keyframes"
         raise SceneError(message(f"keyframe {quoted(key)}", problem, "needs a name, or a number from 0"))
     return key
-
-
-def _name(model: Any, path: Path) -> str:  # noqa: ANN401
-    name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
-    return path.stem if name in UNNAMED else name
 
 
 MJCF = Format("MJCF", (".xml",), sniff, read, write, mark="`<mujoco>`", extra="mujoco")

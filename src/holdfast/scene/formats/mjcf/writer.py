@@ -94,7 +94,16 @@ def _write_body(world: Xml.Element, assets: Xml.Element, body: Body, friction: d
     element = Xml.SubElement(world, "body", {"name": body.name} | _placed(body.pose))
     if not body.fixed:
         Xml.SubElement(element, "freejoint")
-        Xml.SubElement(element, "inertial", _inertial(body))
+        moments, axes = np.linalg.eigh(body.inertia_com)  # MuJoCo takes principal moments and their axes
+        if moments[0] <= 0 or moments[0] + moments[1] < moments[2] * (1 - 1e-12):
+            problem = f"has the principal moments {', '.join(f'{m:.4g}' for m in moments)} kg m²"
+            remedy = "MuJoCo needs positive ones, the largest at most the sum of the others"
+            raise SceneError(message(f"body {quoted(body.name)}", problem, remedy))
+        moments[2] = min(moments[2], moments[0] + moments[1])
+        turn = axes * [1.0, 1.0, float(np.linalg.det(axes))]
+        place = {"pos": _text(body.com_body), "quat": _quaternion(turn)}
+        mass = {"mass": repr(float(body.mass or 0.0)), "diaginertia": _text(moments)}
+        Xml.SubElement(element, "inertial", place | mass)
     parts = [(p.shape, p.pose) for p in body.shape.parts] if isinstance(body.shape, Compound) else None
     if isinstance(body.shape, HalfSpace):
         name = _geom(body, 0)
@@ -126,19 +135,6 @@ def _write_geom(element: Xml.Element, assets: Xml.Element, shape: Solid, attribu
             Xml.SubElement(element, "geom", attributes | {"type": "mesh", "mesh": name})
             return
     Xml.SubElement(element, "geom", attributes | {"type": kind, "size": _text(size)})
-
-
-def _inertial(body: Body) -> dict[str, str]:
-    """Return the mass, centre of mass and inertia of a body; MuJoCo takes principal moments and their axes."""
-    moments, axes = np.linalg.eigh(body.inertia_com)
-    if moments[0] <= 0 or moments[0] + moments[1] < moments[2] * (1 - 1e-12):
-        problem = f"has the principal moments {', '.join(f'{m:.4g}' for m in moments)} kg m²"
-        remedy = "MuJoCo needs positive ones, the largest at most the sum of the others"
-        raise SceneError(message(f"body {quoted(body.name)}", problem, remedy))
-    moments[2] = min(moments[2], moments[0] + moments[1])
-    turn = axes * [1.0, 1.0, float(np.linalg.det(axes))]
-    place = {"pos": _text(body.com_body), "quat": _quaternion(turn)}
-    return place | {"mass": repr(float(body.mass or 0.0)), "diaginertia": _text(moments)}
 
 
 def _placed(pose: Float) -> dict[str, str]:

@@ -25,13 +25,11 @@ from holdfast.scene.formats.robots.urdf_links import (
     KNOWN,
     SLIDING,
     LinkGroup,
-    UrdfJoint,
     UrdfLinks,
     axis_of,
     groups_of,
 )
 from holdfast.scene.formats.source import Source
-from holdfast.scene.hold import Range
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
 
@@ -218,17 +216,10 @@ def with_arms(
             if joint is None or body is None or fixed[body]:
                 continue
             at, on = place @ group.pose, names.get(group.above)
-            axis, own = at[:3, :3] @ axis_of(joint.element), motors.of(joint.name, _effort(joint))
+            limit = joint.element.child("limit")
+            effort = 0.0 if limit is None or joint.element.child("mimic") is not None else limit.number("effort", 0.0)
+            own = motors.of(joint.name, (-effort, effort) if effort > 0 else None)  # files write 0 for none
+            axis = at[:3, :3] @ axis_of(joint.element)
             slides = joint.kind in SLIDING
             holds.append(joint_hold(body, on, at[:3, 3], axis, own, slides=slides))
     return replace(scene, holds=tuple(holds), excluded=never_touching(arms, balls, [*fixed]))
-
-
-def _effort(joint: UrdfJoint) -> Range | None:
-    """Return the range of a joint by its <limit>; None without one, for 0, and for a joint that another one drives.
-
-    Files write 0 for none.
-    """
-    limit = joint.element.child("limit")
-    effort = 0.0 if limit is None or joint.element.child("mimic") is not None else limit.number("effort", 0.0)
-    return (-effort, effort) if effort > 0 else None

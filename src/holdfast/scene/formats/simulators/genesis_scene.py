@@ -110,7 +110,15 @@ class _GenesisEntities:
                         self._link(link, name)
                 for link in entity.links:
                     if not link.is_fixed:
-                        self._hang(link)
+                        ends = (self.number.get(int(link.parent_idx)), self.number[int(link.idx)])
+                        joints = [joint for joint in link.joints if joint.type != FIXED]
+                        if not joints:
+                            self.joints.append(SimulatedJoint("fixed", ends, JointState.RIGID))
+                        for joint in joints:
+                            if joint.type != FREE:
+                                modes = self.modes[joint.dof_start : joint.dof_end, self.world or 0]
+                                state = JointState.HELD if (modes == POSITION).all() else JointState.LOOSE
+                                self.joints.append(SimulatedJoint(joint.name, ends, state))
             else:
                 self.others.append(str(entity.name))
 
@@ -173,19 +181,6 @@ class _GenesisEntities:
             self.hulls = True
             return hull(vertices)
         return whole(vertices, np.asarray(geom.init_faces))
-
-    def _hang(self, link: Any) -> None:  # noqa: ANN401
-        """Add the joints between a link that moves and its parent; a free joint is none."""
-        ends = (self.number.get(int(link.parent_idx)), self.number[int(link.idx)])
-        joints = [joint for joint in link.joints if joint.type != FIXED]
-        if not joints:
-            self.joints.append(SimulatedJoint("fixed", ends, JointState.RIGID))
-        for joint in joints:
-            if joint.type != FREE:
-                modes = self.modes[joint.dof_start : joint.dof_end, self.world or 0]
-                self.joints.append(
-                    SimulatedJoint(joint.name, ends, JointState.HELD if (modes == POSITION).all() else JointState.LOOSE)
-                )
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which geoms may touch; masks of entities from MJCF and USD count within the entity alone."""

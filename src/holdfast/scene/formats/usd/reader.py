@@ -170,7 +170,10 @@ def _body(
             found = UsdShade.MaterialBindingAPI(each).ComputeBoundMaterial("physics")[0]
             material = found.GetPrim() if found else None
             material = material if material is not None and has(material, "PhysicsMaterialAPI") else None
-            surface = surfaces.material(_mu(each, material, friction, notes), _mode(material))
+            mode = "" if material is None else str(value_of(material, "physxMaterial:frictionCombineMode", ""))
+            if mode and mode not in MODES:
+                fail(material, f"frictionCombineMode is {quoted(mode)}", f"needs one of {', '.join(MODES)}")
+            surface = surfaces.material(_mu(each, material, friction, notes), MODES.get(mode, ""))
             matrix = np.linalg.inv(own) @ stage.placed(each)
             if str(each.GetTypeName()) == "Plane":
                 return _plane(each, group, name, own @ matrix, surface, fixed)
@@ -199,14 +202,6 @@ def _mu(prim: Any, material: Any, friction: float | None, notes: list[str]) -> f
         fail(prim, "has no physics material, so no friction", "give friction=, for all colliders without one")
     notes.append(f"{prim.GetPath()}: friction {friction:g}, as given by friction=")
     return friction
-
-
-def _mode(material: Any) -> str:  # noqa: ANN401
-    """Return the rule by which PhysX combines the friction of a material with that of another; empty if not said."""
-    mode = "" if material is None else str(value_of(material, "physxMaterial:frictionCombineMode", ""))
-    if mode and mode not in MODES:
-        fail(material, f"frictionCombineMode is {quoted(mode)}", f"needs one of {', '.join(MODES)}")
-    return MODES.get(mode, "")
 
 
 USD = Format("USD", (".usd", ".usda", ".usdc", ".usdz"), sniff, read, write, mark="UsdPhysics", extra="usd")
