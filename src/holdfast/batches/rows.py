@@ -18,7 +18,7 @@ from holdfast.base.files import noting_files
 from holdfast.batches.job import Digests, Job, Push, Touched, key_of_files
 from holdfast.batches.schema import Row, Tables
 from holdfast.engines.answers import Answers
-from holdfast.engines.verdict import ContactForces, Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.stability import Stability, stability
@@ -191,16 +191,11 @@ def _add_verdict(found: Stability, tables: Tables) -> None:
         row["status"] = group_of.get(row["body"])
         row["bearing"] = most.get(row["body"])
     if found.forces is not None:
-        _add_forces(found.forces, tables["interfaces"])
-
-
-def _add_forces(forces: ContactForces, interfaces: list[Row]) -> None:
-    """Write the normal forces [N] at rest, and the largest share of the friction limit, into the rows of interfaces."""
-    normal = np.einsum("ik,ik->i", forces.force, forces.normal)
-    for k, row in enumerate(interfaces):
-        own = forces.interface == k
-        row["normal_force"] = float(normal[own].sum())
-        row["usage"] = float(np.max(forces.usage[own], initial=0.0))
+        normal = np.einsum("ik,ik->i", found.forces.force, found.forces.normal)
+        for k, row in enumerate(tables["interfaces"]):
+            own = found.forces.interface == k
+            row["normal_force"] = float(normal[own].sum())
+            row["usage"] = float(np.max(found.forces.usage[own], initial=0.0))  # the largest share of the limit
 
 
 def _push_rows(source: str, found: Robustness | RobustnessMap, bodies: Sequence[str], ways: Float) -> list[Row]:

@@ -164,7 +164,12 @@ class Driver:
         """Write all answers, and then remove shards that are no longer needed."""
         self._report()
         for job, reply in answers:
-            self._write(job, reply)
+            number = job.number // self.folder.shard_size
+            own = self._open[number]
+            own.journal.append(record_of(job, reply))
+            own.missing.remove(job.name)
+            if not own.missing:
+                self._commit(number)
             self.asked += 1
             self._report()
         for shard in self.folder.shards():  # after the last one: their rows stay in a journal
@@ -212,14 +217,6 @@ class Driver:
         """Return whether a shard is complete and holds these scenes in this order, so that it can stay."""
         there = self.folder.file("scenes", shard).exists() and shard not in self.earlier.damaged
         return there and self.folder.names(shard) == names and not self.folder.journal(shard).path.exists()
-
-    def _write(self, job: Job, reply: Reply) -> None:
-        shard = job.number // self.folder.shard_size
-        own = self._open[shard]
-        own.journal.append(record_of(job, reply))
-        own.missing.remove(job.name)
-        if not own.missing:
-            self._commit(shard)
 
     def _commit(self, shard: int) -> None:
         """Write a shard whose rows are all in its journal, and then remove the journal."""

@@ -40,6 +40,11 @@ class Inertial(NamedTuple):
         arm = self.com - point
         return np.asarray(self.inertia + self.mass * (np.eye(3) * (arm @ arm) - np.outer(arm, arm)))
 
+    def weighing(self, mass: float | None) -> Inertial:
+        """Return the same distribution with another ``mass`` [kg]; None stands for its own."""
+        share = 1.0 if mass is None else mass / self.mass
+        return Inertial(share * self.mass, self.com, share * self.inertia)
+
 
 def together(inertials: Iterable[Inertial]) -> Inertial:
     """Return the sum of several inertials in the same frame, at least one of which has a mass."""

@@ -259,7 +259,10 @@ class _Thing(NamedTuple):
             pieces = [BodyPiece(Box(high - low), middle, material)]
         else:
             pieces = [BodyPiece(mesh, np.eye(4), material) for mesh in meshes]
-        com = self._com((low + high) / 2, notes)
+        given = "COM" in self.config.values
+        com = self.config.triple("COM", (0, 0, 0)) if given else (low + high) / 2
+        if not given and not self.stage:
+            notes.append(f"{self.config.where}: no COM, so it is in the middle of the bounding box, as in Habitat")
         w, x, y, z = checked(self.given.values.get("rotation", (1, 0, 0, 0)), (4,), f"{self.given.where}: rotation")
         if abs(np.linalg.norm((w, x, y, z)) - 1) > UNIT_LENGTH:
             self.given.fail("has a quaternion of another length than 1", "needs w, x, y, z")
@@ -269,21 +272,12 @@ class _Thing(NamedTuple):
         inertial = None if still else self._inertial(pieces, weight, com)
         return [rigid_body(self.name, pieces, pose=Y_TO_Z @ pose, inertial=inertial, fixed=still)]
 
-    def _com(self, middle: Float, notes: list[str]) -> Float:
-        """Return the centre of mass (3,), which Habitat takes to be in the middle if it is not given."""
-        if "COM" in self.config.values:
-            return self.config.triple("COM", (0, 0, 0))
-        if not self.stage:
-            notes.append(f"{self.config.where}: no COM, so it is in the middle of the bounding box, as in Habitat")
-        return middle
-
     def _inertial(self, pieces: list[BodyPiece], weight: tuple[float | None, float | None], com: Float) -> Inertial:
         mass, density = weight
         if mass is None and density is None:
             self.config.fail("has no mass", "give mass= or density=, for it or for all")
         shape = filled(pieces, 1.0 if density is None else density)
-        share = 1.0 if mass is None else mass / shape.mass
-        return Inertial(share * shape.mass, com, share * shape.about(com))
+        return Inertial(shape.mass, com, shape.about(com)).weighing(mass)
 
     def _meshes(self, scale: Float, notes: list[str]) -> list[Mesh]:
         """Return the meshes of the asset in the frame of the object: hulls of its parts, or for a stage as they are."""

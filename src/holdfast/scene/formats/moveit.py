@@ -89,9 +89,7 @@ def _inertial(pieces: list[BodyPiece], weights: Weights, name: str) -> Inertial:
     if given is None and dense is None:
         problem = "has no mass"
         raise SceneError(message(f"object {quoted(name)}", problem, "give mass= or density=, for it or for all"))
-    found = filled(pieces, 1.0 if dense is None else dense)
-    share = 1.0 if given is None else given / found.mass
-    return Inertial(share * found.mass, found.com, share * found.inertia)
+    return filled(pieces, 1.0 if dense is None else dense).weighing(given)
 
 
 class _Lines:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Literal
@@ -81,7 +82,10 @@ def read(
     groups = groups_of(top, held, checked_truth(rigid, "rigid"), notes)
     frames = Frames()
     found: list[BodyParts] = []
-    for group, name in zip(groups, _names(groups), strict=True):
+    count = Counter(group.members[0].scope.path for group in groups)
+    for group in groups:
+        first = group.members[0]
+        name = first.scope.path if count[first.scope.path] == 1 else first.path
         found += _bodies(group, name, reader, frames)
     bodies, excluded = [body for body, _ in found], excluded_pairs(found, notes)
     if not bodies and not checked_truth(floor, "floor"):
@@ -134,16 +138,6 @@ def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str
     if found:
         notes.append(f"friction: tags of {chosen}; of two surfaces it is their {RULES[chosen]}")
     return chosen
-
-
-def _names(groups: list[Group]) -> list[str]:
-    """Return the name of each group: that of its model, with the name of a link if the model has several groups."""
-    count: dict[str, int] = {}
-    for group in groups:
-        path = group.members[0].scope.path
-        count[path] = count.get(path, 0) + 1
-    first = [group.members[0] for group in groups]
-    return [place.scope.path if count[place.scope.path] == 1 else place.path for place in first]
 
 
 def _bodies(group: Group, name: str, reader: SdfLinks, frames: Frames) -> Iterator[BodyParts]:

@@ -222,8 +222,7 @@ class SdfLinks:
             mass = None if inertial is None else inertial.child("mass")
             if mass is None:
                 return found
-            share = checked_number(mass.values(1)[0], mass.place, above=0, within=MASS) / found.mass
-            return Inertial(share * found.mass, found.com, share * found.inertia)
+            return found.weighing(checked_number(mass.values(1)[0], mass.place, above=0, within=MASS))
         if bare:
             self.notes.of(where, "mass 1 kg, which SDF says where a file says none")
         return _given(inertial, element)

@@ -108,7 +108,13 @@ def read(
     bodies = [body for group in groups if (body := _body(group, links, reader, density, all_fixed, motors))]
     if not bodies:
         root.fail("has no link with a shape", "needs a <collision> or <visual>")
-    placed = _held([(copy, body) for copy, place in copies for body in _placed(bodies, copy, place)], fixed)
+    several = len(bodies) > 1
+    copied = [
+        (copy, replace(body, name=f"{copy}/{top}" if several else copy, pose=place @ body.pose))
+        for copy, place in copies
+        for top, body in bodies
+    ]
+    placed = _held(copied, fixed)
     remedy = "give floor=True for a floor at z = 0, or fixed=True for what carries others"
     placed = with_floor(placed, floor, root.place, remedy, problem="is a thing that nothing carries")
     scene = scene_of(placed, reader.surfaces.table(FLOOR if floor else None), gravity, name, notes)
@@ -188,12 +194,6 @@ def _body(
         fixed = True
     mass = together(massive) if massive and not unknown else None
     return group.top, rigid_body(group.top, pieces, pose=group.pose, inertial=mass, fixed=fixed)
-
-
-def _placed(bodies: list[tuple[str, Body]], copy: str, at: Float) -> list[Body]:
-    """Return a copy of the bodies, with names and poses of its own."""
-    several = len(bodies) > 1
-    return [replace(body, name=f"{copy}/{top}" if several else copy, pose=at @ body.pose) for top, body in bodies]
 
 
 URDF = Format("URDF", (".urdf",), sniff, read, mark="<robot>")

@@ -13,8 +13,9 @@ import manifold3d
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, checked_whole
 from holdfast.base.errors import GeometryError, SceneError, located, message
+from holdfast.base.ranges import MANY
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
@@ -241,6 +242,13 @@ def body_of(name: str, pose: Float, colliders: Sequence[BodyPiece], inertial: In
         return Body(name, shape, pose=pose, material=usual, fixed=True)
     inertia = (inertial.inertia + inertial.inertia.T) / 2
     return Body(name, shape, inertial.mass, pose=pose, com=inertial.com, inertia=inertia, material=usual)
+
+
+def world_of(world: int | None, count: int, what: str) -> int:
+    """Return the number of the world to read, of ``count`` in ``what``, which has to be said if there are several."""
+    if world is None and count > 1:
+        raise SceneError(message("world", f"the {what} has {count}", f"say which: world=0 to {count - 1}"))
+    return 0 if world is None else checked_whole(world, "world", 0, min(max(count, 1), MANY) - 1)
 
 
 def unique(wanted: Iterable[str]) -> list[str]:

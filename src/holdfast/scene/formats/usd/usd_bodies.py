@@ -201,16 +201,12 @@ def unread(stage: Stage) -> list[str]:
             continue
         if _is_foreign(kind):
             found[kind] += 1
-        found.update(name for name in map(_schema, prim.GetPrimTypeInfo().GetAppliedAPISchemas()) if _is_foreign(name))
+        applied = [str(each).partition(":")[0] for each in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
+        found.update(name for name in applied if _is_foreign(name))
         found.update(str(each.GetName()) for each in prim.GetAuthoredProperties() if not _is_known(each))
     lost = [one_line(str(error)) for error in stage.whole.GetCompositionErrors()]
     notes = [f"not in the stage, as USD could not compose it: {listed(lost, 3)}"] if lost else []
     return [*notes, *not_read(found)]
-
-
-def _schema(applied: Any) -> str:  # noqa: ANN401 - of a type of usd-core
-    """Return the name of an applied schema without that of its instance."""
-    return str(applied).partition(":")[0]
 
 
 def _is_foreign(name: str) -> bool:
