@@ -14,11 +14,11 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
 from holdfast.base.errors import HoldfastError, installing, message
+from holdfast.base.rigid import quaternion_of
 from holdfast.base.text import escaped
 from holdfast.drawing.camera import front_view
 from holdfast.drawing.colours import CONTACT, FORCE_COLOUR, INK, before_film
@@ -229,7 +229,7 @@ class Window:
     def _put(self, name: str, place: Float) -> None:
         """Draw a body at this transform (4, 4), world frame."""
         frame = self._frames[name]
-        frame.wxyz = np.roll(Rotation.from_matrix(place[:3, :3]).as_quat(), 1)
+        frame.wxyz = quaternion_of(place[:3, :3])
         frame.position = place[:3, 3]
 
     def _dropped(self, name: str, pose: Float) -> None:

@@ -171,6 +171,11 @@ class Compound(Record):
 Shape: TypeAlias = Solid | HalfSpace | Compound
 
 
+def solids_in(shape: Solid | Compound) -> list[tuple[Solid, Float]]:
+    """Return the solids of a shape, each with its pose (4, 4) in the frame of the shape."""
+    return [(part.shape, part.pose) for part in shape.parts] if isinstance(shape, Compound) else [(shape, np.eye(4))]
+
+
 def as_shape(value: Any, where: str) -> Shape:  # noqa: ANN401 - a shape or a trimesh.Trimesh
     """Return ``value`` if it is a shape, or a Mesh if it has ``vertices`` and ``faces``, as a trimesh.Trimesh has.
 

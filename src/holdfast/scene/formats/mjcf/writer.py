@@ -15,9 +15,10 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, message
+from holdfast.base.rigid import quaternion_of
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Compound, Solid
+from holdfast.scene.compound import Solid, solids_in
 from holdfast.scene.excluded import Excluded, by_bodies, may_touch
 from holdfast.scene.formats.surfaces import Unit, table_of, units_of
 from holdfast.scene.halfspace import HalfSpace
@@ -101,17 +102,15 @@ def _write_body(world: Xml.Element, assets: Xml.Element, body: Body, friction: d
             raise SceneError(message(f"body {quoted(body.name)}", problem, remedy))
         moments[2] = min(moments[2], moments[0] + moments[1])
         turn = axes * [1.0, 1.0, float(np.linalg.det(axes))]
-        place = {"pos": _text(body.com_body), "quat": _quaternion(turn)}
+        place = {"pos": _text(body.com_body), "quat": _text(quaternion_of(turn))}
         mass = {"mass": repr(float(body.mass or 0.0)), "diaginertia": _text(moments)}
         Xml.SubElement(element, "inertial", place | mass)
-    parts = [(p.shape, p.pose) for p in body.shape.parts] if isinstance(body.shape, Compound) else None
     if isinstance(body.shape, HalfSpace):
         name = _geom(body, 0)
         plane = {"name": name, "type": "plane", "size": "0 0 1"}
         Xml.SubElement(element, "geom", plane | _sliding(friction[name], 3))
         return
-    whole = body.shape
-    for k, (shape, pose) in enumerate(parts or ([] if isinstance(whole, Compound) else [(whole, np.eye(4))])):
+    for k, (shape, pose) in enumerate(solids_in(body.shape)):
         name = _geom(body, k)
         _write_geom(element, assets, shape, {"name": name} | _placed(pose) | _sliding(friction[name], 3))
 
@@ -138,13 +137,7 @@ def _write_geom(element: Xml.Element, assets: Xml.Element, shape: Solid, attribu
 
 
 def _placed(pose: Float) -> dict[str, str]:
-    return {"pos": _text(pose[:3, 3]), "quat": _quaternion(pose[:3, :3])}
-
-
-def _quaternion(turn: Float) -> str:
-    from scipy.spatial.transform import Rotation  # only here, as it takes a tenth of a second
-
-    return _text(Rotation.from_matrix(turn).as_quat(scalar_first=True))
+    return {"pos": _text(pose[:3, 3]), "quat": _text(quaternion_of(pose[:3, :3]))}
 
 
 def _text(values: Float) -> str:
