@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 MOST_IN_SHARD = 1_000_000  # more scenes for one process mean a mistake
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
-STAGE = "scenes"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -233,7 +232,7 @@ class Driver:
             size, part = self.folder.shard_size, self.folder.part
             starts = range(part.number * size, self.inputs.count, part.of * size)
             total = sum(min(size, self.inputs.count - first) for first in starts)
-        report(STAGE, self.asked + self.reused, total)
+        report("scenes", self.asked + self.reused, total)
 
 
 def record_of(job: Job, reply: Reply) -> Record:

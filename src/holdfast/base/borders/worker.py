@@ -23,7 +23,6 @@ from typing import Any
 
 from holdfast.base.borders.outcomes import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
 
-STATUS = Path("/proc/self/status")
 PATIENCE = 2.0  # a worker ends itself after this multiple of SECONDS, plus 30 s, in case its supervisor is gone
 LIMITED = "HOLDFAST_LIMITED"  # a variable of the environment that workers have
 LINES = 6  # number of lines at the end of a traceback that are reported
@@ -65,7 +64,7 @@ def is_limited() -> bool:
 def taken(entry: str) -> int:
     """Return the memory of this process [bytes], VmSize, VmRSS or the peak VmHWM; 0 if the system does not say."""
     try:
-        lines = STATUS.read_text().splitlines()
+        lines = Path("/proc/self/status").read_text().splitlines()
     except OSError:
         return 0
     return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(f"{entry}:"))

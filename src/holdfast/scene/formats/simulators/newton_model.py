@@ -51,7 +51,6 @@ RULES = {
     "mujoco": "largest",
     "vbd": "geometric mean",
 }
-UNKNOWN = "geometric mean"
 
 
 def from_newton(
@@ -112,7 +111,7 @@ def _rule(model: Any, solver: str) -> str:  # noqa: ANN401
     priority = getattr(getattr(model, "mujoco", None), "geom_priority", None)
     if solver == "mujoco" and priority is not None and _array(priority).any():
         return "least"
-    return RULES.get(solver, UNKNOWN)
+    return RULES.get(solver, "geometric mean")
 
 
 class _NewtonWorld:
