@@ -9,7 +9,7 @@ import difflib
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
@@ -20,6 +20,8 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.text import LONGEST_NAME, one_line, quoted
 from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.hold import AnyHold, Grip, Hold
+
+M = TypeVar("M", bound=BaseModel)
 
 ALIKE = 0.65  # least similarity (at most 1) of an unknown key to the one that is suggested
 # Keys that users and other formats use for what has another key in a scene file
@@ -54,16 +56,19 @@ EXAMPLES = {
 }
 
 
-def first_fault(
-    error: ValidationError,
-    schema: type[BaseModel],
-    data: Any,  # noqa: ANN401 - plain data
-    path: Path,
-    kind: str = "",
-) -> str:
-    """Describe the most helpful of the errors in one line, with the name of the body as well as its number.
+def validated(schema: type[M], data: Any, path: Path, kind: str = "") -> M:  # noqa: ANN401 - plain data
+    """Return the model of the data in the file at ``path``; raise SceneError, with the first fault, if they do not fit.
 
     ``kind`` is the argument of ``holdfast schema`` that prints the schema.
+    """
+    try:
+        return schema.model_validate(data)
+    except ValidationError as cause:
+        raise SceneError(_first_fault(cause, schema, data, path, kind)) from None
+
+
+def _first_fault(error: ValidationError, schema: type[BaseModel], data: Any, path: Path, kind: str) -> str:  # noqa: ANN401
+    """Describe the most helpful of the errors in one line, with the name of the body as well as its number.
 
     An unknown key comes first, because it is probably a misspelling of a missing one.
     """

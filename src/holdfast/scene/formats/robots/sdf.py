@@ -9,11 +9,19 @@ from typing import Literal
 
 import numpy as np
 
-from holdfast.base.arrays import checked_name, checked_number, checked_truth, checked_word
+from holdfast.base.arrays import checked_name, checked_truth, checked_word
 from holdfast.base.errors import nearest_of
-from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import quoted
-from holdfast.scene.formats.links import FLOOR, BodyParts, Notes, bodies_of_links, checked_fixed, scene_of, with_floor
+from holdfast.scene.formats.links import (
+    FLOOR,
+    BodyParts,
+    Notes,
+    bodies_of_links,
+    checked_defaults,
+    checked_fixed,
+    scene_of,
+    with_floor,
+)
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
@@ -71,10 +79,7 @@ def read(
     models = [scope for scope in top.within() if not scope.is_world]
     links = [f"{scope.path}::{link.attribute('name')}" for scope in models for link in scope.element.all("link")]
     meshes.check_names([scope.path for scope in models] + links)
-    if density is not None:
-        density = checked_number(density, "density", above=0, within=DENSITY)
-    if friction is not None:
-        friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
+    friction, density = checked_defaults(friction, density)
     notes.unread([whole, *(scope.element for scope in top.within())], KNOWN, ATTRIBUTES)
     tags = _tags(root, top, simulator, notes)
     reader = SdfLinks(tags, Surfaces(RULES[tags]), friction, density, meshes, notes)

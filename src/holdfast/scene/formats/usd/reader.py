@@ -12,11 +12,20 @@ import numpy as np
 from holdfast.base.arrays import Float, checked_number, checked_truth, checked_word, unit
 from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, located, message
-from holdfast.base.ranges import DENSITY, FRICTION, SCALE
+from holdfast.base.ranges import FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
-from holdfast.scene.formats.links import FLOOR, BodyParts, checked_fixed, kept_apart, rigid_body, scene_of, with_floor
+from holdfast.scene.formats.links import (
+    FLOOR,
+    BodyParts,
+    checked_defaults,
+    checked_fixed,
+    kept_apart,
+    rigid_body,
+    scene_of,
+    with_floor,
+)
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
@@ -75,10 +84,7 @@ def read(
     path, notes = source.path, list[str]()
     if source.given is not None or len(source.content) > MAX_BYTES:
         raise SceneError(message(str(path), "is not a file by itself", "USD is read from files: save it first"))
-    if density is not None:
-        density = checked_number(density, "density", above=0, within=DENSITY)
-    if friction is not None:
-        friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
+    friction, density = checked_defaults(friction, density)
     if combine is not None:
         checked_word(combine, RULES, "combine")
     rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")

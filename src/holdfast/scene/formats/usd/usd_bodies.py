@@ -168,7 +168,6 @@ def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
         if value_of(group, "physics:invertFilteredGroups", False):
             filtered = set(names.values()) - filtered
         found |= {pair for other in filtered for pair in ((_merged(group), other), (other, _merged(group)))}
-    apart = found
     queries = [
         (_merged(prim), UsdPhysics.CollisionGroup(prim).GetCollidersCollectionAPI().ComputeMembershipQuery())
         for prim in groups
@@ -182,7 +181,7 @@ def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
             for x, y in ((a.GetPath(), b.GetPath()), (b.GetPath(), a.GetPath())):
                 if x.HasPrefix(path) and any(y.HasPrefix(other) for other in others):
                     return False
-        return not any((x, y) in apart for x in of(a) for y in of(b))
+        return not any((x, y) in found for x in of(a) for y in of(b))
 
     return may
 
