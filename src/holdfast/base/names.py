@@ -50,10 +50,7 @@ def names_of_stub(
         setattr(sys.modules[module], name, value)
         return value
 
-    def directory() -> list[str]:
-        return sorted({*vars(sys.modules[module]), *homes})
-
-    return public, attribute, directory
+    return public, attribute, lambda: sorted({*vars(sys.modules[module]), *homes})
 
 
 def _unknown(module: str, name: str, known: Iterable[str], elsewhere: Callable[[str], str | None]) -> str:

@@ -131,15 +131,6 @@ def _words(model: type[M], extras: Any, path: Path) -> M | None:  # noqa: ANN401
     return None if data is None else validated(model, data, path)
 
 
-def known_of(words: BodyWords, name: str) -> Known:
-    """Return the shape, centre of mass and inertia of a body from a node whose mesh is unchanged."""
-    shape = None if words.shape is None else shape_of(words.shape, None, name)
-    com, inertia, origin = (
-        None if each is None else np.array(each) for each in (words.com, words.inertia, words.origin)
-    )
-    return Known(shape, words.noise, com, inertia, np.zeros(3) if origin is None else origin)
-
-
 @dataclass(frozen=True)
 class Inside:
     """The data of the scene and of each node about its body; empty if another program wrote the file."""
@@ -184,9 +175,13 @@ class Inside:
             if not (np.array_equal(stretch, np.eye(3)) and checksum(node.vertices, node.faces) == words.surface):
                 edited.append(node.name)
                 continue
-            known = known_of(words, node.name)
+            shape = None if words.shape is None else shape_of(words.shape, None, node.name)
+            com, inertia, origin = (
+                None if each is None else np.array(each) for each in (words.com, words.inertia, words.origin)
+            )
             same = weights[node.name] == self.weight(node.name)
-            found[node.name] = known if same else known._replace(inertia=None)
+            at = np.zeros(3) if origin is None else origin
+            found[node.name] = Known(shape, words.noise, com, inertia if same else None, at)
         if edited:
             about = "their shapes, centres of mass and inertias are those of their meshes"
             notes.append(f"meshes are not those that holdfast wrote, so {about}: {listed(edited)}")

@@ -50,7 +50,7 @@ def write(scene: Scene, path: Path) -> bytes:
     mu, touch = table_of(scene, units)
     own = np.where(touch, mu, np.inf).min(1, initial=np.inf)
     own[~np.isfinite(own)] = 0.0
-    own, others = own, touch & (np.maximum(own[:, None], own[None]) != mu)
+    others = touch & (np.maximum(own[:, None], own[None]) != mu)
     friction = {geom: float(own[k]) for k, unit in enumerate(units) for geom in _geoms(unit)}
     for body in scene.bodies:
         _write_body(world, assets, body, friction)
