@@ -215,7 +215,11 @@ class _Sink:
     def still(self, picture: Picture, text: str) -> None:
         """Log what does not change: the answer in words, contacts, forces, pushes and the points of the map."""
         rr, size = self.rr, size_of(picture)
-        words = [one_line(text), picture.title, picture.subtitle, *_scale(picture)]
+        words = [one_line(text), picture.title, picture.subtitle]
+        scale = colours.scale_of(forces(picture))
+        if scale is not None:
+            low, *_, high = colours.ticks(scale)
+            words.append(f"{picture.value_name}: dark red {low.label} (weak) to pale green {high.label} (strong)")
         self.put(["answer"], rr.TextDocument("\n\n".join(filter(None, words))))
         if picture.outlines:
             rings = [np.concatenate([ring, ring[:1]]) for ring in picture.outlines]
@@ -296,12 +300,3 @@ class _Sink:
 def _bytes(rgb: ArrayLike) -> NDArray[np.uint8]:
     """Return colours (..., 3) in 0..1 as bytes (n, 3)."""
     return np.asarray(np.rint(255 * np.reshape(rgb, (-1, 3))), dtype=np.uint8)
-
-
-def _scale(picture: Picture) -> list[str]:
-    """Return the ends of the colour scale in words."""
-    scale = colours.scale_of(forces(picture))
-    if scale is None:
-        return []
-    low, *_, high = colours.ticks(scale)
-    return [f"{picture.value_name}: dark red {low.label} (weak) to pale green {high.label} (strong)"]

@@ -226,9 +226,13 @@ def _filled(element: Xml.Element, places: list[Path]) -> int:
     """Return the number of cells of a height field, from its attributes or the headers of its files."""
     if element.tag != "hfield":
         return 0
-    if places:
-        return max(_size_of(place) for place in places)
-    return _whole(element.get("nrow", "")) * _whole(element.get("ncol", ""))
+    sizes = []
+    for head in (Source(place).head for place in places):
+        if head.startswith(PNG):
+            sizes.append(int.from_bytes(head[16:20], "big") * int.from_bytes(head[20:24], "big"))
+        else:  # MuJoCo's own format
+            sizes.append(int.from_bytes(head[:4], "little") * int.from_bytes(head[4:8], "little"))
+    return max(sizes) if sizes else _whole(element.get("nrow", "")) * _whole(element.get("ncol", ""))
 
 
 def _made(element: Xml.Element) -> int:
@@ -246,14 +250,6 @@ def _made(element: Xml.Element) -> int:
         case "sphere":
             return 1 << 2 * min(first, 20)
     return first * first
-
-
-def _size_of(place: Path) -> int:
-    """Return the number of pixels of a PNG file, or of cells of MuJoCo's own format, from the header."""
-    head = Source(place).head
-    if head.startswith(PNG):
-        return int.from_bytes(head[16:20], "big") * int.from_bytes(head[20:24], "big")
-    return int.from_bytes(head[:4], "little") * int.from_bytes(head[4:8], "little")
 
 
 def _check_size(element: Xml.Element, path: Path) -> None:

@@ -130,7 +130,11 @@ def bodies_of(
     for whole in welded:
         members = [links[k] for k in whole.members]
         if whole.fixed:
-            found += [group for link in members for group in _fixed_groups(link)]
+            for link in members:  # one body for each plane, which has no end, and one for all else
+                planes = [each for each in link.colliders if isinstance(each.shape, HalfSpace)]
+                others = [each for each in link.colliders if not isinstance(each.shape, HalfSpace)]
+                parts = [*([plane] for plane in planes), others]
+                found += [LinkedBody(link.name, True, [link], each) for each in parts if each]
         elif colliders := [each for link in members for each in _seen(link, members[0].pose)]:
             found.append(LinkedBody(members[0].name, False, members, colliders))
         else:
@@ -141,8 +145,8 @@ def bodies_of(
     bodies = [_body(group, name) for group, name in zip(found, names, strict=True)]
     if touching is None:
         return bodies, [], notes
-    parts = [BodyParts(body, [each.mark for each in g.colliders]) for g, body in zip(found, bodies, strict=True)]
-    return bodies, kept_apart(itertools.combinations(parts, 2), touching), notes
+    marked = [BodyParts(body, [each.mark for each in g.colliders]) for g, body in zip(found, bodies, strict=True)]
+    return bodies, kept_apart(itertools.combinations(marked, 2), touching), notes
 
 
 def _welded(
@@ -199,13 +203,6 @@ def _seen(link: Link, home: Float) -> list[BodyPiece]:
     if link.pose is home:
         return link.colliders
     return [each._replace(pose=relative(link.pose @ each.pose, home)) for each in link.colliders]
-
-
-def _fixed_groups(link: Link) -> list[LinkedBody]:
-    """Return a fixed link as bodies: one for each plane, which has no end, and one for all else."""
-    planes = [each for each in link.colliders if isinstance(each.shape, HalfSpace)]
-    others = [each for each in link.colliders if not isinstance(each.shape, HalfSpace)]
-    return [LinkedBody(link.name, True, [link], each) for each in (*([plane] for plane in planes), others) if each]
 
 
 def _body(group: LinkedBody, name: str) -> Body:
