@@ -105,7 +105,12 @@ def _ask(job: Job, report: Callable[[], None], tables: Tables) -> None:
                 directed = zip(limits.directions, rows, strict=True)
                 tables["transports"] = [{**_vector("d", way), **row} for way, row in directed]
             case "push":
-                for body, pushes in _by_body(job, scene):
+                known = {body.name for body in scene.bodies}
+                by_body: dict[str, list[Push]] = {}
+                for push in job.pushes:  # those for all scenes are skipped if this one has no such body
+                    if push.scene or push.body in known:
+                        by_body.setdefault(push.body, []).append(push)
+                for body, pushes in by_body.items():
                     points, ways = ([getattr(p, name) for p in pushes] for name in ("point", "direction"))
                     found = robustness(assembly, body, points, ways, **question.of(verb))
                     tables["pushes"] += _push_rows("push", found, [body] * len(pushes), found.directions)
@@ -131,16 +136,6 @@ def _read(job: Job, report: Callable[[], None], scenes: Row) -> Scene:
         scenes["key"] = ""  # so that no later run reuses the row
         raise
     return scene
-
-
-def _by_body(job: Job, scene: Scene) -> Iterator[tuple[str, list[Push]]]:
-    """Yield the pushes of a job by body; pushes for all scenes are skipped if the scene has no such body."""
-    known = {body.name for body in scene.bodies}
-    found: dict[str, list[Push]] = {}
-    for push in job.pushes:
-        if push.scene or push.body in known:
-            found.setdefault(push.body, []).append(push)
-    yield from found.items()
 
 
 def _body(assembly: Assembly, k: int) -> Row:

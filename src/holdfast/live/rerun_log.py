@@ -233,21 +233,14 @@ class _Sink:
         )
         for some, name, colour, radius in arrows:
             if some:
-                self.put([name], self._arrows(some, colour, radius * size))
+                tails, heads = (np.array([getattr(arrow, end) for arrow in some]) for end in ("tail", "head"))
+                drawn = rr.Arrows3D(
+                    origins=tails, vectors=heads - tails, colors=_bytes(rgb_of(colour)), radii=radius * size,
+                    labels=[one_line(arrow.label) for arrow in some], show_labels=False,
+                )  # fmt: skip
+                self.put([name], drawn)
         if picture.heat:
             self.put(["points"], self._points(picture))
-
-    def _arrows(self, arrows: Sequence[Arrow], colour: str, radius: float) -> Any:  # noqa: ANN401 - rerun's
-        tails, heads = (np.array([getattr(arrow, end) for arrow in arrows]) for end in ("tail", "head"))
-        labels = [one_line(arrow.label) for arrow in arrows]
-        return self.rr.Arrows3D(
-            origins=tails,
-            vectors=heads - tails,
-            colors=_bytes(rgb_of(colour)),
-            radii=radius,
-            labels=labels,
-            show_labels=False,
-        )
 
     def _points(self, picture: Picture) -> Any:  # noqa: ANN401 - rerun's
         """Return the points of a map, with the force of each as its label."""

@@ -75,7 +75,11 @@ def _first_fault(error: ValidationError, schema: type[BaseModel], data: Any, pat
     faults = error.errors(include_url=False, include_context=False)
     first = next((fault for fault in faults if fault["type"] == "extra_forbidden"), faults[0])
     models, dotted = _walk(schema, first["loc"], unknown=first["type"] == "extra_forbidden")
-    where = f"{path}: {dotted or 'scene'}{_of_body(first['loc'], data)}"
+    where = f"{path}: {dotted or 'scene'}"
+    match first["loc"]:
+        case ("bodies", int(index), *_) if isinstance(data, dict):
+            body = data["bodies"][index]
+            where += f" (body {quoted(body['name'])})" if isinstance(body, dict) and "name" in body else ""
     prints = f"`holdfast schema{' ' + kind if kind else ''}` prints"
     more = f" (and {len(faults) - 1:,} more)" if len(faults) > 1 else ""
     if first["type"] == "extra_forbidden":
@@ -143,15 +147,6 @@ def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401 - 
         yield annotation
     for part in get_args(annotation):
         yield from _models_in(part)
-
-
-def _of_body(place: tuple[int | str, ...], data: Any) -> str:  # noqa: ANN401
-    match place:
-        case ("bodies", int(index), *_) if isinstance(data, dict):
-            body = data["bodies"][index]
-            if isinstance(body, dict) and "name" in body:
-                return f" (body {quoted(body['name'])})"
-    return ""
 
 
 def _no_other_type(value: Any) -> Any:  # noqa: ANN401

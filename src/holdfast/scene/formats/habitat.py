@@ -269,15 +269,14 @@ class _Thing(NamedTuple):
         pose = np.array(pose_from(self.given.triple("translation", (0, 0, 0)), np.array([w, x, y, z])))
         if self.origin == "com" and not self.stage:
             pose[:3, 3] -= pose[:3, :3] @ com
-        inertial = None if still else self._inertial(pieces, weight, com)
+        inertial = None
+        if not still:
+            mass, density = weight
+            if mass is None and density is None:
+                self.config.fail("has no mass", "give mass= or density=, for it or for all")
+            shape = filled(pieces, 1.0 if density is None else density)
+            inertial = Inertial(shape.mass, com, shape.about(com)).weighing(mass)
         return [rigid_body(self.name, pieces, pose=Y_TO_Z @ pose, inertial=inertial, fixed=still)]
-
-    def _inertial(self, pieces: list[BodyPiece], weight: tuple[float | None, float | None], com: Float) -> Inertial:
-        mass, density = weight
-        if mass is None and density is None:
-            self.config.fail("has no mass", "give mass= or density=, for it or for all")
-        shape = filled(pieces, 1.0 if density is None else density)
-        return Inertial(shape.mass, com, shape.about(com)).weighing(mass)
 
     def _meshes(self, scale: Float, notes: list[str]) -> list[Mesh]:
         """Return the meshes of the asset in the frame of the object: hulls of its parts, or for a stage as they are."""
