@@ -77,11 +77,11 @@ def test_no_test_imports_a_number_of_what_it_checks() -> None:
 
 
 @pytest.mark.parametrize("source", [
-    "from holdfast.base.kinds import LARGEST as MOST",
-    "def f():\n    from holdfast.base.kinds import LARGEST",
-    "from holdfast.base import kinds\nx = kinds.LARGEST",
-    "import holdfast.base.kinds as k\nx = 2 * k.LARGEST",
-    "import holdfast.base.kinds\nx = holdfast.base.kinds.LARGEST",
+    "from holdfast.base.archive import LARGEST as MOST",
+    "def f():\n    from holdfast.base.archive import LARGEST",
+    "from holdfast.base import archive\nx = archive.LARGEST",
+    "import holdfast.base.archive as k\nx = 2 * k.LARGEST",
+    "import holdfast.base.archive\nx = holdfast.base.archive.LARGEST",
 ])  # fmt: skip
 def test_a_planted_import_is_found(source: str) -> None:
     assert len(list(numbers_imported(source))) == 1
@@ -89,7 +89,7 @@ def test_a_planted_import_is_found(source: str) -> None:
 
 @pytest.mark.parametrize("source", [
     "from holdfast.engines.verdict import Status\nx = Status.STABLE",
-    "from holdfast.base.kinds import fits",
+    "from holdfast.base.archive import fits",
     "from holdfast.base.text import listed, quoted",
     "import holdfast as hf\nx = hf.Status.STABLE",
     "import numpy as np\nx = np.NAN",

@@ -6,8 +6,7 @@ import time
 
 import pytest
 
-from holdfast.base.parallel import left_if_stopped
-from holdfast.base.progress import OutOfTimeError, keep_to_time, listening, report, until
+from holdfast.base.progress import OutOfTimeError, keep_to_time, left_if_stopped, listening, report, until
 
 LONG_AGO, NEVER = -float("inf"), float("inf")
 

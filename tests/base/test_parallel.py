@@ -8,8 +8,7 @@ from threading import Event, current_thread
 
 import pytest
 
-from holdfast.base.parallel import begin, cores, free_threads, in_parallel, left_if_stopped
-from holdfast.base.progress import listening, report
+from holdfast.base.progress import begin, cores, free_threads, in_parallel, left_if_stopped, listening, report
 
 
 class Stopped(KeyboardInterrupt):

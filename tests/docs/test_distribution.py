@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from holdfast.base.distribution import DISTRIBUTION, installing
+from holdfast.base.errors import DISTRIBUTION, installing
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -69,7 +69,7 @@ def test_what_is_meant_is_let_through(text: str) -> None:
 
 def test_one_constant_holds_the_name() -> None:
     homes = [name for name, text in texts().items() if name.startswith("src/") and DISTRIBUTION in text]
-    assert homes == ["src/holdfast/base/distribution.py"]
+    assert homes == ["src/holdfast/base/errors.py"]
     assert PROJECT["name"] == DISTRIBUTION
     assert f"name: {DISTRIBUTION}\n" in (ROOT / "packaging" / "conda" / "meta.yaml").read_text(encoding="utf-8")
 

@@ -3,6 +3,9 @@
 A file holds the registered name of each class and the contents of its fields, so files stay valid when modules move. An
 object that several parts share is written once, and is shared again after loading. If a class has the method
 ``checked_after_load``, it is called after loading, and raises HoldfastError if the contents cannot be right.
+
+A file may hold anything, and a value that was built is trusted everywhere, so its fields are checked once, here: types
+against the annotations, array shapes as declared.
 """
 
 from __future__ import annotations
@@ -13,9 +16,12 @@ import json
 import math
 import os
 import sys
+import types
+import typing
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from enum import Enum
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 from zipfile import ZipFile, ZipInfo
@@ -24,7 +30,6 @@ import numpy as np
 
 from holdfast.base.errors import HoldfastError, located, message
 from holdfast.base.files import check_ordinary, checked_path, read_ordinary, write_atomically
-from holdfast.base.kinds import misfit
 from holdfast.base.values import Table, Value, items_of, sealed
 
 FORMAT = "holdfast-answer/1"
@@ -34,11 +39,13 @@ SMALL = 64  # arrays of at most this many numbers are written into the JSON text
 MOST_PACKED = 1100  # bytes to which one byte of an archive may unpack; no compression does better
 # Fields that earlier versions saved, of answers that were interpolated between others; files that have them are read
 GONE = {"Answers": {"solved", "error"}, "MapPoint": {"solved", "error"}}
+LARGEST = 1e100  # largest finite number that a value may hold; no force, length or mass is larger
 OPEN = 2  # arrays at most this many levels deep are entries of the .npz file, so that other programs can read them
 
 C = TypeVar("C", bound=type)
 
 _CLASSES: dict[str, type] = {}
+_HINTS = cache(typing.get_type_hints)
 
 
 def archived(cls: C) -> C:
@@ -325,3 +332,62 @@ def _suffix(path: str | os.PathLike[str]) -> str:
             message(str(path), f"suffix {suffix!r}", f"name a file that ends in {' or '.join(SUFFIXES)}")
         )
     return suffix
+
+
+def misfit(cls: type, state: Mapping[str, Any]) -> str:
+    """Return a description of the first field of ``state`` that a ``cls`` cannot have; "" if all fit.
+
+    A letter in the shape of a column stands for the same number in all fields of one value. The shape of a tuple or
+    list is its length.
+    """
+    for name, wanted in _HINTS(cls).items():
+        if name in state and not fits(state[name], wanted):
+            return f"{cls.__name__}.{name} is a {type(state[name]).__name__}, which it cannot be"
+    numbers: dict[str, int] = {}
+    columns = {entry.name: entry.metadata for entry in fields(cls) if entry.metadata}
+    for name, column in columns.items():
+        item, shape, kind = state[name], column["shape"].split(), column["of"]
+        found = item.shape if isinstance(item, np.ndarray) else (len(item),)
+        if len(found) != len(shape) or any(
+            numbers.setdefault(mark, size) != size if mark.isalpha() else int(mark) != size
+            for mark, size in zip(shape, found, strict=True)
+        ):
+            return f"{cls.__name__}.{name} has shape {found}, not ({', '.join(shape)})"
+        if kind is not None and not all(fits(each, kind) for each in item.flat):
+            return f"{cls.__name__}.{name} holds what it cannot hold"
+    return ""
+
+
+def fits(item: Any, wanted: Any) -> bool:  # noqa: ANN401 - anything that a file may hold, and any annotation
+    """Tell whether ``item`` matches the annotation ``wanted``. NaN and finite numbers beyond LARGEST never do."""
+    origin, inner = typing.get_origin(wanted), typing.get_args(wanted)
+    if wanted is Any or isinstance(wanted, TypeVar):
+        return True
+    if origin in (typing.Union, types.UnionType):
+        return any(fits(item, each) for each in inner)
+    if origin is typing.Literal:
+        return isinstance(item, str | int) and item in inner
+    if origin is np.ndarray:
+        if not isinstance(item, np.ndarray) or item.dtype != np.dtype(typing.get_args(inner[1])[0]):
+            return False
+        size = np.abs(item) if item.dtype.kind == "f" else np.zeros(0)
+        return bool(((size <= LARGEST) | (size == np.inf)).all())
+    if origin is tuple:
+        if not isinstance(item, tuple):
+            return False
+        each = inner[:1] * len(item) if inner[1:] == (Ellipsis,) else inner
+        return len(item) == len(each) and all(map(fits, item, each))
+    if origin is not None:  # a mapping or another generic class
+        pairs = item.items() if isinstance(item, Mapping) else ()
+        return isinstance(item, origin) and all(fits(key, inner[0]) and fits(part, inner[1]) for key, part in pairs)
+    if wanted is float:
+        return (
+            isinstance(item, float | int)
+            and not isinstance(item, bool)
+            and (abs(item) <= LARGEST or abs(item) == np.inf)
+        )
+    if wanted is int:
+        return isinstance(item, int) and not isinstance(item, bool)
+    if typing.Protocol in getattr(wanted, "__bases__", ()):
+        return all(hasattr(item, name) for name in vars(wanted) if not name.startswith("_"))
+    return item is None if wanted in (None, type(None)) else isinstance(item, wanted)

@@ -19,6 +19,7 @@ R = TypeVar("R")
 MOST_NAMES = 20  # largest number of known names that a remedy lists
 PACKAGE = f"{Path(__file__).parents[1]}{os.sep}"  # where all of holdfast's modules lie
 LONGEST_PLACE = 200  # largest number of characters of the place in a message: the path of a file, the name of a body
+DISTRIBUTION = "holdfast-robotics"  # the name on package indexes; the module and the command are called holdfast
 
 
 class HoldfastError(Exception):
@@ -116,3 +117,12 @@ def hinting(**values: type[Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
         return called
 
     return decorated
+
+
+def installing(extra: str) -> str:
+    """Return the command that installs holdfast with an extra, for error messages."""
+    return f"pip install '{DISTRIBUTION}[{extra}]'"
+
+
+PNG_NEEDS = "writing a PNG needs matplotlib, which is not installed"
+PNG_INSTALL = installing("viewer")

@@ -57,8 +57,10 @@ def check_ordinary(
         note(path)
     try:
         found = os.stat(path)
-    except (OSError, ValueError) as cause:
-        raise error(message(str(path), _unreadable(cause, what), remedy)) from cause
+    except (FileNotFoundError, NotADirectoryError, ValueError) as cause:
+        raise error(message(str(path), f"no such {what}", remedy)) from cause
+    except OSError as cause:
+        raise error(message(str(path), f"is no {what}: {cause.strerror or cause}", remedy)) from cause
     if not stat.S_ISREG(found.st_mode):
         kind = _KINDS.get(stat.S_IFMT(found.st_mode), "no ordinary file")
         raise error(message(str(path), f"is {kind}, not a {what}", remedy))
@@ -139,10 +141,3 @@ def _target(path: Path) -> Path:
         kind = _KINDS.get(stat.S_IFMT(mode), "no ordinary file")
         raise OSError(errno.EINVAL, f"it is {kind}, not a file")
     return target
-
-
-def _unreadable(cause: OSError | ValueError, what: str) -> str:
-    missing = (errno.ENOENT, errno.ENOTDIR)
-    if isinstance(cause, OSError) and cause.errno not in missing:
-        return f"is no {what}: {cause.strerror or cause}"
-    return f"no such {what}"

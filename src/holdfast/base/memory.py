@@ -54,7 +54,14 @@ class Memory:
 
         ``cost`` is what the result counts against the bound.
         """
-        entry = self._entry(key, cost)
+        with self._lock:
+            entry = self._entries.get(key)
+            if entry is None:
+                entry = self._entries[key] = _Entry(cost)
+                self._cost += cost
+            self._entries.move_to_end(key)
+            while self._cost > self.most and len(self._entries) > 1:
+                self._cost -= self._entries.popitem(last=False)[1].cost
         with entry.making:
             if not entry.made or (valid is not None and not valid(entry.content)):
                 try:
@@ -71,17 +78,6 @@ class Memory:
         with self._lock:
             gone = self._entries.pop(key, None)
             self._cost -= 0 if gone is None else gone.cost
-
-    def _entry(self, key: Hashable, cost: int) -> _Entry:
-        with self._lock:
-            entry = self._entries.get(key)
-            if entry is None:
-                entry = self._entries[key] = _Entry(cost)
-                self._cost += cost
-            self._entries.move_to_end(key)
-            while self._cost > self.most and len(self._entries) > 1:
-                self._cost -= self._entries.popitem(last=False)[1].cost
-            return entry
 
     def __len__(self) -> int:
         return len(self._entries)

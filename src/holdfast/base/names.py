@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -45,23 +45,16 @@ def names_of_stub(
     def attribute(name: str) -> object:
         home = homes.get(name)
         if home is None:
-            raise AttributeError(_unknown(module, name, homes, elsewhere), name=name, obj=sys.modules[module])
+            problem = f"module {module!r} has no attribute {name!r}"
+            if not name.startswith("_"):
+                place = elsewhere(name)
+                problem += f"; {nearest_of(name, sorted(homes)) if place is None else f'it is {place}'}"
+            raise AttributeError(problem, name=name, obj=sys.modules[module])
         value = import_module(f"{home}.{name}") if home == module else getattr(import_module(home), name)
         setattr(sys.modules[module], name, value)
         return value
 
-    def directory() -> list[str]:
-        return sorted({*vars(sys.modules[module]), *homes})
-
-    return public, attribute, directory
-
-
-def _unknown(module: str, name: str, known: Iterable[str], elsewhere: Callable[[str], str | None]) -> str:
-    problem = f"module {module!r} has no attribute {name!r}"
-    if name.startswith("_"):
-        return problem
-    place = elsewhere(name)
-    return f"{problem}; {nearest_of(name, sorted(known)) if place is None else f'it is {place}'}"
+    return public, attribute, lambda: sorted({*vars(sys.modules[module]), *homes})
 
 
 class Registry(Mapping[str, V]):

@@ -1,26 +1,34 @@
 """Progress reports of long computations. Everything that may take seconds reports; bars or lines of text show it.
 
 A listener cancels a computation by raising an exception, which leaves nothing half done behind. A deadline stops it the
-same way.
+same way. Compiled code releases Python's global lock and runs in threads, which report and can be stopped too.
 """
 
 from __future__ import annotations
 
-import threading
+import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import ContextVar, copy_context
 from dataclasses import dataclass
-from typing import TypeVar
+from functools import partial
+from queue import Empty, SimpleQueue
+from threading import Event, Thread
+from typing import Generic, NoReturn, ParamSpec, TypeVar
 
+P = ParamSpec("P")
+R = TypeVar("R")
 T = TypeVar("T")
+Scratch = TypeVar("Scratch")
 Listener = Callable[[str, int, int], None]
 
 EVERY = 10.0  # [s] between two lines
+OFTEN = 0.1  # [s] between two progress reports of threads, and the longest wait before a stop is noticed
 
 _listener: ContextVar[Listener | None] = ContextVar("holdfast_progress", default=None)
 _deadline: ContextVar[float] = ContextVar("holdfast_deadline", default=float("inf"))
+_shared: ContextVar[bool] = ContextVar("holdfast_threads_shared", default=False)  # whether other threads are at work
 
 
 class OutOfTimeError(Exception):
@@ -102,7 +110,7 @@ def lines(say: Callable[[str], None]) -> Iterator[None]:
         yield
         return
     stage: _Stage | None = None
-    ended = threading.Event()
+    ended = Event()
 
     def listener(name: str, done: int, total: int) -> None:
         nonlocal stage
@@ -115,7 +123,7 @@ def lines(say: Callable[[str], None]) -> Iterator[None]:
             if stage is not None:
                 say(stage.line())
 
-    teller = threading.Thread(target=tell, daemon=True)
+    teller = Thread(target=tell, daemon=True)
     teller.start()
     try:
         with listening(listener):
@@ -133,3 +141,119 @@ def unheard() -> Iterator[None]:
         yield
     finally:
         _listener.reset(token)
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def free_threads() -> int:
+    """Return how many threads may be started: one for each core, but only one inside a thread that is started here."""
+    return 1 if _shared.get() else cores()
+
+
+def in_parallel(
+    stage: str, run: Callable[[Iterable[int], Scratch], None], scratch: Sequence[Scratch], count: int, total: int
+) -> None:
+    """Process ``count`` rows in as many threads as there are items in ``scratch``, and report progress.
+
+    Each thread calls ``run(rows, own)`` once, with its own item of ``scratch`` and an iterator that hands out the next
+    row that no thread has taken. Progress is reported in shares of ``total``, to which all rows contribute equally. An
+    error in this thread or another one stops all of them after their current rows. Code in the threads starts no
+    further threads, and its progress reports are suppressed.
+    """
+    ahead, done, stop = iter(range(count)), [0] * len(scratch), Event()
+
+    def rows(number: int) -> Iterator[int]:
+        for row in ahead:  # Python's global lock lets one thread at a time take a row
+            if stop.is_set():
+                return
+            yield row
+            done[number] += 1
+
+    def work(number: int) -> None:
+        _shared.set(True)
+        with unheard():
+            run(rows(number), scratch[number])
+
+    report(stage, 0, total)
+    calls = [_Call(work, number) for number in range(len(scratch))]
+    try:
+        for call in calls:
+            while (result := call.ended(OFTEN)) is None:
+                report(stage, total * sum(done) // count, total)
+            result()
+        report(stage, total, total)
+    finally:
+        stop.set()
+
+
+def answers_in_parallel(stage: str, ask: Callable[[int], R], threads: int, count: int, total: int) -> list[R]:
+    """Return ``[ask(0), ..., ask(count - 1)]``, computed in ``threads`` threads.
+
+    Progress reports and errors are those of ``in_parallel``.
+    """
+    found: dict[int, R] = {}
+
+    def run(numbers: Iterable[int], _: None) -> None:
+        for number in numbers:
+            found[number] = ask(number)
+
+    in_parallel(stage, run, [None] * threads, count, total)
+    return [found[number] for number in range(count)]
+
+
+def left_if_stopped(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+    """Call a function in a thread and return its result; if the user interrupts the program, do not wait for it."""
+    call = _Call(function, *args, **kwargs)
+    while (result := call.ended(OFTEN)) is None:
+        pass
+    return result()
+
+
+def begin(function: Callable[[], object]) -> None:
+    """Start a function in a thread that nobody waits for, to fill a cache before its content is needed.
+
+    The function starts no further threads, its progress reports are suppressed, and its errors are dropped: whoever
+    needs the same content later meets the same error.
+    """
+
+    def run() -> None:
+        _shared.set(True)
+        with unheard():
+            function()
+
+    _Call(run)
+
+
+class _Call(Generic[R]):
+    """A call in a thread that does not outlive the program."""
+
+    def __init__(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> None:
+        self._answer: SimpleQueue[Callable[[], R]] = SimpleQueue()
+        context = copy_context()
+
+        def run() -> None:
+            try:
+                value = context.run(function, *args, **kwargs)
+            except BaseException as error:
+                self._answer.put(partial(_again, error))
+            else:
+                self._answer.put(lambda: value)
+
+        Thread(target=run, daemon=True).start()
+
+    def ended(self, seconds: float) -> Callable[[], R] | None:
+        """Wait for at most ``seconds`` [s]; return None if the call has not ended.
+
+        Otherwise return a function that returns its result or raises its error.
+        """
+        try:
+            return self._answer.get(timeout=seconds)
+        except Empty:
+            return None
+
+
+def _again(error: BaseException) -> NoReturn:
+    raise error

@@ -1,7 +1,8 @@
 """The ranges of numbers that users may give. A number outside them is a mistake or too extreme for double precision.
 
 They are wide: from a thousandth of a millimetre to a thousand kilometres, from a microgram to a million tonnes. Squares
-and products of such numbers, as in inertias and torques, neither overflow nor underflow.
+and products of such numbers, as in inertias and torques, neither overflow nor underflow. What rounding may do to them
+has its home here too: the tolerances from which all others of that kind derive.
 """
 
 from __future__ import annotations
@@ -42,3 +43,12 @@ ANGLE = Range(0.0, 1e4, "degrees")
 BETWEEN = Range(0.0, 180.0, "degrees")  # the angle between two directions or two orientations
 MOST_SEED = 2**63 - 1  # seeds are whole numbers from 0
 MANY = 1_000_000_000  # counts beyond this mean a mistake, too
+
+UNIT = 2.0**-53  # the unit roundoff u of double precision
+
+# Of the absolute terms of a sum: n operations lose at most about n u of them, and no sum that uses this takes 96
+SUM = 96 * UNIT
+
+# Relative accuracy to which coordinates are meant: far above what poses and products add, some hundred u, and far below
+# single precision, 6e-8, in which many files hold them
+COORDINATES = 1e-9

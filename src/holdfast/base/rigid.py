@@ -8,6 +8,7 @@ power = wrench · twist.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,16 +91,31 @@ def pose_at(position: Any, rpy_degrees: Any, where: str) -> Float:  # noqa: ANN4
     """Return the read-only pose (4, 4) with a position (3,) [m] and roll, pitch, yaw (3,) [deg], see ``pose``."""
     place = checked(position, (3,), f"{where}: position", within=PLACE, error=GeometryError)
     angles = checked(rpy_degrees, (3,), f"{where}: rpy_degrees", within=ANGLE, error=GeometryError)
-    (sr, cr), (sp, cp), (sy, cy) = (_sine_and_cosine(float(angle)) for angle in angles)
-    found = np.eye(4)
-    found[:3, :3] = [
+    sines, cosines = zip(*(_sine_and_cosine(float(angle)) for angle in angles), strict=True)
+    found = rpy_pose((0.0, 0.0, 0.0), sines, cosines)
+    found += 0.0  # no negative zeros
+    found[:3, 3] = place
+    return np.asarray(frozen(found))
+
+
+def rpy_pose(position: Sequence[float], sines: Iterable[float], cosines: Iterable[float]) -> Float:
+    """Return the pose (4, 4) at a position (3,) [m] for the sines and cosines of roll, pitch and yaw, see ``pose``."""
+    (sr, sp, sy), (cr, cp, cy) = sines, cosines
+    pose = np.eye(4)
+    pose[:3, :3] = [
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
-    found += 0.0  # no negative zeros
-    found[:3, 3] = place
-    return np.asarray(frozen(found))
+    pose[:3, 3] = position
+    return pose
+
+
+def quaternion_of(rotation: Float) -> Float:
+    """Return the quaternion (w, x, y, z) of a rotation (3, 3)."""
+    from scipy.spatial.transform import Rotation  # only here, as it takes a tenth of a second
+
+    return np.asarray(Rotation.from_matrix(rotation).as_quat(scalar_first=True))
 
 
 def _sine_and_cosine(degrees: float) -> tuple[float, float]:

@@ -176,7 +176,10 @@ def opened(path: Path, question: BatchQuestion, shard_size: int, part: ShardShar
     if (path / ABOUT).exists():
         old = about(path)
         storage = tables.storage_named(old["storage"])
-        _check_same(path, old, new)
+        for key, value in new.items():
+            if old.get(key) != value:
+                problem = f"holds answers for {key} = {quoted(old.get(key), 120)}, not {quoted(value, 120)}"
+                raise HoldfastError(message(str(path), problem, "give another folder, or ask the same"))
     else:
         strange = sorted(entry.name for entry in path.iterdir() if entry.name != JOURNAL)
         if strange:
@@ -195,13 +198,6 @@ def _made(folder: Path) -> None:
     except OSError as cause:
         remedy = "name a folder that can be made"
         raise HoldfastError(message(str(folder), f"cannot be made: {cause.strerror}", remedy)) from cause
-
-
-def _check_same(path: Path, old: dict[str, Any], new: dict[str, Any]) -> None:
-    for key, value in new.items():
-        if old.get(key) != value:
-            problem = f"holds answers for {key} = {quoted(old.get(key), 120)}, not {quoted(value, 120)}"
-            raise HoldfastError(message(str(path), problem, "give another folder, or ask the same"))
 
 
 def _lock(path: Path, part: ShardShare, stack: ExitStack) -> None:

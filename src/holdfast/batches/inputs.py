@@ -12,8 +12,7 @@ from itertools import islice, zip_longest
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, installing, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.text import one_line, quoted
 from holdfast.scene.formats.registry import readable

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, message, nearest_of
+from holdfast.base.errors import HoldfastError, installing, message, nearest_of
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import many
 from holdfast.base.values import Table

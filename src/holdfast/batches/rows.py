@@ -18,7 +18,7 @@ from holdfast.base.files import noting_files
 from holdfast.batches.job import Digests, Job, Push, Touched, key_of_files
 from holdfast.batches.schema import Row, Tables
 from holdfast.engines.answers import Answers
-from holdfast.engines.verdict import ContactForces, Status
+from holdfast.engines.verdict import Status
 from holdfast.queries.map import RobustnessMap, robustness_map
 from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.stability import Stability, stability
@@ -105,7 +105,12 @@ def _ask(job: Job, report: Callable[[], None], tables: Tables) -> None:
                 directed = zip(limits.directions, rows, strict=True)
                 tables["transports"] = [{**_vector("d", way), **row} for way, row in directed]
             case "push":
-                for body, pushes in _by_body(job, scene):
+                known = {body.name for body in scene.bodies}
+                by_body: dict[str, list[Push]] = {}
+                for push in job.pushes:  # those for all scenes are skipped if this one has no such body
+                    if push.scene or push.body in known:
+                        by_body.setdefault(push.body, []).append(push)
+                for body, pushes in by_body.items():
                     points, ways = ([getattr(p, name) for p in pushes] for name in ("point", "direction"))
                     found = robustness(assembly, body, points, ways, **question.of(verb))
                     tables["pushes"] += _push_rows("push", found, [body] * len(pushes), found.directions)
@@ -131,16 +136,6 @@ def _read(job: Job, report: Callable[[], None], scenes: Row) -> Scene:
         scenes["key"] = ""  # so that no later run reuses the row
         raise
     return scene
-
-
-def _by_body(job: Job, scene: Scene) -> Iterator[tuple[str, list[Push]]]:
-    """Yield the pushes of a job by body; pushes for all scenes are skipped if the scene has no such body."""
-    known = {body.name for body in scene.bodies}
-    found: dict[str, list[Push]] = {}
-    for push in job.pushes:
-        if push.scene or push.body in known:
-            found.setdefault(push.body, []).append(push)
-    yield from found.items()
 
 
 def _body(assembly: Assembly, k: int) -> Row:
@@ -191,16 +186,11 @@ def _add_verdict(found: Stability, tables: Tables) -> None:
         row["status"] = group_of.get(row["body"])
         row["bearing"] = most.get(row["body"])
     if found.forces is not None:
-        _add_forces(found.forces, tables["interfaces"])
-
-
-def _add_forces(forces: ContactForces, interfaces: list[Row]) -> None:
-    """Write the normal forces [N] at rest, and the largest share of the friction limit, into the rows of interfaces."""
-    normal = np.einsum("ik,ik->i", forces.force, forces.normal)
-    for k, row in enumerate(interfaces):
-        own = forces.interface == k
-        row["normal_force"] = float(normal[own].sum())
-        row["usage"] = float(np.max(forces.usage[own], initial=0.0))
+        normal = np.einsum("ik,ik->i", found.forces.force, found.forces.normal)
+        for k, row in enumerate(tables["interfaces"]):
+            own = found.forces.interface == k
+            row["normal_force"] = float(normal[own].sum())
+            row["usage"] = float(np.max(found.forces.usage[own], initial=0.0))  # the largest share of the limit
 
 
 def _push_rows(source: str, found: Robustness | RobustnessMap, bodies: Sequence[str], ways: Float) -> list[Row]:

@@ -16,8 +16,7 @@ from holdfast.base.borders.outcomes import DONE, OUTCOMES
 from holdfast.base.borders.supervisor import Limits, Reply
 from holdfast.base.errors import HoldfastError, hinting, message
 from holdfast.base.files import checked_path
-from holdfast.base.parallel import cores
-from holdfast.base.progress import lines, report
+from holdfast.base.progress import cores, lines, report
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
 from holdfast.batches.earlier_answers import EarlierAnswers
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 
 MOST_IN_SHARD = 1_000_000  # more scenes for one process mean a mistake
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
-STAGE = "scenes"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -165,7 +163,12 @@ class Driver:
         """Write all answers, and then remove shards that are no longer needed."""
         self._report()
         for job, reply in answers:
-            self._write(job, reply)
+            number = job.number // self.folder.shard_size
+            own = self._open[number]
+            own.journal.append(record_of(job, reply))
+            own.missing.remove(job.name)
+            if not own.missing:
+                self._commit(number)
             self.asked += 1
             self._report()
         for shard in self.folder.shards():  # after the last one: their rows stay in a journal
@@ -214,14 +217,6 @@ class Driver:
         there = self.folder.file("scenes", shard).exists() and shard not in self.earlier.damaged
         return there and self.folder.names(shard) == names and not self.folder.journal(shard).path.exists()
 
-    def _write(self, job: Job, reply: Reply) -> None:
-        shard = job.number // self.folder.shard_size
-        own = self._open[shard]
-        own.journal.append(record_of(job, reply))
-        own.missing.remove(job.name)
-        if not own.missing:
-            self._commit(shard)
-
     def _commit(self, shard: int) -> None:
         """Write a shard whose rows are all in its journal, and then remove the journal."""
         own = self._open.pop(shard)
@@ -237,7 +232,7 @@ class Driver:
             size, part = self.folder.shard_size, self.folder.part
             starts = range(part.number * size, self.inputs.count, part.of * size)
             total = sum(min(size, self.inputs.count - first) for first in starts)
-        report(STAGE, self.asked + self.reused, total)
+        report("scenes", self.asked + self.reused, total)
 
 
 def record_of(job: Job, reply: Reply) -> Record:

@@ -18,8 +18,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from holdfast.base.archive import to_dict
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, installing, message
 from holdfast.base.files import check_ordinary, read_ordinary, write_atomically
 from holdfast.base.text import one_line, quoted
 from holdfast.batches.schema import TABLES, VERSION, Column, Row, Tables

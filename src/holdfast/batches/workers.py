@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from holdfast import __version__
 from holdfast.base.borders.supervisor import Limits, Reply, Supervisor
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, installing, message
 from holdfast.base.text import quoted
 from holdfast.batches.job import BatchQuestion, Job
 

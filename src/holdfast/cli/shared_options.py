@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, cast
 
 import typer
 
-from holdfast.base.distribution import PNG_INSTALL, PNG_NEEDS
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import PNG_INSTALL, PNG_NEEDS, HoldfastError, message
 from holdfast.cli.output import out, print_json
 from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine

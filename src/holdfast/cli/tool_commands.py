@@ -14,10 +14,9 @@ import typer
 from rich.table import Table as RichTable
 
 from holdfast import __version__
-from holdfast.base.distribution import DISTRIBUTION, installing
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import DISTRIBUTION, HoldfastError, installing, message
 from holdfast.base.files import read_ordinary
-from holdfast.base.parallel import cores
+from holdfast.base.progress import cores
 from holdfast.base.text import listed, many
 from holdfast.certificates.verify_certificate import MOST, UNCHECKED, RefusedError, claims_of
 from holdfast.cli.output import AsJson, out, print_json

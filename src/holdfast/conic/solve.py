@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.parallel import left_if_stopped
+from holdfast.base.progress import left_if_stopped
 
 ConeKind = Literal["zero", "nonnegative", "second_order"]
 

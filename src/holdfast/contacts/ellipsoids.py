@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float, unit
+from holdfast.base.ranges import COORDINATES, UNIT
 from holdfast.base.rigid import tangents
-from holdfast.base.rounding import COORDINATES, UNIT
 from holdfast.contacts.swept import Meeting, Swept, gap_bends, meeting
 
 MOST_STEPS = 60  # largest number of Newton steps

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.values import Value, seal
 from holdfast.contacts.search_mesh import SearchMesh
 from holdfast.contacts.tolerances import Angles

@@ -14,9 +14,8 @@ from holdfast.base.arrays import Float, checked, checked_number, frozen, read_on
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.memory import Memory
 from holdfast.base.public import Record, column
-from holdfast.base.ranges import FRICTION, PLACE
+from holdfast.base.ranges import COORDINATES, FRICTION, PLACE
 from holdfast.base.rigid import Frame, snapped, tangents
-from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import altered
 from holdfast.contacts.spots import Spots
 from holdfast.geometry import polygon as flat

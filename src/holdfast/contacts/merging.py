@@ -16,8 +16,8 @@ import numpy as np
 import shapely
 
 from holdfast.base.arrays import Bool, Float, Int, unit
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
-from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.spots import LEAST, Spots, corrected, in_order, nearest_spot
 from holdfast.geometry import polygon as flat

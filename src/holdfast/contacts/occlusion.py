@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from holdfast.base.arrays import Float, frozen
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES
 from holdfast.contacts.interface import Patch
 from holdfast.geometry import polygon as flat
 

@@ -17,8 +17,8 @@ import numpy as np
 import shapely
 
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
-from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.compound_parts import exposed, nearest_part
 from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
 from holdfast.contacts.interface import Patch

@@ -14,8 +14,8 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from holdfast.base.arrays import Float, Int
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import cross
-from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
 from holdfast.contacts.features import NEAR_PARALLEL
 from holdfast.contacts.interface import Interface, Patch

@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from holdfast.base.arrays import Float, unit
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES
 
 PARALLEL = 0.1  # sine of the largest angle between two axes at which bodies may touch along a line
 

@@ -22,8 +22,8 @@ import numpy as np
 import shapely
 
 from holdfast.base.arrays import Float, frozen, unit
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
-from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import made
 from holdfast.contacts.clipping import BROAD
 from holdfast.contacts.compound_parts import cuboid_towards

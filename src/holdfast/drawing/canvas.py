@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.distribution import PNG_INSTALL, PNG_NEEDS
-from holdfast.base.errors import HoldfastError
+from holdfast.base.errors import PNG_INSTALL, PNG_NEEDS, HoldfastError
 from holdfast.base.text import one_line
 from holdfast.drawing.camera import View
 from holdfast.drawing.colours import GREY, INK

@@ -11,8 +11,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.memory import Memory
-from holdfast.base.parallel import free_threads, in_parallel
-from holdfast.base.progress import report
+from holdfast.base.progress import free_threads, in_parallel, report
 from holdfast.elastic.model import MOST_DENSE, Elastic
 from holdfast.elastic.path import BRIEF, QUICK, PathResult, RestOutcome, StepControl
 from holdfast.native import core

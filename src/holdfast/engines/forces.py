@@ -21,7 +21,7 @@ from holdfast.assembly.contact_nodes import (
 )
 from holdfast.base.arrays import Float, checked_whole, checked_word
 from holdfast.base.entries import Entries, diagonal, together
-from holdfast.base.rounding import UNIT
+from holdfast.base.ranges import UNIT
 from holdfast.conic.solve import ConeKind, ConeProgram, ConeSolution, Outcome, solve
 
 ROUNDING = 18 * UNIT  # of the terms in the distance of a force from the border of its cone: fewer operations than that

@@ -6,8 +6,8 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.public import Record, column
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
-from holdfast.base.rounding import COORDINATES
 from holdfast.geometry.hull import convex_hull, search_tree, smallest_rectangle
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.topology import SMOOTH

@@ -9,7 +9,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from holdfast.base.arrays import Bool, Float, Int, unit
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.values import Value, seal
 from holdfast.geometry.solid import closed_solid
 from holdfast.geometry.topology import Edges

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 from typing import Final
 
-from holdfast.base.rounding import SUM
+from holdfast.base.ranges import SUM
 
 PIECE = 4_000_000  # numbers that are in memory at a time, 32 MB
 SLIGHT: Final = core.SLIGHT  # a point that violates a facet by less does not count

@@ -16,8 +16,8 @@ import numpy as np
 import shapely
 
 from holdfast.base.arrays import Float, Int, frozen, unit
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
-from holdfast.base.rounding import COORDINATES
 from holdfast.base.values import Value
 from holdfast.geometry.surface import Surface
 from holdfast.native import core

@@ -33,7 +33,14 @@ class BodyPlace(NamedTuple):
 def place_of(assembly: Assembly, name: str) -> BodyPlace:
     """Return the place of a body of the assembly."""
     pose = assembly.scene.body(name).pose
-    return BodyPlace(pose[:3, 3].copy(), _turn_of(pose[:3, :3]))
+    rotation = pose[:3, :3]
+    level = np.hypot(rotation[0, 0], rotation[1, 0])
+    about_y = np.arctan2(-rotation[2, 0], level)
+    if level > UPRIGHT:
+        about_x, about_z = np.arctan2(rotation[2, 1], rotation[2, 2]), np.arctan2(rotation[1, 0], rotation[0, 0])
+    else:  # gimbal lock
+        about_x, about_z = np.arctan2(-rotation[1, 2], rotation[1, 1]), 0.0
+    return BodyPlace(pose[:3, 3].copy(), np.degrees([about_x, about_y, about_z]))
 
 
 def pose_of(place: BodyPlace) -> Float:
@@ -50,20 +57,6 @@ def weighing(assembly: Assembly, name: str, mass: float) -> Assembly:
     scene = assembly.scene
     bodies = tuple(replace(body, mass=mass, density=None) if body.name == name else body for body in scene.bodies)
     return replace(assembly, scene=replace(scene, bodies=bodies))
-
-
-def _turn_of(rotation: Float) -> Float:
-    """Return the angles (3,) [degrees] of a rotation (3, 3) about x, then y, then z.
-
-    At 90 degrees about y (gimbal lock), the angle about z is set to 0.
-    """
-    level = np.hypot(rotation[0, 0], rotation[1, 0])
-    about_y = np.arctan2(-rotation[2, 0], level)
-    if level > UPRIGHT:
-        about_x, about_z = np.arctan2(rotation[2, 1], rotation[2, 2]), np.arctan2(rotation[1, 0], rotation[0, 0])
-    else:
-        about_x, about_z = np.arctan2(-rotation[1, 2], rotation[1, 1]), 0.0
-    return np.degrees([about_x, about_y, about_z])
 
 
 class HandleGrip(NamedTuple):

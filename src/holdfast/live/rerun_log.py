@@ -20,8 +20,7 @@ from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Objects, checked_name
 from holdfast.base.colour import rgb_of
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, installing, message
 from holdfast.base.public import number
 from holdfast.base.text import listed, one_line
 from holdfast.drawing import colours
@@ -216,7 +215,11 @@ class _Sink:
     def still(self, picture: Picture, text: str) -> None:
         """Log what does not change: the answer in words, contacts, forces, pushes and the points of the map."""
         rr, size = self.rr, size_of(picture)
-        words = [one_line(text), picture.title, picture.subtitle, *_scale(picture)]
+        words = [one_line(text), picture.title, picture.subtitle]
+        scale = colours.scale_of(forces(picture))
+        if scale is not None:
+            low, *_, high = colours.ticks(scale)
+            words.append(f"{picture.value_name}: dark red {low.label} (weak) to pale green {high.label} (strong)")
         self.put(["answer"], rr.TextDocument("\n\n".join(filter(None, words))))
         if picture.outlines:
             rings = [np.concatenate([ring, ring[:1]]) for ring in picture.outlines]
@@ -230,21 +233,14 @@ class _Sink:
         )
         for some, name, colour, radius in arrows:
             if some:
-                self.put([name], self._arrows(some, colour, radius * size))
+                tails, heads = (np.array([getattr(arrow, end) for arrow in some]) for end in ("tail", "head"))
+                drawn = rr.Arrows3D(
+                    origins=tails, vectors=heads - tails, colors=_bytes(rgb_of(colour)), radii=radius * size,
+                    labels=[one_line(arrow.label) for arrow in some], show_labels=False,
+                )  # fmt: skip
+                self.put([name], drawn)
         if picture.heat:
             self.put(["points"], self._points(picture))
-
-    def _arrows(self, arrows: Sequence[Arrow], colour: str, radius: float) -> Any:  # noqa: ANN401 - rerun's
-        tails, heads = (np.array([getattr(arrow, end) for arrow in arrows]) for end in ("tail", "head"))
-        labels = [one_line(arrow.label) for arrow in arrows]
-        return self.rr.Arrows3D(
-            origins=tails,
-            vectors=heads - tails,
-            colors=_bytes(rgb_of(colour)),
-            radii=radius,
-            labels=labels,
-            show_labels=False,
-        )
 
     def _points(self, picture: Picture) -> Any:  # noqa: ANN401 - rerun's
         """Return the points of a map, with the force of each as its label."""
@@ -297,12 +293,3 @@ class _Sink:
 def _bytes(rgb: ArrayLike) -> NDArray[np.uint8]:
     """Return colours (..., 3) in 0..1 as bytes (n, 3)."""
     return np.asarray(np.rint(255 * np.reshape(rgb, (-1, 3))), dtype=np.uint8)
-
-
-def _scale(picture: Picture) -> list[str]:
-    """Return the ends of the colour scale in words."""
-    scale = colours.scale_of(forces(picture))
-    if scale is None:
-        return []
-    low, *_, high = colours.ticks(scale)
-    return [f"{picture.value_name}: dark red {low.label} (weak) to pale green {high.label} (strong)"]

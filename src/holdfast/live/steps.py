@@ -43,9 +43,11 @@ def settling(result: Settled) -> tuple[ShownStep, ...]:
     steps = []
     for k in range(BETWEEN + 1):
         back = 1.0 - k / BETWEEN
-        moved = {
-            name: _partly(result.given.body(name).pose, result.scene.body(name).pose, back) for name in result.names
-        }
+        moved = {}
+        for name in result.names:
+            given, rest = result.given.body(name).pose, result.scene.body(name).pose
+            turn = Rotation.from_matrix(given[:3, :3] @ rest[:3, :3].T).as_rotvec()
+            moved[name] = _turned(back * turn, rest[:3, 3], rest[:3, 3] + back * (given[:3, 3] - rest[:3, 3]))
         ends = {0: "as given", BETWEEN: f"at rest: {result.status}, {result.reason}"}
         steps.append(ShownStep(ends.get(k, f"{k / BETWEEN:.0%} of the way"), moved=moved))
     return tuple(steps)
@@ -126,12 +128,6 @@ def parting(mechanism: Mechanism) -> PartingNodes:
     speeds = parting_of(nodes, mechanism.velocities(), dual=mechanism.dual)
     slides = speeds.sliding > max(float(speeds.least), STILL)
     return PartingNodes(nodes.points[speeds.opening > STILL], nodes.points[slides])
-
-
-def _partly(given: Float, rest: Float, share: float) -> Float:
-    """Return the transform (4, 4), world frame, that moves a body from ``rest`` a share of the way to ``given``."""
-    turn = Rotation.from_matrix(given[:3, :3] @ rest[:3, :3].T).as_rotvec()
-    return _turned(share * turn, rest[:3, 3], rest[:3, 3] + share * (given[:3, 3] - rest[:3, 3]))
 
 
 def _turned(turn: Float, start: Float, end: Float) -> Float:

@@ -14,12 +14,11 @@ from functools import partial
 from typing import Any, Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, message
+from holdfast.base.errors import HoldfastError, installing, message
+from holdfast.base.rigid import quaternion_of
 from holdfast.base.text import escaped
 from holdfast.drawing.camera import front_view
 from holdfast.drawing.colours import CONTACT, FORCE_COLOUR, INK, before_film
@@ -187,7 +186,10 @@ class Window:
         """Redraw everything."""
         with self._lock, self.server.atomic():
             self._draw_bodies()
-            self._draw_contacts()
+            sides = sides_of(outlines_of(self.model.assembly)) if self.controls.contacts.value else np.empty((0, 2, 3))
+            self._replace("/contacts", len(sides), partial(self._lines, points=sides, colour=CONTACT, width=3.0))
+            forces = scenery.resting_forces(self.model) if self.controls.forces.value else ()
+            self._arrows("/forces", forces, FORCE_COLOUR)
             self.draw_push()
             self.controls.refresh()
             self.grip()
@@ -204,11 +206,15 @@ class Window:
         with self._lock, self.server.atomic():
             self._arrows("/push", scenery.push_arrow(self.model), INK)
             mechanism = self.model.mechanism
-            nowhere = np.empty((0, 3))
-            opening, sliding = (nowhere, nowhere) if mechanism is None else parting(mechanism)
+            opening, sliding = (np.empty((0, 3)),) * 2 if mechanism is None else parting(mechanism)
             shown = self.controls.marks.value and self.model.step == 0
             for name, points, colour in (("opening", opening, scenery.OPENING), ("sliding", sliding, scenery.SLIDING)):
-                self._dots(f"/parting/{name}", points if shown else nowhere, colour)
+                add = partial(
+                    self.server.scene.add_point_cloud, points=points, colors=_bytes(colour),
+                    point_size=0.012 * self.model.assembly.size, point_shape="circle", precision="float32",
+                    point_shading="flat",
+                )  # fmt: skip
+                self._replace(f"/parting/{name}", len(points) if shown else 0, add)
             self.controls.refresh_push()
 
     def place(self, moved: dict[str, Float] | None = None) -> None:
@@ -223,7 +229,7 @@ class Window:
     def _put(self, name: str, place: Float) -> None:
         """Draw a body at this transform (4, 4), world frame."""
         frame = self._frames[name]
-        frame.wxyz = np.roll(Rotation.from_matrix(place[:3, :3]).as_quat(), 1)
+        frame.wxyz = quaternion_of(place[:3, :3])
         frame.position = place[:3, 3]
 
     def _dropped(self, name: str, pose: Float) -> None:
@@ -267,23 +273,10 @@ class Window:
             if len(edges):
                 self._lines(f"/bodies/{number}/edges", edges, INK, 1.5)
 
-    def _draw_contacts(self) -> None:
-        sides = sides_of(outlines_of(self.model.assembly)) if self.controls.contacts.value else np.empty((0, 2, 3))
-        self._replace("/contacts", len(sides), partial(self._lines, points=sides, colour=CONTACT, width=3.0))
-        self._arrows("/forces", scenery.resting_forces(self.model) if self.controls.forces.value else (), FORCE_COLOUR)
-
     def _arrows(self, name: str, arrows: tuple[Arrow, ...], colour: str) -> None:
         vertices, triangles, rgb = scenery.arrows_mesh(arrows, self.model.assembly.size, colour)
         content = lit_glb(vertices, triangles, before_film(rgb)) if len(triangles) else b""
         self._replace(name, len(triangles), partial(self.server.scene.add_glb, glb_data=content, wxyz=Z_UP))
-
-    def _dots(self, name: str, points: Float, colour: str) -> None:
-        size = 0.012 * self.model.assembly.size
-        add = partial(
-            self.server.scene.add_point_cloud, points=points, colors=_bytes(colour), point_size=size,
-            point_shape="circle", precision="float32", point_shading="flat",
-        )  # fmt: skip
-        self._replace(name, len(points), add)
 
     def _lines(self, name: str, points: Float, colour: str, width: float) -> None:
         self.server.scene.add_line_segments(name, points, _bytes(colour), thickness=width, thickness_units="screen")

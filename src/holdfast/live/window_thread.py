@@ -61,14 +61,11 @@ class Worker:
                 self._change.wait_for(lambda: self._closed or bool(self._waiting))
                 if self._closed:
                     return
-                name, job, patient = self._next()
+                urgent = (name for name, (_, patient) in self._waiting.items() if not patient)
+                name = next(urgent, next(iter(self._waiting)))
+                job, patient = self._waiting.pop(name)
                 self._busy = True
             self._do(name, job, patient)
-
-    def _next(self) -> tuple[str, Job, bool]:
-        name = next((name for name, (_, patient) in self._waiting.items() if not patient), next(iter(self._waiting)))
-        job, patient = self._waiting.pop(name)
-        return name, job, patient
 
     def _do(self, name: str, job: Job, patient: bool) -> None:
         def listener(stage: str, done: int, total: int) -> None:

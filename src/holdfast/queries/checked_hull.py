@@ -17,7 +17,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import report
-from holdfast.base.rounding import SUM
+from holdfast.base.ranges import SUM
 from holdfast.engines.contract import LoadHull
 from holdfast.engines.limit.load_sets import LARGEST, MOST, WIDER
 from holdfast.geometry.hull import SLIGHT, hull_gauge

@@ -20,8 +20,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.painters import paint
 from holdfast.base.progress import reported
 from holdfast.base.public import Pictured, Record, Summary, column
-from holdfast.base.ranges import LENGTH
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES, LENGTH
 from holdfast.base.values import Table
 from holdfast.certificates.certified import Certified
 from holdfast.certificates.question import Question

@@ -28,8 +28,7 @@ from holdfast.base.arrays import (
 )
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.public import PublicValue, Summary, column, number
-from holdfast.base.ranges import ACCELERATION, FORCE, MANY, SCALE
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import ACCELERATION, COORDINATES, FORCE, MANY, SCALE
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import SETS, Engine, LoadSet, State

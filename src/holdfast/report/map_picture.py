@@ -9,7 +9,7 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Int
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.text import LONGEST_NAME, escaped, listed, one_line
 from holdfast.drawing.colours import Kind
 from holdfast.drawing.picture import Arrow, HeatSurface, Picture, Solid

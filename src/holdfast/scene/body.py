@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike
 from holdfast.base.arrays import Float, checked, checked_name, checked_number, checked_truth, frozen
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.public import Record, column
-from holdfast.base.ranges import DENSITY, FORCE, INERTIA, LENGTH, MASS, PLACE, PRESSURE, Range
+from holdfast.base.ranges import COORDINATES, DENSITY, FORCE, INERTIA, LENGTH, MASS, PLACE, PRESSURE, Range
 from holdfast.base.rigid import checked_pose, pose_at, transform
-from holdfast.base.rounding import COORDINATES
 from holdfast.base.text import quoted
 from holdfast.base.values import altered
 from holdfast.geometry.cuboid import Cuboid

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from holdfast.base.arrays import Float, Int, checked_items, checked_name
 from holdfast.base.errors import GeometryError, located, message
 from holdfast.base.public import Record
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import checked_pose, transform
-from holdfast.base.rounding import COORDINATES
 from holdfast.geometry.solid import united
 from holdfast.geometry.surface import Surface
 from holdfast.scene.halfspace import HalfSpace
@@ -39,6 +39,11 @@ class Inertial(NamedTuple):
         """Return the inertia (3, 3) [kg m²] about another ``point`` (3,) [m] (parallel axis theorem)."""
         arm = self.com - point
         return np.asarray(self.inertia + self.mass * (np.eye(3) * (arm @ arm) - np.outer(arm, arm)))
+
+    def weighing(self, mass: float | None) -> Inertial:
+        """Return the same distribution with another ``mass`` [kg]; None stands for its own."""
+        share = 1.0 if mass is None else mass / self.mass
+        return Inertial(share * self.mass, self.com, share * self.inertia)
 
 
 def together(inertials: Iterable[Inertial]) -> Inertial:
@@ -164,6 +169,11 @@ class Compound(Record):
 
 
 Shape: TypeAlias = Solid | HalfSpace | Compound
+
+
+def solids_in(shape: Solid | Compound) -> list[tuple[Solid, Float]]:
+    """Return the solids of a shape, each with its pose (4, 4) in the frame of the shape."""
+    return [(part.shape, part.pose) for part in shape.parts] if isinstance(shape, Compound) else [(shape, np.eye(4))]
 
 
 def as_shape(value: Any, where: str) -> Shape:  # noqa: ANN401 - a shape or a trimesh.Trimesh

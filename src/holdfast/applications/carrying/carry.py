@@ -18,7 +18,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, Int, Objects
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.progress import reported
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.text import quoted
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.contract import Engine

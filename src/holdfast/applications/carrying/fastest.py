@@ -23,8 +23,7 @@ from holdfast.applications.transport import checked_margin, transport_limits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked, checked_number
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.ranges import LENGTH, PLACE, SCALE
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES, LENGTH, PLACE, SCALE
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.imperfect import Imperfect

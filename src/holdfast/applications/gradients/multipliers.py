@@ -23,8 +23,8 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import dense_by_bodies, equilibrium_blocks
 from holdfast.assembly.node_motion import NodeMotion, node_motion
 from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.ranges import SUM
 from holdfast.base.rigid import cross
-from holdfast.base.rounding import SUM
 from holdfast.engines.contract import Gradient
 from holdfast.engines.mechanism import AT_REST, relative_velocity
 from holdfast.queries.request import quiet

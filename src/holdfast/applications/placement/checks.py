@@ -17,8 +17,8 @@ from holdfast.applications.placement.margins import around, clearance, edge_marg
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, unit
 from holdfast.base.progress import keep_to_time
+from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents, transform
-from holdfast.base.rounding import COORDINATES
 from holdfast.contacts.contact_search import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of

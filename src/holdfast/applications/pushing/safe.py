@@ -20,8 +20,7 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Bool, Float, checked_directions, checked_number, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.progress import reported
-from holdfast.base.ranges import FORCE, LENGTH
-from holdfast.base.rounding import COORDINATES
+from holdfast.base.ranges import COORDINATES, FORCE, LENGTH
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value
 from holdfast.engines.answers import Answers, Claim, joined_notes

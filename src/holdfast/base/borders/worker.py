@@ -23,7 +23,6 @@ from typing import Any
 
 from holdfast.base.borders.outcomes import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
 
-STATUS = Path("/proc/self/status")
 PATIENCE = 2.0  # a worker ends itself after this multiple of SECONDS, plus 30 s, in case its supervisor is gone
 LIMITED = "HOLDFAST_LIMITED"  # a variable of the environment that workers have
 LINES = 6  # number of lines at the end of a traceback that are reported
@@ -32,12 +31,16 @@ LINES = 6  # number of lines at the end of a traceback that are reported
 def main(function: str, megabytes: float, seconds: float) -> None:
     """Answer items until the supervisor closes the connection."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the supervisor
-    items, answers = _ends()
+    items, answers = Connection(os.dup(0), writable=False), Connection(os.dup(1), readable=False)
+    nowhere = os.open(os.devnull, os.O_RDWR)  # for what libraries print
+    os.dup2(nowhere, 0)
+    os.dup2(nowhere, 1)
     module, _, name = function.partition(":")
     home = importlib.import_module(module)
     asked = getattr(home, name)
     setup = items.recv()
-    getattr(home, "warm", _nothing)(setup)
+    if hasattr(home, "warm"):
+        home.warm(setup)
     _limit(megabytes)
     os.environ[LIMITED] = "1"
     answers.send((READY, None))
@@ -61,24 +64,16 @@ def is_limited() -> bool:
 def taken(entry: str) -> int:
     """Return the memory of this process [bytes], VmSize, VmRSS or the peak VmHWM; 0 if the system does not say."""
     try:
-        lines = STATUS.read_text().splitlines()
+        lines = Path("/proc/self/status").read_text().splitlines()
     except OSError:
         return 0
     return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(f"{entry}:"))
 
 
-def _ends() -> tuple[Connection, Connection]:
-    """Return stdin and stdout as connections to the supervisor, and redirect the prints of libraries to nowhere."""
-    items, answers = Connection(os.dup(0), writable=False), Connection(os.dup(1), readable=False)
-    nowhere = os.open(os.devnull, os.O_RDWR)
-    os.dup2(nowhere, 0)
-    os.dup2(nowhere, 1)
-    return items, answers
-
-
 def _answer(asked: Callable[..., Any], item: Any, tell: Callable[[Any], None]) -> tuple[str, Any]:  # noqa: ANN401
     """Return DONE, MEMORY or CRASH with the answer or the error as a text, the seconds and the peak [MB]."""
-    _forget_peak()
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")  # resets the peak of memory, VmHWM
     start = time.perf_counter()
     try:
         kind, found = DONE, asked(item, tell)
@@ -99,16 +94,6 @@ def _limit(megabytes: float) -> None:
         most = size + int(megabytes * MEGABYTE)
         most = most if hard == resource.RLIM_INFINITY else min(most, hard)
         resource.setrlimit(resource.RLIMIT_AS, (most, hard))
-
-
-def _forget_peak() -> None:
-    """Reset the peak of memory, VmHWM."""
-    with contextlib.suppress(OSError):
-        Path("/proc/self/clear_refs").write_text("5")
-
-
-def _nothing(setup: Any) -> None:  # noqa: ANN401
-    """Do nothing: the warm-up of modules without their own."""
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from typing import TypeAlias
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.parallel import begin, free_threads
+from holdfast.base.progress import begin, free_threads
 from holdfast.elastic.path import PathOutcome, PathResult
 from holdfast.engines.answers import Answers, Bound, Claim, Step
 from holdfast.engines.compliant.amendment import Amendment, LoadQuestion, OpenContacts, Sliding

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.parallel import answers_in_parallel, free_threads
+from holdfast.base.progress import answers_in_parallel, free_threads
 from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
 from holdfast.elastic.system import STAGE
 from holdfast.engines.compliant.elastic_model import motion_row

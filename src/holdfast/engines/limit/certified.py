@@ -15,7 +15,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import report
-from holdfast.base.rounding import SUM
+from holdfast.base.ranges import SUM
 from holdfast.engines.limit.gauge import CuttingPlanes, Field, LoadLimit, flat_groups, moment_frame
 from holdfast.engines.limit.rounding import DOWN, UP
 from holdfast.engines.verdict import Status

@@ -17,8 +17,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.entries import Entries, together
-from holdfast.base.parallel import answers_in_parallel, free_threads
-from holdfast.base.progress import reported
+from holdfast.base.progress import answers_in_parallel, free_threads, reported
 from holdfast.conic.solve import ConeProgram, Outcome, Prepared
 from holdfast.engines.forces import FrictionCone, size_of
 from holdfast.engines.limit.carrying_proof import CarryingProof, Mixture

@@ -28,7 +28,7 @@ from holdfast.assembly.contact_nodes import (
     equilibrium_blocks,
 )
 from holdfast.base.arrays import Float
-from holdfast.base.rounding import UNIT
+from holdfast.base.ranges import UNIT
 from holdfast.engines.forces import lighter_share
 from holdfast.engines.rest import Rest
 

@@ -18,7 +18,7 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.connected import components
 from holdfast.base.arrays import Bool, Float, Int, checked, checked_items, frozen
 from holdfast.base.errors import GeometryError, HoldfastError, SceneError, message
-from holdfast.base.parallel import answers_in_parallel, free_threads
+from holdfast.base.progress import answers_in_parallel, free_threads
 from holdfast.base.ranges import PLACE
 from holdfast.base.rigid import RIGID_TOLERANCE, checked_pose
 from holdfast.base.text import quoted

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.arrays import Float, Objects, checked_pushes, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
-from holdfast.base.parallel import answers_in_parallel, free_threads
+from holdfast.base.progress import answers_in_parallel, free_threads
 from holdfast.base.public import MOST_ROWS, PublicValue, Summary, column, number
 from holdfast.base.text import listed, quoted
 from holdfast.engines.answers import Answers, Bound, Claim, joined_notes, weakest_bound

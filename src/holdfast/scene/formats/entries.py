@@ -9,7 +9,7 @@ import difflib
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
@@ -20,6 +20,8 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.text import LONGEST_NAME, one_line, quoted
 from holdfast.scene.friction import Combine, Friction
 from holdfast.scene.hold import AnyHold, Grip, Hold
+
+M = TypeVar("M", bound=BaseModel)
 
 ALIKE = 0.65  # least similarity (at most 1) of an unknown key to the one that is suggested
 # Keys that users and other formats use for what has another key in a scene file
@@ -54,23 +56,30 @@ EXAMPLES = {
 }
 
 
-def first_fault(
-    error: ValidationError,
-    schema: type[BaseModel],
-    data: Any,  # noqa: ANN401 - plain data
-    path: Path,
-    kind: str = "",
-) -> str:
-    """Describe the most helpful of the errors in one line, with the name of the body as well as its number.
+def validated(schema: type[M], data: Any, path: Path, kind: str = "") -> M:  # noqa: ANN401 - plain data
+    """Return the model of the data in the file at ``path``; raise SceneError, with the first fault, if they do not fit.
 
     ``kind`` is the argument of ``holdfast schema`` that prints the schema.
+    """
+    try:
+        return schema.model_validate(data)
+    except ValidationError as cause:
+        raise SceneError(_first_fault(cause, schema, data, path, kind)) from None
+
+
+def _first_fault(error: ValidationError, schema: type[BaseModel], data: Any, path: Path, kind: str) -> str:  # noqa: ANN401
+    """Describe the most helpful of the errors in one line, with the name of the body as well as its number.
 
     An unknown key comes first, because it is probably a misspelling of a missing one.
     """
     faults = error.errors(include_url=False, include_context=False)
     first = next((fault for fault in faults if fault["type"] == "extra_forbidden"), faults[0])
     models, dotted = _walk(schema, first["loc"], unknown=first["type"] == "extra_forbidden")
-    where = f"{path}: {dotted or 'scene'}{_of_body(first['loc'], data)}"
+    where = f"{path}: {dotted or 'scene'}"
+    match first["loc"]:
+        case ("bodies", int(index), *_) if isinstance(data, dict):
+            body = data["bodies"][index]
+            where += f" (body {quoted(body['name'])})" if isinstance(body, dict) and "name" in body else ""
     prints = f"`holdfast schema{' ' + kind if kind else ''}` prints"
     more = f" (and {len(faults) - 1:,} more)" if len(faults) > 1 else ""
     if first["type"] == "extra_forbidden":
@@ -138,15 +147,6 @@ def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401 - 
         yield annotation
     for part in get_args(annotation):
         yield from _models_in(part)
-
-
-def _of_body(place: tuple[int | str, ...], data: Any) -> str:  # noqa: ANN401
-    match place:
-        case ("bodies", int(index), *_) if isinstance(data, dict):
-            body = data["bodies"][index]
-            if isinstance(body, dict) and "name" in body:
-                return f" (body {quoted(body['name'])})"
-    return ""
 
 
 def _no_other_type(value: Any) -> Any:  # noqa: ANN401

@@ -177,19 +177,17 @@ class _DataSet:
             whole = f"/{template.removesuffix(name)}{file}"
             beside = [path for path in found if path.as_posix().endswith(whole)]
             if found:
-                return self._read((beside or found)[0], notes)
+                path = (beside or found)[0]
+                if path not in self.configs:
+                    if path.suffix != ".json":
+                        self.configs[path] = _Keys({"render_asset": path.name}, str(path), CONFIG_KEYS, notes)
+                    else:
+                        content = read_ordinary(path, "configuration", most=MAX_BYTES).decode("utf-8", "replace")
+                        self.configs[path] = _Keys(from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
+                return self.configs[path]
         folders = listed([quoted(str(folder), 120) for folder in self.folders])
         remedy = "give model_path=[the folder of the data set]"
         raise SceneError(message(where, f"names {quoted(template)}: no {name}{end} in {folders}", remedy))
-
-    def _read(self, path: Path, notes: list[str]) -> _Keys:
-        if path not in self.configs:
-            if path.suffix != ".json":
-                self.configs[path] = _Keys({"render_asset": path.name}, str(path), CONFIG_KEYS, notes)
-            else:
-                content = read_ordinary(path, "configuration", most=MAX_BYTES).decode("utf-8", "replace")
-                self.configs[path] = _Keys(from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
-        return self.configs[path]
 
     def asset(self, config: _Keys) -> Path:
         """Return the path of the mesh with which an object collides."""
@@ -247,7 +245,11 @@ class _Thing(NamedTuple):
         scale = self.config.triple("scale", (1, 1, 1)) * self.config.number("units_to_meters", 1.0) * self._stretch()
         if (scale <= 0).any():
             self.given.fail(f"is scaled by {scale.tolist()}", "needs factors > 0")
-        material = surfaces.material(self._mu(friction))
+        value = self.config.values.get("friction_coefficient", friction)
+        if value is None:
+            self.config.fail("has no friction_coefficient", "give friction=, for all without one")
+        mu = checked_number(value, f"{self.config.where}: friction_coefficient", minimum=0, within=FRICTION)
+        material = surfaces.material(mu)
         meshes = self._meshes(scale, notes)
         vertices = np.vstack([mesh.vertices for mesh in meshes])
         low, high = vertices.min(0), vertices.max(0)
@@ -257,37 +259,24 @@ class _Thing(NamedTuple):
             pieces = [BodyPiece(Box(high - low), middle, material)]
         else:
             pieces = [BodyPiece(mesh, np.eye(4), material) for mesh in meshes]
-        com = self._com((low + high) / 2, notes)
+        given = "COM" in self.config.values
+        com = self.config.triple("COM", (0, 0, 0)) if given else (low + high) / 2
+        if not given and not self.stage:
+            notes.append(f"{self.config.where}: no COM, so it is in the middle of the bounding box, as in Habitat")
         w, x, y, z = checked(self.given.values.get("rotation", (1, 0, 0, 0)), (4,), f"{self.given.where}: rotation")
         if abs(np.linalg.norm((w, x, y, z)) - 1) > UNIT_LENGTH:
             self.given.fail("has a quaternion of another length than 1", "needs w, x, y, z")
         pose = np.array(pose_from(self.given.triple("translation", (0, 0, 0)), np.array([w, x, y, z])))
         if self.origin == "com" and not self.stage:
             pose[:3, 3] -= pose[:3, :3] @ com
-        inertial = None if still else self._inertial(pieces, weight, com)
+        inertial = None
+        if not still:
+            mass, density = weight
+            if mass is None and density is None:
+                self.config.fail("has no mass", "give mass= or density=, for it or for all")
+            shape = filled(pieces, 1.0 if density is None else density)
+            inertial = Inertial(shape.mass, com, shape.about(com)).weighing(mass)
         return [rigid_body(self.name, pieces, pose=Y_TO_Z @ pose, inertial=inertial, fixed=still)]
-
-    def _mu(self, friction: float | None) -> float:
-        value = self.config.values.get("friction_coefficient", friction)
-        if value is None:
-            self.config.fail("has no friction_coefficient", "give friction=, for all without one")
-        return checked_number(value, f"{self.config.where}: friction_coefficient", minimum=0, within=FRICTION)
-
-    def _com(self, middle: Float, notes: list[str]) -> Float:
-        """Return the centre of mass (3,), which Habitat takes to be in the middle if it is not given."""
-        if "COM" in self.config.values:
-            return self.config.triple("COM", (0, 0, 0))
-        if not self.stage:
-            notes.append(f"{self.config.where}: no COM, so it is in the middle of the bounding box, as in Habitat")
-        return middle
-
-    def _inertial(self, pieces: list[BodyPiece], weight: tuple[float | None, float | None], com: Float) -> Inertial:
-        mass, density = weight
-        if mass is None and density is None:
-            self.config.fail("has no mass", "give mass= or density=, for it or for all")
-        shape = filled(pieces, 1.0 if density is None else density)
-        share = 1.0 if mass is None else mass / shape.mass
-        return Inertial(share * shape.mass, com, share * shape.about(com))
 
     def _meshes(self, scale: Float, notes: list[str]) -> list[Mesh]:
         """Return the meshes of the asset in the frame of the object: hulls of its parts, or for a stage as they are."""

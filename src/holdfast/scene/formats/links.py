@@ -10,10 +10,10 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Bool, Float, checked_items, checked_truth
+from holdfast.base.arrays import Bool, Float, checked_items, checked_number, checked_truth
 from holdfast.base.errors import SceneError, message, nearest_of
-from holdfast.base.ranges import LENGTH
-from holdfast.base.rigid import checked_pose, transform
+from holdfast.base.ranges import DENSITY, FRICTION, LENGTH
+from holdfast.base.rigid import checked_pose, rpy_pose, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid, together
@@ -247,15 +247,7 @@ def _shape(pieces: Sequence[BodyPiece]) -> Shape:
 
 def pose_of(xyz: Sequence[float], rpy: Sequence[float]) -> Float:
     """Return the pose (4, 4) at ``xyz`` [m], turned by roll, pitch and yaw [rad] about the fixed x, y and z axes."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
-    pose = np.eye(4)
-    pose[:3, :3] = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-    pose[:3, 3] = xyz
-    return pose
+    return rpy_pose(xyz, np.sin(rpy), np.cos(rpy))
 
 
 def checked_fixed(fixed: Iterable[str], known: Collection[str], what: str = "body") -> frozenset[str]:
@@ -268,6 +260,13 @@ def checked_fixed(fixed: Iterable[str], known: Collection[str], what: str = "bod
         if not isinstance(name, str) or name not in known:
             raise SceneError(message("fixed", f"no {what} is named {quoted(name)}", nearest_of(name, known)))
     return frozenset(names)
+
+
+def checked_defaults(friction: float | None, density: float | None) -> tuple[float | None, float | None]:
+    """Check the options ``friction`` and ``density`` [kg/m³] of readers, which stand for what a file leaves out."""
+    dense = None if density is None else checked_number(density, "density", above=0, within=DENSITY)
+    mu = None if friction is None else checked_number(friction, "friction", minimum=0, within=FRICTION)
+    return mu, dense
 
 
 def copies_of(name: str, pose: ArrayLike | None, poses: Mapping[str, ArrayLike] | None) -> list[tuple[str, Float]]:

@@ -12,7 +12,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import UNIT_LENGTH, pose_from
 from holdfast.base.text import listed, quoted
-from holdfast.scene.compound import Inertial, Solid
+from holdfast.scene.compound import Solid
 from holdfast.scene.formats.links import BodyPiece, checked_fixed, filled, rigid_body, scene_of, with_floor
 from holdfast.scene.formats.named_meshes import Numbers, Weights
 from holdfast.scene.formats.registry import Format
@@ -77,21 +77,16 @@ def scene_of_objects(
     bodies = []
     for each, (pose, pieces) in objects.items():
         with located(f"{where}: object {quoted(each)}"):
-            inertial = None if each in held else _inertial(pieces, weights, each)
+            inertial = None
+            if each not in held:
+                mass, density = weights.of(each)
+                if mass is None and density is None:
+                    remedy = "give mass= or density=, for it or for all"
+                    raise SceneError(message(f"object {quoted(each)}", "has no mass", remedy))
+                inertial = filled(pieces, 1.0 if density is None else density).weighing(mass)
             bodies.append(rigid_body(each, pieces, pose=pose, inertial=inertial, fixed=each in held))
     remedy = f"give fixed=[name] ({listed(objects)}), or floor=True for a floor at z = 0"
     return scene_of(with_floor(bodies, given.floor, where, remedy), given.friction, given.gravity, name, notes)
-
-
-def _inertial(pieces: list[BodyPiece], weights: Weights, name: str) -> Inertial:
-    """Return the inertial of an object whose mass is distributed evenly over its shapes."""
-    given, dense = weights.of(name)
-    if given is None and dense is None:
-        problem = "has no mass"
-        raise SceneError(message(f"object {quoted(name)}", problem, "give mass= or density=, for it or for all"))
-    found = filled(pieces, 1.0 if dense is None else dense)
-    share = 1.0 if given is None else given / found.mass
-    return Inertial(share * found.mass, found.com, share * found.inertia)
 
 
 class _Lines:

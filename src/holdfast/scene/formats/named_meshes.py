@@ -117,13 +117,13 @@ def scene_of_nodes(
     check_names("materials", material, names)
     if up == "y":
         notes.append("y is up in the file: turned about x so that z is up")
+        nodes = [node._replace(matrix=Y_TO_Z @ node.matrix) for node in nodes]
     more = known or {}
     bodies = []
     for node in nodes:
         taken = partial(_body, rules=rules, notes=notes)
         body = taken if node.name not in more else partial(_known_body, known=more[node.name])
-        turn = Y_TO_Z if up == "y" else None
-        bodies.append(body(node, weights[node.name], node.name in held, material.get(node.name), turn))
+        bodies.append(body(node, weights[node.name], node.name in held, material.get(node.name)))
     remedy = f"give fixed=[name] ({listed(names)}), or floor=True for a floor at z = 0"
     return scene_of(with_floor(bodies, floor, "scene", remedy), friction, gravity, name, notes, excluded)
 
@@ -161,31 +161,21 @@ class Weights:
         return mass, None if mass is not None else density
 
 
-def _body(
-    node: Node,
-    weight: Weight,
-    fixed: bool,
-    material: str | None,
-    turn: Float | None,
-    rules: MeshRules,
-    notes: list[str],
-) -> Body:
+def _body(node: Node, weight: Weight, fixed: bool, material: str | None, *, rules: MeshRules, notes: list[str]) -> Body:
     where = f"node {quoted(node.name)}"
     mass, density = (weight[0], None) if fixed else weight
     if (mass, density) == (None, None) and not fixed:
         raise SceneError(message(where, "has no mass", "give mass= or density=, for it or for all, or fixed=[name]"))
-    pose, stretch = split(node.matrix if turn is None else turn @ node.matrix, where)
+    pose, stretch = split(node.matrix, where)
     vertices = node.vertices if np.array_equal(stretch, np.eye(3)) else node.vertices @ stretch.T
     faces = node.faces if np.linalg.det(stretch) > 0 else node.faces[:, ::-1]
     mesh = rules.taken(Mesh(vertices, faces, label=where), notes, node.name)
     return Body(node.name, mesh, mass=mass, density=density, pose=pose, material=material, fixed=fixed)
 
 
-def _known_body(
-    node: Node, weight: Weight, fixed: bool, material: str | None, turn: Float | None, *, known: Known
-) -> Body:
+def _known_body(node: Node, weight: Weight, fixed: bool, material: str | None, *, known: Known) -> Body:
     where = f"node {quoted(node.name)}"
-    pose, _ = split(node.matrix if turn is None else turn @ node.matrix, where)
+    pose, _ = split(node.matrix, where)
     shape = known.shape
     if shape is None:
         shape = Mesh(node.vertices + known.origin, node.faces, noise=known.noise, label=where)

@@ -14,7 +14,6 @@ from pydantic import (
     Discriminator,
     Field,
     Tag,
-    ValidationError,
     model_validator,
 )
 
@@ -35,11 +34,11 @@ from holdfast.scene.formats.entries import (
     Triple,
     Truth,
     Whole,
-    first_fault,
     friction_data,
     friction_of,
     hold_data,
     hold_of,
+    validated,
 )
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import SUFFIXES, Source, as_json, as_yaml
@@ -222,11 +221,8 @@ def read(source: Source) -> Scene:
 
     Raises SceneError if the file does not match the schema.
     """
-    data, path = source.data, source.path
-    try:
-        model = SceneModel.model_validate(data)
-    except ValidationError as cause:
-        raise SceneError(first_fault(cause, SceneModel, data, path)) from None
+    path = source.path
+    model = validated(SceneModel, source.data, path)
     bodies = []
     for body in model.bodies:
         with located(f"body {quoted(body.name)}"):
@@ -358,12 +354,7 @@ def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
         case Box():
             return {"type": "box", "size": shape.size.tolist()}
         case Cylinder():
-            return {
-                "type": "cylinder",
-                "radius": shape.radius,
-                "height": shape.height,
-                "segments": shape.segments,
-            }
+            return {"type": "cylinder", "radius": shape.radius, "height": shape.height, "segments": shape.segments}
         case Sphere():
             return {"type": "sphere", "radius": shape.radius, "subdivisions": shape.subdivisions}
         case Capsule():

@@ -13,17 +13,17 @@ from typing import Any, Literal
 
 import manifold3d
 import numpy as np
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field
 
 from holdfast.base.arrays import Float, Int, checked, checked_number
 from holdfast.base.borders.foreign import foreign
-from holdfast.base.errors import GeometryError, SceneError
+from holdfast.base.errors import GeometryError
 from holdfast.base.ranges import FRICTION, PLACE
 from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.geometry.triangles import outline_vector
 from holdfast.scene.body import Body
-from holdfast.scene.formats.entries import Matrix4, Number, Triple, Truth, first_fault
+from holdfast.scene.formats.entries import Matrix4, Number, Triple, Truth, validated
 from holdfast.scene.formats.links import not_read, unknown_keys
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
@@ -131,10 +131,7 @@ def read_settled(source: Source) -> Scene:
     Keys that are not read_settled are noted. Raises SceneError if the file is not a valid settled scene.
     """
     path = source.path
-    try:
-        model = SettledModel.model_validate(source.data)
-    except ValidationError as error:
-        raise SceneError(first_fault(error, SettledModel, source.data, path, "settled")) from error
+    model = validated(SettledModel, source.data, path, "settled")
     bodies = [_settled_body(item, path) for item in model.objects]
     values = {item.name: item.friction for item in model.objects}
     found = Counter(unknown_keys(source.data, (*SettledModel.model_fields, *ABOUT), "the file"))

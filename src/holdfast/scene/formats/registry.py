@@ -13,8 +13,7 @@ from typing import Any, TypeVar
 
 from holdfast.base.arrays import checked_truth
 from holdfast.base.borders.foreign import counted
-from holdfast.base.distribution import installing
-from holdfast.base.errors import HoldfastError, SceneError, located, message
+from holdfast.base.errors import HoldfastError, SceneError, installing, located, message
 from holdfast.base.files import checked_path, write_atomically
 from holdfast.base.names import Registry
 from holdfast.scene.formats import FORMATS
@@ -178,17 +177,12 @@ def format_of(source: Source) -> Format:
             return each
     if troubles:
         raise troubles[0]
-    raise SceneError(_not_read(source))
-
-
-def _not_read(source: Source) -> str:
     problem = f"is in no known format ({source.described()})"
     only = [each.name for each in writable() if source.suffix in each.suffixes and each.read is None]
     if only:
         problem += f"; {' and '.join(only)} can be written, not read"
-    own = [str(each) for each in readable() if source.suffix in each.suffixes]
-    others = [f"{each.name} ({', '.join(each.suffixes)})" for each in readable() if source.suffix not in each.suffixes]
-    return message(str(source.path), problem, f"can be read: {', '.join([*own, *others])}")
+    known = ", ".join([*map(str, own), *(f"{each.name} ({', '.join(each.suffixes)})" for each in others)])
+    raise SceneError(message(str(source.path), problem, f"can be read: {known}"))
 
 
 def _keywords(function: Callable[..., Any]) -> tuple[str, ...]:

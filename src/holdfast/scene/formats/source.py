@@ -81,7 +81,7 @@ def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
     for _ in range(MAX_DEPTH):
         parts = (part for item in level for part in (item.values() if isinstance(item, dict) else item))
         level = [part for part in parts if isinstance(part, dict | list)]
-    if bool(level):
+    if level:
         raise SceneError(message(where, "is nested too deeply", f"the limit is {MAX_DEPTH} levels"))
     return data
 
@@ -223,7 +223,6 @@ class Source:
             if size > limit:
                 remedy = f"the limit is {limit:,}: keep meshes in files of their own"
                 raise SceneError(message(str(self.path), f"is {size:,} bytes", remedy))
-            size = size
             spend(JSON if self._is_json else YAML, size, str(self.path))
             if self._is_json:
                 return from_json(self.text, str(self.path)), None

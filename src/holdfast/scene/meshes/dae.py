@@ -17,7 +17,6 @@ from holdfast.base.rigid import transform
 from holdfast.base.text import quoted
 from holdfast.scene.xml import Element, parsed
 
-UP = "Z_UP"
 MOST_TRIANGLES = 5_000_000  # repeated nodes within repeated nodes can multiply a small file
 MOST_NODES = 100_000  # largest number of nodes, each counted as often as it is used
 DEEPEST = 50  # levels of nodes
@@ -63,7 +62,7 @@ class _Document:
         asset = self.root.needed("asset")
         if not any_up:
             given = asset.child("up_axis")
-            if given is None or given.text.strip() != UP:
+            if given is None or given.text.strip() != "Z_UP":
                 said = "says no <up_axis>, which means Y_UP" if given is None else f"says {quoted(given.text.strip())}"
                 remedy = 'programs disagree whether to turn it: say up_axis="y" to turn it, or "z" to take it as it is'
                 (asset if given is None else given).fail(said, remedy)

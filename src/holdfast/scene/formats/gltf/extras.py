@@ -15,10 +15,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field
 
 from holdfast.base.arrays import Float, Int
-from holdfast.base.errors import SceneError
 from holdfast.base.text import listed
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Shape
@@ -30,9 +29,9 @@ from holdfast.scene.formats.entries import (
     Number,
     Triple,
     Truth,
-    first_fault,
     friction_data,
     friction_of,
+    validated,
 )
 from holdfast.scene.formats.named_meshes import Known, Weight, split
 from holdfast.scene.formats.native import FORMAT, AnyModel, EndModel, excluded_data, limits_data, shape_data, shape_of
@@ -126,33 +125,10 @@ def checksum(vertices: Float, faces: Int) -> str:
     return f"{zlib.crc32(vertices.astype('<f4').tobytes() + faces.astype('<u4').tobytes()):08x}"
 
 
-def scene_words(extras: Any, path: Path) -> SceneWords | None:  # noqa: ANN401
-    """Return the data of a scene, or None if there are none; raise SceneError if they are malformed."""
-    return _checked(SceneWords, extras, path)
-
-
-def body_words(node: Node, path: Path) -> BodyWords | None:
-    """Return the data of a node, or None if there are none; raise SceneError if they are malformed."""
-    return _checked(BodyWords, node.extras, path)
-
-
-def _checked(model: type[M], extras: Any, path: Path) -> M | None:  # noqa: ANN401
+def _words(model: type[M], extras: Any, path: Path) -> M | None:  # noqa: ANN401
+    """Return the data of a scene or a node, or None if there are none; raise SceneError if they are malformed."""
     data = extras.get(KEY) if isinstance(extras, dict) else None
-    if data is None:
-        return None
-    try:
-        return model.model_validate(data)
-    except ValidationError as cause:
-        raise SceneError(first_fault(cause, model, data, path)) from None
-
-
-def known_of(words: BodyWords, name: str) -> Known:
-    """Return the shape, centre of mass and inertia of a body from a node whose mesh is unchanged."""
-    shape = None if words.shape is None else shape_of(words.shape, None, name)
-    com, inertia, origin = (
-        None if each is None else np.array(each) for each in (words.com, words.inertia, words.origin)
-    )
-    return Known(shape, words.noise, com, inertia, np.zeros(3) if origin is None else origin)
+    return None if data is None else validated(model, data, path)
 
 
 @dataclass(frozen=True)
@@ -165,8 +141,10 @@ class Inside:
     @classmethod
     def of(cls, nodes: Sequence[Node], extras: Any, path: Path) -> Inside:  # noqa: ANN401 - plain data
         """Return the data in the file at ``path``; raise SceneError if they are malformed."""
-        found = {node.name: body_words(node, path) for node in nodes}
-        return cls(scene_words(extras, path), {name: words for name, words in found.items() if words is not None})
+        found = {node.name: _words(BodyWords, node.extras, path) for node in nodes}
+        return cls(
+            _words(SceneWords, extras, path), {name: words for name, words in found.items() if words is not None}
+        )
 
     def weight(self, name: str) -> Weight:
         """Return the mass [kg] and the density [kg/m³] of a body, None if not given."""
@@ -197,9 +175,13 @@ class Inside:
             if not (np.array_equal(stretch, np.eye(3)) and checksum(node.vertices, node.faces) == words.surface):
                 edited.append(node.name)
                 continue
-            known = known_of(words, node.name)
+            shape = None if words.shape is None else shape_of(words.shape, None, node.name)
+            com, inertia, origin = (
+                None if each is None else np.array(each) for each in (words.com, words.inertia, words.origin)
+            )
             same = weights[node.name] == self.weight(node.name)
-            found[node.name] = known if same else known._replace(inertia=None)
+            at = np.zeros(3) if origin is None else origin
+            found[node.name] = Known(shape, words.noise, com, inertia if same else None, at)
         if edited:
             about = "their shapes, centres of mass and inertias are those of their meshes"
             notes.append(f"meshes are not those that holdfast wrote, so {about}: {listed(edited)}")

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from holdfast.base.arrays import checked_mapping, checked_truth
 from holdfast.base.borders.foreign import foreign
@@ -20,7 +20,7 @@ from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.errors import SceneError, message
 from holdfast.geometry.gltf import MAGIC, Gltf, Primitive
 from holdfast.scene.compound import Shape
-from holdfast.scene.formats.entries import FrictionModel, Number, Triple, Truth, first_fault, friction_of
+from holdfast.scene.formats.entries import FrictionModel, Number, Triple, Truth, friction_of, validated
 from holdfast.scene.formats.gltf.extras import KEY, Drawn, Inside, body_data, drawn, materials_of_parts, scene_data
 from holdfast.scene.formats.links import FLOOR, checked_fixed, not_read, unknown_keys
 from holdfast.scene.formats.made_meshes import Collision, MeshRules, packed
@@ -195,10 +195,7 @@ def _sidecar(source: Source) -> SidecarModel:
     if source.given is not None or not path.exists():
         return SidecarModel()
     data = Source(path).data
-    try:
-        return SidecarModel.model_validate({} if data is None else data)
-    except ValidationError as cause:
-        raise SceneError(first_fault(cause, SidecarModel, data, path)) from None
+    return validated(SidecarModel, {} if data is None else data, path)
 
 
 def write(scene: Scene, path: Path) -> bytes:

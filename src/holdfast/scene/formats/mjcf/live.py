@@ -211,6 +211,10 @@ def _unread(model: Any, data: Any, owners: BodyOwners, motors: bool) -> list[str
     sticky = np.nonzero(getattr(model, "pair_adhesion", ()))[0]  # some versions lack it
     pairs = np.asarray(model.geom_bodyid)[np.asarray(model.pair_geom1)[sticky]].tolist() if len(sticky) else []
     springs = [np.nonzero(getattr(model, field, ()))[0] for field in ("jnt_stiffness", "jnt_stiffnesspoly")]
+    drawn: list[int] = []  # bodies whose joints a tendon with a spring connects
+    for t in np.flatnonzero(model.tendon_stiffness).tolist():
+        wraps = range(int(model.tendon_adr[t]), int(model.tendon_adr[t] + model.tendon_num[t]))
+        drawn += [int(model.jnt_bodyid[model.wrap_objid[w]]) for w in wraps if model.wrap_type[w] == WRAP_JOINT]
     found = [
         ("moving surfaces (surfacevel)", set_of_geoms("geom_surfacevel")),
         ("adhesion", [*set_of_geoms("geom_adhesion"), *pairs, *target[kind == BODY].tolist()]),
@@ -225,22 +229,13 @@ def _unread(model: Any, data: Any, owners: BodyOwners, motors: bool) -> list[str
             "applied forces (qfrc_applied)",
             moving(np.asarray(model.dof_bodyid)[np.flatnonzero(data.qfrc_applied)], along=True),
         ),
-        ("springs of tendons", moving(_drawn(model), along=True)),
+        ("springs of tendons", moving(drawn, along=True)),
         ("springs of joints", moving(np.asarray(model.jnt_bodyid)[np.unique(np.concatenate(springs))], along=True)),
     ]
     each = [(what, listed([quoted(names[b]) for b in dict.fromkeys(bodies)])) for what, bodies in found if bodies]
     notes = [f"ignored, though it acts: {what} of {who}" for what, who in each]
     windy = bool(np.asarray(model.opt.wind).any()) and model.opt.density > 0
     return [*notes, *(["ignored, though it acts: wind"] if windy else [])]
-
-
-def _drawn(model: Any) -> list[int]:  # noqa: ANN401
-    """Return the numbers of the bodies whose joints a tendon with a spring connects."""
-    found = []
-    for t in np.flatnonzero(model.tendon_stiffness).tolist():
-        wraps = range(int(model.tendon_adr[t]), int(model.tendon_adr[t] + model.tendon_num[t]))
-        found += [int(model.jnt_bodyid[model.wrap_objid[w]]) for w in wraps if model.wrap_type[w] == WRAP_JOINT]
-    return found
 
 
 def _overlaps(data: Any, groups: Sequence[GeomGroup], bodies: Sequence[Body]) -> list[str]:  # noqa: ANN401

@@ -135,7 +135,9 @@ def _asked(text: str, path: Path, so_far: _Demands, above: tuple[Path, ...]) -> 
                 trees.append(parsed(Source(place).text, str(place)))
     files += included
     attached = _attached(trees, path, so_far, above)
-    folders = tuple(dict.fromkeys(["", *(each for tree in trees for each in _folders(tree))]))
+    compilers = [each for tree in trees for each in tree.iter("compiler")]
+    named = [each.get(key, "") for each in compilers for key in ("meshdir", "texturedir", "assetdir")]
+    folders = tuple(dict.fromkeys(["", *named]))  # to which file names are relative
     count: Counter[str] = Counter()
     for tree in trees:
         for element, copies in _expanded(tree):
@@ -150,7 +152,9 @@ def _asked(text: str, path: Path, so_far: _Demands, above: tuple[Path, ...]) -> 
             count[MADE] += copies * _made(element)
             for key, amount in attached.get(element.get("model", ""), {}).items() if element.tag == "attach" else ():
                 count[key] += copies * amount
-            _check_amounts(count, path)
+            for key, (most, what) in MOST.items():
+                if count[key] > most:
+                    raise SceneError(message(str(path), f"has more than {most:,} {what}", "split the model"))
     return count
 
 
@@ -176,12 +180,6 @@ def _attached(
             so_far.models[here] = _asked(source.text, place, so_far, (*above, here)) if known else Counter()
         found[element.get("name", "")] = so_far.models[here]
     return found
-
-
-def _folders(tree: Xml.Element) -> Iterator[str]:
-    """Yield the folders to which file names of a model are relative."""
-    for compiler in tree.iter("compiler"):
-        yield from (compiler.get(key, "") for key in ("meshdir", "texturedir", "assetdir"))
 
 
 def _places(name: str, folders: tuple[str, ...], element: Xml.Element, path: Path, within: Path) -> list[Path]:
@@ -228,9 +226,13 @@ def _filled(element: Xml.Element, places: list[Path]) -> int:
     """Return the number of cells of a height field, from its attributes or the headers of its files."""
     if element.tag != "hfield":
         return 0
-    if places:
-        return max(_size_of(place) for place in places)
-    return _whole(element.get("nrow", "")) * _whole(element.get("ncol", ""))
+    sizes = []
+    for head in (Source(place).head for place in places):
+        if head.startswith(PNG):
+            sizes.append(int.from_bytes(head[16:20], "big") * int.from_bytes(head[20:24], "big"))
+        else:  # MuJoCo's own format
+            sizes.append(int.from_bytes(head[:4], "little") * int.from_bytes(head[4:8], "little"))
+    return max(sizes) if sizes else _whole(element.get("nrow", "")) * _whole(element.get("ncol", ""))
 
 
 def _made(element: Xml.Element) -> int:
@@ -248,20 +250,6 @@ def _made(element: Xml.Element) -> int:
         case "sphere":
             return 1 << 2 * min(first, 20)
     return first * first
-
-
-def _size_of(place: Path) -> int:
-    """Return the number of pixels of a PNG file, or of cells of MuJoCo's own format, from the header."""
-    head = Source(place).head
-    if head.startswith(PNG):
-        return int.from_bytes(head[16:20], "big") * int.from_bytes(head[20:24], "big")
-    return int.from_bytes(head[:4], "little") * int.from_bytes(head[4:8], "little")
-
-
-def _check_amounts(count: Counter[str], path: Path) -> None:
-    for key, (most, what) in MOST.items():
-        if count[key] > most:
-            raise SceneError(message(str(path), f"has more than {most:,} {what}", "split the model"))
 
 
 def _check_size(element: Xml.Element, path: Path) -> None:

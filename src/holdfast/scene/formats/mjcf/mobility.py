@@ -183,9 +183,9 @@ def find_groups(model: Any, data: Any, *, rigid: bool, motors: bool = False) -> 
         low, high = sorted((int(owner[a]), int(owner[b])))
         owner[owner == high] = low
     notes = [f"taken as rigid as it is now: {listed(faults)}"] if faults else []
-    notes += [
-        f"{quoted(names[b])} moves freely by its joints: {_listed_joints(model, each)}" for b, each in freed.items()
-    ]
+    for b, each in freed.items():
+        by = listed([_joint(model, j).removeprefix("joint ") for j in each])
+        notes.append(f"{quoted(names[b])} moves freely by its joints: {by}")
     bodies = dict.fromkeys(names[model.jnt_bodyid[j]] for j in fixed)
     notes += [f"held fixed at their joint positions: {listed(list(bodies))}"] if bodies else []
     return BodyOwners(owner, names, frozenset(b for b, name in enumerate(given) if name), tuple(notes), tuple(joints))
@@ -258,10 +258,6 @@ def _check_others(model: Any, owner: Any, names: Sequence[str]) -> None:  # noqa
         if pulled:
             problem = f"pulls at {listed(pulled)}"
             raise SceneError(message(f"tendon {quoted(name or t)}", problem, "leave it out of the model"))
-
-
-def _listed_joints(model: Any, joints: Sequence[int]) -> str:  # noqa: ANN401
-    return listed([_joint(model, j).removeprefix("joint ") for j in joints])
 
 
 def frame_of(data: Any, b: int) -> Float:  # noqa: ANN401

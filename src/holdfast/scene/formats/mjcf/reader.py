@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from holdfast.base.arrays import Float, checked, checked_items, checked_truth
 from holdfast.base.borders.foreign import foreign
 from holdfast.base.borders.worker import is_limited
 from holdfast.base.errors import HoldfastWarning, SceneError, located, message, nearest_of, warn
 from holdfast.base.files import checked_path, read_ordinary
+from holdfast.base.rigid import quaternion_of
 from holdfast.base.text import listed, one_line, quoted
 from holdfast.scene.excluded import body_of
 from holdfast.scene.formats.joints import Torques, check_within
@@ -92,7 +92,9 @@ def read(
                 _pose(mujoco, model, data, key, qpos)
             mujoco.mj_forward(model, data)
         with located(str(path)):
-            scene = from_mujoco(model, data, rigid=rigid, hold_torques=hold_torques, name=_name(model, path))
+            name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
+            name = path.stem if name in UNNAMED else name
+            scene = from_mujoco(model, data, rigid=rigid, hold_torques=hold_torques, name=name)
             scene = renamed(scene, single)
     return replace(scene, notes=(*notes, *unseen, *scene.notes, *(f"MuJoCo warns: {text}" for text in heard)))
 
@@ -187,11 +189,6 @@ def _number(model: Any, key: str | int) -> int:  # noqa: ANN401
     return key
 
 
-def _name(model: Any, path: Path) -> str:  # noqa: ANN401
-    name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
-    return path.stem if name in UNNAMED else name
-
-
 MJCF = Format("MJCF", (".xml",), sniff, read, write, mark="`<mujoco>`", extra="mujoco")
 
 
@@ -270,8 +267,7 @@ def _copied(mujoco: Any, spec: Any, copies: list[tuple[str, Float]]) -> Any:  # 
     for option in (each for each in dir(spec.option) if not each.startswith("_")):
         setattr(whole.option, option, getattr(spec.option, option))
     for copy, pose in copies:
-        x, y, z, w = Rotation.from_matrix(pose[:3, :3]).as_quat()
-        frame = whole.worldbody.add_frame(pos=pose[:3, 3], quat=np.array([w, x, y, z]))
+        frame = whole.worldbody.add_frame(pos=pose[:3, 3], quat=quaternion_of(pose[:3, :3]))
         whole.attach(spec.copy(), prefix=f"{copy}/" if copy else "", frame=frame)
     return whole
 

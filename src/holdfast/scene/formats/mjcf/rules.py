@@ -66,19 +66,15 @@ class GeomRules:
         signs = np.asarray(model.exclude_signature, dtype=np.int64)  # two body numbers in one integer
         low, high = np.minimum(signs >> 16, signs & 0xFFFF), np.maximum(signs >> 16, signs & 0xFFFF)
         self._excluded: Int = (low << 16) + high
-        for (g, h), friction, dim in zip(ends.tolist(), model.pair_friction, model.pair_dim, strict=True):
-            self._name(int(self.of[g]), int(self.of[h]), np.asarray(friction), int(dim))
+        for (a, b), friction, dim in zip(self.of[ends].tolist(), model.pair_friction, model.pair_dim, strict=True):
+            self.mu[[a, b], [b, a]] = 0.0 if dim == FRICTIONLESS else float(friction[:2].min())
+            self.may[[a, b], [b, a]] = self.named[[a, b], [b, a]] = True
+            self.sliding |= bool(dim != FRICTIONLESS and friction[0] != friction[1])
         if model.opt.disableflags & NO_CONTACT:
             self.may[:], self.named[:] = False, False
         self.names = entries(model, "geom", int(model.ngeom))
         self.materials = _materials(classes, model, self.names)
         self.body: Int = np.asarray(model.geom_bodyid, dtype=np.int64)
-
-    def _name(self, a: int, b: int, friction: Float, dim: int) -> None:
-        """Set what an explicit pair gives."""
-        self.mu[[a, b], [b, a]] = 0.0 if dim == FRICTIONLESS else float(friction[:2].min())
-        self.may[[a, b], [b, a]] = self.named[[a, b], [b, a]] = True
-        self.sliding |= dim != FRICTIONLESS and bool(friction[0] != friction[1])
 
     @property
     def colliding(self) -> Bool:

@@ -15,9 +15,10 @@ import numpy as np
 
 from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, message
+from holdfast.base.rigid import quaternion_of
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Compound, Solid
+from holdfast.scene.compound import Solid, solids_in
 from holdfast.scene.excluded import Excluded, by_bodies, may_touch
 from holdfast.scene.formats.surfaces import Unit, table_of, units_of
 from holdfast.scene.halfspace import HalfSpace
@@ -49,7 +50,7 @@ def write(scene: Scene, path: Path) -> bytes:
     mu, touch = table_of(scene, units)
     own = np.where(touch, mu, np.inf).min(1, initial=np.inf)
     own[~np.isfinite(own)] = 0.0
-    own, others = own, touch & (np.maximum(own[:, None], own[None]) != mu)
+    others = touch & (np.maximum(own[:, None], own[None]) != mu)
     friction = {geom: float(own[k]) for k, unit in enumerate(units) for geom in _geoms(unit)}
     for body in scene.bodies:
         _write_body(world, assets, body, friction)
@@ -94,15 +95,22 @@ def _write_body(world: Xml.Element, assets: Xml.Element, body: Body, friction: d
     element = Xml.SubElement(world, "body", {"name": body.name} | _placed(body.pose))
     if not body.fixed:
         Xml.SubElement(element, "freejoint")
-        Xml.SubElement(element, "inertial", _inertial(body))
-    parts = [(p.shape, p.pose) for p in body.shape.parts] if isinstance(body.shape, Compound) else None
+        moments, axes = np.linalg.eigh(body.inertia_com)  # MuJoCo takes principal moments and their axes
+        if moments[0] <= 0 or moments[0] + moments[1] < moments[2] * (1 - 1e-12):
+            problem = f"has the principal moments {', '.join(f'{m:.4g}' for m in moments)} kg m²"
+            remedy = "MuJoCo needs positive ones, the largest at most the sum of the others"
+            raise SceneError(message(f"body {quoted(body.name)}", problem, remedy))
+        moments[2] = min(moments[2], moments[0] + moments[1])
+        turn = axes * [1.0, 1.0, float(np.linalg.det(axes))]
+        place = {"pos": _text(body.com_body), "quat": _text(quaternion_of(turn))}
+        mass = {"mass": repr(float(body.mass or 0.0)), "diaginertia": _text(moments)}
+        Xml.SubElement(element, "inertial", place | mass)
     if isinstance(body.shape, HalfSpace):
         name = _geom(body, 0)
         plane = {"name": name, "type": "plane", "size": "0 0 1"}
         Xml.SubElement(element, "geom", plane | _sliding(friction[name], 3))
         return
-    whole = body.shape
-    for k, (shape, pose) in enumerate(parts or ([] if isinstance(whole, Compound) else [(whole, np.eye(4))])):
+    for k, (shape, pose) in enumerate(solids_in(body.shape)):
         name = _geom(body, k)
         _write_geom(element, assets, shape, {"name": name} | _placed(pose) | _sliding(friction[name], 3))
 
@@ -128,27 +136,8 @@ def _write_geom(element: Xml.Element, assets: Xml.Element, shape: Solid, attribu
     Xml.SubElement(element, "geom", attributes | {"type": kind, "size": _text(size)})
 
 
-def _inertial(body: Body) -> dict[str, str]:
-    """Return the mass, centre of mass and inertia of a body; MuJoCo takes principal moments and their axes."""
-    moments, axes = np.linalg.eigh(body.inertia_com)
-    if moments[0] <= 0 or moments[0] + moments[1] < moments[2] * (1 - 1e-12):
-        problem = f"has the principal moments {', '.join(f'{m:.4g}' for m in moments)} kg m²"
-        remedy = "MuJoCo needs positive ones, the largest at most the sum of the others"
-        raise SceneError(message(f"body {quoted(body.name)}", problem, remedy))
-    moments[2] = min(moments[2], moments[0] + moments[1])
-    turn = axes * [1.0, 1.0, float(np.linalg.det(axes))]
-    place = {"pos": _text(body.com_body), "quat": _quaternion(turn)}
-    return place | {"mass": repr(float(body.mass or 0.0)), "diaginertia": _text(moments)}
-
-
 def _placed(pose: Float) -> dict[str, str]:
-    return {"pos": _text(pose[:3, 3]), "quat": _quaternion(pose[:3, :3])}
-
-
-def _quaternion(turn: Float) -> str:
-    from scipy.spatial.transform import Rotation  # only here, as it takes a tenth of a second
-
-    return _text(Rotation.from_matrix(turn).as_quat(scalar_first=True))
+    return {"pos": _text(pose[:3, 3]), "quat": _text(quaternion_of(pose[:3, :3]))}
 
 
 def _text(values: Float) -> str:

@@ -12,9 +12,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Float, checked_number, checked_truth
+from holdfast.base.arrays import Float, checked_truth
 from holdfast.base.errors import SceneError, located, message
-from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import listed, quoted
 from holdfast.scene.excluded import Excluded
 from holdfast.scene.formats.links import (
@@ -22,6 +21,7 @@ from holdfast.scene.formats.links import (
     BodyParts,
     Notes,
     bodies_of_links,
+    checked_defaults,
     checked_fixed,
     kept_apart,
     scene_of,
@@ -67,10 +67,7 @@ def read(
 
     Raises SceneError or GeometryError if a file is malformed, or leaves out what is needed.
     """
-    if density is not None:
-        density = checked_number(density, "density", above=0, within=DENSITY)
-    if friction is not None:
-        friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
+    friction, density = checked_defaults(friction, density)
     notes, surfaces = Notes(), Surfaces(RULE)
     references = References(source.path, package, models=model_folders(model_path, notes))
     meshes = MeshRules(up_axis, collision, turns_gltf=True)

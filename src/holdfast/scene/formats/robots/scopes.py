@@ -290,7 +290,8 @@ class Frames:
         assert model.outer is not None
         pose, frame = posed(model.given)
         at = self.named(model.outer, frame, model.given) @ pose
-        placed = _placement(model)
+        child = model.given.child("placement_frame") if model.given.tag == "include" else None
+        placed = (model.element.attributes.get("placement_frame", "") if child is None else child.text).strip()
         if not placed:
             return np.asarray(at)
         inner = _Within(model)
@@ -303,11 +304,3 @@ class _Within(Frames):
     def __init__(self, model: Scope) -> None:
         super().__init__()
         self._known[model.outer or model, model] = np.eye(4)
-
-
-def _placement(model: Scope) -> str:
-    if model.given.tag == "include":
-        child = model.given.child("placement_frame")
-        if child is not None:
-            return child.text.strip()
-    return model.element.attributes.get("placement_frame", "").strip()

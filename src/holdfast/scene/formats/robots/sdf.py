@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from holdfast.base.arrays import checked_name, checked_number, checked_truth, checked_word
+from holdfast.base.arrays import checked_name, checked_truth, checked_word
 from holdfast.base.errors import nearest_of
-from holdfast.base.ranges import DENSITY, FRICTION
 from holdfast.base.text import quoted
-from holdfast.scene.formats.links import FLOOR, BodyParts, Notes, bodies_of_links, checked_fixed, scene_of, with_floor
+from holdfast.scene.formats.links import (
+    FLOOR,
+    BodyParts,
+    Notes,
+    bodies_of_links,
+    checked_defaults,
+    checked_fixed,
+    scene_of,
+    with_floor,
+)
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
@@ -70,10 +79,7 @@ def read(
     models = [scope for scope in top.within() if not scope.is_world]
     links = [f"{scope.path}::{link.attribute('name')}" for scope in models for link in scope.element.all("link")]
     meshes.check_names([scope.path for scope in models] + links)
-    if density is not None:
-        density = checked_number(density, "density", above=0, within=DENSITY)
-    if friction is not None:
-        friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
+    friction, density = checked_defaults(friction, density)
     notes.unread([whole, *(scope.element for scope in top.within())], KNOWN, ATTRIBUTES)
     tags = _tags(root, top, simulator, notes)
     reader = SdfLinks(tags, Surfaces(RULES[tags]), friction, density, meshes, notes)
@@ -81,7 +87,10 @@ def read(
     groups = groups_of(top, held, checked_truth(rigid, "rigid"), notes)
     frames = Frames()
     found: list[BodyParts] = []
-    for group, name in zip(groups, _names(groups), strict=True):
+    count = Counter(group.members[0].scope.path for group in groups)
+    for group in groups:
+        first = group.members[0]
+        name = first.scope.path if count[first.scope.path] == 1 else first.path
         found += _bodies(group, name, reader, frames)
     bodies, excluded = [body for body, _ in found], excluded_pairs(found, notes)
     if not bodies and not checked_truth(floor, "floor"):
@@ -134,16 +143,6 @@ def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str
     if found:
         notes.append(f"friction: tags of {chosen}; of two surfaces it is their {RULES[chosen]}")
     return chosen
-
-
-def _names(groups: list[Group]) -> list[str]:
-    """Return the name of each group: that of its model, with the name of a link if the model has several groups."""
-    count: dict[str, int] = {}
-    for group in groups:
-        path = group.members[0].scope.path
-        count[path] = count.get(path, 0) + 1
-    first = [group.members[0] for group in groups]
-    return [place.scope.path if count[place.scope.path] == 1 else place.path for place in first]
 
 
 def _bodies(group: Group, name: str, reader: SdfLinks, frames: Frames) -> Iterator[BodyParts]:

@@ -55,7 +55,8 @@ def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) 
         for joint in scope.named.values():
             if joint.tag != "joint":
                 continue
-            ends = [_end(scope, joint, tag) for tag in ("parent", "child")]
+            tags = [joint.needed(tag) for tag in ("parent", "child")]
+            ends = [carrier(scope, tag.text.strip(), tag) for tag in tags]
             if joint.attribute("type") == "fixed" or rigid:
                 weld(
                     group,
@@ -84,12 +85,6 @@ def _is_held(scope: Scope, names: set[str]) -> bool:
             return True
         inside = inside.outer
     return False
-
-
-def _end(scope: Scope, joint: Element, tag: str) -> Key | None:
-    """Return the link at an end of a joint, and None for the world."""
-    asking = joint.needed(tag)
-    return carrier(scope, asking.text.strip(), asking)
 
 
 def carrier(scope: Scope, name: str, asking: Element) -> Key | None:

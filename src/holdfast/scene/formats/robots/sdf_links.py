@@ -84,7 +84,16 @@ def solid_of(
         case "cone":
             return cone(_size(element, "radius"), _size(element, "length"), element.place)
         case "mesh":
-            return _mesh(scope, element, link, meshes, notes), None
+            if element.child("submesh") is not None:
+                element.fail("takes one of several meshes of its file", "give that one a file of its own")
+            uri, scale = element.needed("uri"), element.child("scale")
+            sx, sy, sz = (1.0, 1.0, 1.0) if scale is None else scale.values(3)
+            if min(sx, sy, sz) < 0:
+                element.fail(
+                    f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file"
+                )
+            path = scope.references.file(uri.text.strip(), uri.place)
+            return meshes.read(path, (sx, sy, sz), notes, scope.path, link), None
     return element.fail(
         "is not read", "reads box, sphere, cylinder, capsule, ellipsoid, cone, polyline, plane and mesh"
     )
@@ -116,17 +125,6 @@ def outlined(elements: list[Element]) -> Mesh:
             element.fail(f"has {len(points):,} points", f"needs three and more, up to {MOST_CORNERS:,}")
         outlines.append(np.array(points))
     return extruded(outlines, _size(elements[0], "height"), elements[0].place)
-
-
-def _mesh(scope: Scope, element: Element, link: str, meshes: MeshRules, notes: Notes) -> Mesh:
-    if element.child("submesh") is not None:
-        element.fail("takes one of several meshes of its file", "give that one a file of its own")
-    uri, scale = element.needed("uri"), element.child("scale")
-    sx, sy, sz = (1.0, 1.0, 1.0) if scale is None else scale.values(3)
-    if min(sx, sy, sz) < 0:
-        element.fail(f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file")
-    path = scope.references.file(uri.text.strip(), uri.place)
-    return meshes.read(path, (sx, sy, sz), notes, scope.path, link)
 
 
 class CollisionShape(NamedTuple):
@@ -224,8 +222,7 @@ class SdfLinks:
             mass = None if inertial is None else inertial.child("mass")
             if mass is None:
                 return found
-            share = checked_number(mass.values(1)[0], mass.place, above=0, within=MASS) / found.mass
-            return Inertial(share * found.mass, found.com, share * found.inertia)
+            return found.weighing(checked_number(mass.values(1)[0], mass.place, above=0, within=MASS))
         if bare:
             self.notes.of(where, "mass 1 kg, which SDF says where a file says none")
         return _given(inertial, element)

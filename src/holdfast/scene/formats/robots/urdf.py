@@ -25,13 +25,11 @@ from holdfast.scene.formats.robots.urdf_links import (
     KNOWN,
     SLIDING,
     LinkGroup,
-    UrdfJoint,
     UrdfLinks,
     axis_of,
     groups_of,
 )
 from holdfast.scene.formats.source import Source
-from holdfast.scene.hold import Range
 from holdfast.scene.scene import Scene
 from holdfast.scene.xml import Element, parsed, root_name
 
@@ -110,7 +108,13 @@ def read(
     bodies = [body for group in groups if (body := _body(group, links, reader, density, all_fixed, motors))]
     if not bodies:
         root.fail("has no link with a shape", "needs a <collision> or <visual>")
-    placed = _held([(copy, body) for copy, place in copies for body in _placed(bodies, copy, place)], fixed)
+    several = len(bodies) > 1
+    copied = [
+        (copy, replace(body, name=f"{copy}/{top}" if several else copy, pose=place @ body.pose))
+        for copy, place in copies
+        for top, body in bodies
+    ]
+    placed = _held(copied, fixed)
     remedy = "give floor=True for a floor at z = 0, or fixed=True for what carries others"
     placed = with_floor(placed, floor, root.place, remedy, problem="is a thing that nothing carries")
     scene = scene_of(placed, reader.surfaces.table(FLOOR if floor else None), gravity, name, notes)
@@ -192,12 +196,6 @@ def _body(
     return group.top, rigid_body(group.top, pieces, pose=group.pose, inertial=mass, fixed=fixed)
 
 
-def _placed(bodies: list[tuple[str, Body]], copy: str, at: Float) -> list[Body]:
-    """Return a copy of the bodies, with names and poses of its own."""
-    several = len(bodies) > 1
-    return [replace(body, name=f"{copy}/{top}" if several else copy, pose=at @ body.pose) for top, body in bodies]
-
-
 URDF = Format("URDF", (".urdf",), sniff, read, mark="<robot>")
 
 
@@ -218,17 +216,10 @@ def with_arms(
             if joint is None or body is None or fixed[body]:
                 continue
             at, on = place @ group.pose, names.get(group.above)
-            axis, own = at[:3, :3] @ axis_of(joint.element), motors.of(joint.name, _effort(joint))
+            limit = joint.element.child("limit")
+            effort = 0.0 if limit is None or joint.element.child("mimic") is not None else limit.number("effort", 0.0)
+            own = motors.of(joint.name, (-effort, effort) if effort > 0 else None)  # files write 0 for none
+            axis = at[:3, :3] @ axis_of(joint.element)
             slides = joint.kind in SLIDING
             holds.append(joint_hold(body, on, at[:3, 3], axis, own, slides=slides))
     return replace(scene, holds=tuple(holds), excluded=never_touching(arms, balls, [*fixed]))
-
-
-def _effort(joint: UrdfJoint) -> Range | None:
-    """Return the range of a joint by its <limit>; None without one, for 0, and for a joint that another one drives.
-
-    Files write 0 for none.
-    """
-    limit = joint.element.child("limit")
-    effort = 0.0 if limit is None or joint.element.child("mimic") is not None else limit.number("effort", 0.0)
-    return (-effort, effort) if effort > 0 else None

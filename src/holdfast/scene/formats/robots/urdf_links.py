@@ -19,7 +19,7 @@ from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
-from holdfast.scene.shapes import Box, Cylinder, Mesh
+from holdfast.scene.shapes import Box, Cylinder
 from holdfast.scene.xml import Element
 
 TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)
@@ -311,15 +311,14 @@ class UrdfLinks:
                 case "drake:ellipsoid":
                     return Ellipsoid([shape.number(axis) for axis in ("a", "b", "c")])
                 case "mesh":
-                    return self._mesh(shape, link.attribute("name"))
+                    sx, sy, sz = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
+                    if min(sx, sy, sz) < 0:
+                        shape.fail(
+                            f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file"
+                        )
+                    path = self.references.file(shape.attribute("filename"), shape.place)
+                    return self.meshes.read(path, (sx, sy, sz), self.notes, link.attribute("name"))
         return shape.fail("is unknown", "reads box, sphere, cylinder, capsule, drake:ellipsoid and mesh")
-
-    def _mesh(self, shape: Element, link: str) -> Mesh:
-        sx, sy, sz = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
-        if min(sx, sy, sz) < 0:
-            shape.fail(f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file")
-        path = self.references.file(shape.attribute("filename"), shape.place)
-        return self.meshes.read(path, (sx, sy, sz), self.notes, link)
 
     def _mu(self, link: Element, element: Element) -> float:
         """Return the coefficient of a surface; raise SceneError if neither the file nor ``friction`` gives one."""

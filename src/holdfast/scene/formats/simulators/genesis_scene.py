@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float, checked_truth, checked_whole
+from holdfast.base.arrays import Bool, Float, checked_truth
 from holdfast.base.errors import GeometryError, SceneError, located, message
-from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
@@ -26,6 +25,7 @@ from holdfast.scene.formats.simulators.simulated import (
     made,
     plane,
     whole,
+    world_of,
 )
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
@@ -64,24 +64,14 @@ def from_genesis(
         raise SceneError(message("from_genesis", f"got a {type(simulation).__name__}", "needs a genesis.Scene"))
     if not simulation.is_built:
         raise SceneError(message("from_genesis", "the scene is not built", "call scene.build() first"))
-    read = _GenesisEntities(simulation, _world(simulation, world))
+    number = world_of(world, int(simulation.n_envs), "scene")
+    read = _GenesisEntities(simulation, number if simulation.n_envs else None)
     bodies, apart, notes = bodies_of(
         read.links, read.joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching
     )
     pairs = {pair: max(mu, LEAST_FRICTION) for pair, mu in read.surfaces.pairs().items()}
     gravity = read.one(simulation.rigid_solver.get_gravity())
     return Scene(bodies, Friction(pairs=pairs), gravity, name, apart, [*read.notes(), *notes])
-
-
-def _world(scene: Any, world: int | None) -> int | None:  # noqa: ANN401
-    """Return the number of the environment to read; None if the scene is a single one without numbers."""
-    count = int(scene.n_envs)
-    if world is None:
-        if count > 1:
-            raise SceneError(message("world", f"the scene has {count}", f"say which: world=0 to {count - 1}"))
-        return 0 if count else None
-    number = checked_whole(world, "world", 0, min(max(count, 1), MANY) - 1)
-    return number if count else None
 
 
 class _GenesisEntities:
@@ -110,7 +100,15 @@ class _GenesisEntities:
                         self._link(link, name)
                 for link in entity.links:
                     if not link.is_fixed:
-                        self._hang(link)
+                        ends = (self.number.get(int(link.parent_idx)), self.number[int(link.idx)])
+                        joints = [joint for joint in link.joints if joint.type != FIXED]
+                        if not joints:
+                            self.joints.append(SimulatedJoint("fixed", ends, JointState.RIGID))
+                        for joint in joints:
+                            if joint.type != FREE:
+                                modes = self.modes[joint.dof_start : joint.dof_end, self.world or 0]
+                                state = JointState.HELD if (modes == POSITION).all() else JointState.LOOSE
+                                self.joints.append(SimulatedJoint(joint.name, ends, state))
             else:
                 self.others.append(str(entity.name))
 
@@ -173,19 +171,6 @@ class _GenesisEntities:
             self.hulls = True
             return hull(vertices)
         return whole(vertices, np.asarray(geom.init_faces))
-
-    def _hang(self, link: Any) -> None:  # noqa: ANN401
-        """Add the joints between a link that moves and its parent; a free joint is none."""
-        ends = (self.number.get(int(link.parent_idx)), self.number[int(link.idx)])
-        joints = [joint for joint in link.joints if joint.type != FIXED]
-        if not joints:
-            self.joints.append(SimulatedJoint("fixed", ends, JointState.RIGID))
-        for joint in joints:
-            if joint.type != FREE:
-                modes = self.modes[joint.dof_start : joint.dof_end, self.world or 0]
-                self.joints.append(
-                    SimulatedJoint(joint.name, ends, JointState.HELD if (modes == POSITION).all() else JointState.LOOSE)
-                )
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which geoms may touch; masks of entities from MJCF and USD count within the entity alone."""

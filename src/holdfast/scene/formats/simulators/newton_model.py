@@ -11,14 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float, checked_truth, checked_whole, checked_word
+from holdfast.base.arrays import Bool, Float, checked_truth, checked_word
 from holdfast.base.errors import GeometryError, SceneError, located, message
-from holdfast.base.ranges import MANY
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.links import BodyPiece
-from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, bodies_of, hull, made, whole
+from holdfast.scene.formats.simulators.simulated import (
+    JointState,
+    Link,
+    SimulatedJoint,
+    bodies_of,
+    hull,
+    made,
+    whole,
+    world_of,
+)
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
@@ -43,7 +51,6 @@ RULES = {
     "mujoco": "largest",
     "vbd": "geometric mean",
 }
-UNKNOWN = "geometric mean"
 
 
 def from_newton(
@@ -72,7 +79,7 @@ def from_newton(
     if not hasattr(model, "shape_body") or not hasattr(state, "body_q"):
         problem = f"got a {type(model).__name__} and a {type(state).__name__}"
         raise SceneError(message("from_newton", problem, "needs newton.Model and newton.State"))
-    number = _world(model, world)
+    number = world_of(world, int(getattr(model, "world_count", 1)), "model")
     used = _name_of(solver)
     read = _NewtonWorld(model, state, number, hulls=used == "mujoco")
     surfaces = Surfaces(_rule(model, used))
@@ -91,16 +98,6 @@ def _array(value: Any) -> Any:  # noqa: ANN401 - an array of Warp, or one of Num
     return np.asarray(value.numpy() if hasattr(value, "numpy") else value)
 
 
-def _world(model: Any, world: int | None) -> int:  # noqa: ANN401
-    """Return the number of the world to read; 0 in a model of one world."""
-    count = int(getattr(model, "world_count", 1))
-    if world is None:
-        if count > 1:
-            raise SceneError(message("world", f"the model has {count}", f"say which: world=0 to {count - 1}"))
-        return 0
-    return checked_whole(world, "world", 0, min(max(count, 1), MANY) - 1)
-
-
 def _name_of(solver: Any) -> str:  # noqa: ANN401
     """Return the name of a solver in small letters, without the word itself; "" for None."""
     if solver is None:
@@ -114,7 +111,7 @@ def _rule(model: Any, solver: str) -> str:  # noqa: ANN401
     priority = getattr(getattr(model, "mujoco", None), "geom_priority", None)
     if solver == "mujoco" and priority is not None and _array(priority).any():
         return "least"
-    return RULES.get(solver, UNKNOWN)
+    return RULES.get(solver, "geometric mean")
 
 
 class _NewtonWorld:

@@ -127,7 +127,10 @@ class _World:
         for uid, own in zip(uids, names, strict=True):
             self._add(uid, own if own and names.count(own) == 1 else f"{own or 'body'} {uid}")
         for k in range(bullet.getNumConstraints()):
-            self._join(bullet.getConstraintUniqueId(k))
+            uid = bullet.getConstraintUniqueId(k)
+            first, link, second, other = bullet.getConstraintInfo(uid)[:4]
+            ends = (self.number[first, link], self.number.get((second, other)))  # of another body, or of the world
+            self.joints.append(SimulatedJoint(f"constraint {uid}", ends, JointState.LOOSE))
 
     def add_colliders(self, given: Mapping[str, Any]) -> None:
         """Add the shapes of all links, of which some are ``given`` by the names of links."""
@@ -223,12 +226,6 @@ class _World:
             return hull(np.array(vertices))
         problem = "PyBullet tells the corners of all of its meshes together" if count else "its mesh is not convex"
         raise GeometryError(message("shape", problem, "give its shape in the frame of the link: shapes={name: shape}"))
-
-    def _join(self, uid: int) -> None:
-        """Add a constraint, which is rigid as long as nobody removes it."""
-        first, link, second, other = self.bullet.getConstraintInfo(uid)[:4]
-        ends = (self.number[first, link], self.number.get((second, other)))  # of another body, or of the world
-        self.joints.append(SimulatedJoint(f"constraint {uid}", ends, JointState.LOOSE))
 
 
 def _simple(kind: int, sizes: Any) -> Solid:  # noqa: ANN401

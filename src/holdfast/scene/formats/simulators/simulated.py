@@ -13,8 +13,9 @@ import manifold3d
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Bool, Float, checked_whole
 from holdfast.base.errors import GeometryError, SceneError, located, message
+from holdfast.base.ranges import MANY
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
@@ -129,7 +130,11 @@ def bodies_of(
     for whole in welded:
         members = [links[k] for k in whole.members]
         if whole.fixed:
-            found += [group for link in members for group in _fixed_groups(link)]
+            for link in members:  # one body for each plane, which has no end, and one for all else
+                planes = [each for each in link.colliders if isinstance(each.shape, HalfSpace)]
+                others = [each for each in link.colliders if not isinstance(each.shape, HalfSpace)]
+                parts = [*([plane] for plane in planes), others]
+                found += [LinkedBody(link.name, True, [link], each) for each in parts if each]
         elif colliders := [each for link in members for each in _seen(link, members[0].pose)]:
             found.append(LinkedBody(members[0].name, False, members, colliders))
         else:
@@ -140,8 +145,8 @@ def bodies_of(
     bodies = [_body(group, name) for group, name in zip(found, names, strict=True)]
     if touching is None:
         return bodies, [], notes
-    parts = [BodyParts(body, [each.mark for each in g.colliders]) for g, body in zip(found, bodies, strict=True)]
-    return bodies, kept_apart(itertools.combinations(parts, 2), touching), notes
+    marked = [BodyParts(body, [each.mark for each in g.colliders]) for g, body in zip(found, bodies, strict=True)]
+    return bodies, kept_apart(itertools.combinations(marked, 2), touching), notes
 
 
 def _welded(
@@ -200,13 +205,6 @@ def _seen(link: Link, home: Float) -> list[BodyPiece]:
     return [each._replace(pose=relative(link.pose @ each.pose, home)) for each in link.colliders]
 
 
-def _fixed_groups(link: Link) -> list[LinkedBody]:
-    """Return a fixed link as bodies: one for each plane, which has no end, and one for all else."""
-    planes = [each for each in link.colliders if isinstance(each.shape, HalfSpace)]
-    others = [each for each in link.colliders if not isinstance(each.shape, HalfSpace)]
-    return [LinkedBody(link.name, True, [link], each) for each in (*([plane] for plane in planes), others) if each]
-
-
 def _body(group: LinkedBody, name: str) -> Body:
     with located(f"body {quoted(name)}"):
         if group.fixed:
@@ -241,6 +239,13 @@ def body_of(name: str, pose: Float, colliders: Sequence[BodyPiece], inertial: In
         return Body(name, shape, pose=pose, material=usual, fixed=True)
     inertia = (inertial.inertia + inertial.inertia.T) / 2
     return Body(name, shape, inertial.mass, pose=pose, com=inertial.com, inertia=inertia, material=usual)
+
+
+def world_of(world: int | None, count: int, what: str) -> int:
+    """Return the number of the world to read, of ``count`` in ``what``, which has to be said if there are several."""
+    if world is None and count > 1:
+        raise SceneError(message("world", f"the {what} has {count}", f"say which: world=0 to {count - 1}"))
+    return 0 if world is None else checked_whole(world, "world", 0, min(max(count, 1), MANY) - 1)
 
 
 def unique(wanted: Iterable[str]) -> list[str]:

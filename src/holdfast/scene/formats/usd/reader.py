@@ -12,11 +12,20 @@ import numpy as np
 from holdfast.base.arrays import Float, checked_number, checked_truth, checked_word, unit
 from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, located, message
-from holdfast.base.ranges import DENSITY, FRICTION, SCALE
+from holdfast.base.ranges import FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
-from holdfast.scene.formats.links import FLOOR, BodyParts, checked_fixed, kept_apart, rigid_body, scene_of, with_floor
+from holdfast.scene.formats.links import (
+    FLOOR,
+    BodyParts,
+    checked_defaults,
+    checked_fixed,
+    kept_apart,
+    rigid_body,
+    scene_of,
+    with_floor,
+)
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
@@ -75,10 +84,7 @@ def read(
     path, notes = source.path, list[str]()
     if source.given is not None or len(source.content) > MAX_BYTES:
         raise SceneError(message(str(path), "is not a file by itself", "USD is read from files: save it first"))
-    if density is not None:
-        density = checked_number(density, "density", above=0, within=DENSITY)
-    if friction is not None:
-        friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
+    friction, density = checked_defaults(friction, density)
     if combine is not None:
         checked_word(combine, RULES, "combine")
     rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
@@ -170,7 +176,10 @@ def _body(
             found = UsdShade.MaterialBindingAPI(each).ComputeBoundMaterial("physics")[0]
             material = found.GetPrim() if found else None
             material = material if material is not None and has(material, "PhysicsMaterialAPI") else None
-            surface = surfaces.material(_mu(each, material, friction, notes), _mode(material))
+            mode = "" if material is None else str(value_of(material, "physxMaterial:frictionCombineMode", ""))
+            if mode and mode not in MODES:
+                fail(material, f"frictionCombineMode is {quoted(mode)}", f"needs one of {', '.join(MODES)}")
+            surface = surfaces.material(_mu(each, material, friction, notes), MODES.get(mode, ""))
             matrix = np.linalg.inv(own) @ stage.placed(each)
             if str(each.GetTypeName()) == "Plane":
                 return _plane(each, group, name, own @ matrix, surface, fixed)
@@ -199,14 +208,6 @@ def _mu(prim: Any, material: Any, friction: float | None, notes: list[str]) -> f
         fail(prim, "has no physics material, so no friction", "give friction=, for all colliders without one")
     notes.append(f"{prim.GetPath()}: friction {friction:g}, as given by friction=")
     return friction
-
-
-def _mode(material: Any) -> str:  # noqa: ANN401
-    """Return the rule by which PhysX combines the friction of a material with that of another; empty if not said."""
-    mode = "" if material is None else str(value_of(material, "physxMaterial:frictionCombineMode", ""))
-    if mode and mode not in MODES:
-        fail(material, f"frictionCombineMode is {quoted(mode)}", f"needs one of {', '.join(MODES)}")
-    return MODES.get(mode, "")
 
 
 USD = Format("USD", (".usd", ".usda", ".usdc", ".usdz"), sniff, read, write, mark="UsdPhysics", extra="usd")

@@ -64,14 +64,8 @@ class FilePart(NamedTuple):
         return int(NUMBER.unpack(self.read(at, NUMBER.size))[0])
 
 
-def check_lengths(path: Path) -> None:
-    """Raise SceneError if a length in a crate or package exceeds the file, or if a package refers to other files."""
-    with path.open("rb") as stream:
-        size = stream.seek(0, 2)
-        _check(FilePart(stream, 0, size, str(path)), 0)
-
-
 def _check(part: FilePart, depth: int) -> None:
+    """Raise SceneError if a length in a crate or package exceeds the file, or if a package refers to other files."""
     head = part.read(0, min(8, part.length))
     if head == CRATE:
         contents = part.number(16)
@@ -343,7 +337,8 @@ def _check_package(package: Path, root: Any) -> None:  # noqa: ANN401
 def _opened(path: Path, open_: Callable[[str], Any]) -> Any:  # noqa: ANN401
     """Return the result of ``open_`` for a file; raise SceneError if there is no such file, or if it is not USD."""
     check_ordinary(path, "layer", remedy="check the paths in the file")
-    check_lengths(path)
+    with path.open("rb") as stream:
+        _check(FilePart(stream, 0, stream.seek(0, 2), str(path)), 0)
     with foreign(str(path), "is no USD"):
         found = open_(str(path))
     if not found:

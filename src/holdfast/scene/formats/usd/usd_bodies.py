@@ -168,7 +168,6 @@ def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
         if value_of(group, "physics:invertFilteredGroups", False):
             filtered = set(names.values()) - filtered
         found |= {pair for other in filtered for pair in ((_merged(group), other), (other, _merged(group)))}
-    apart = found
     queries = [
         (_merged(prim), UsdPhysics.CollisionGroup(prim).GetCollidersCollectionAPI().ComputeMembershipQuery())
         for prim in groups
@@ -182,7 +181,7 @@ def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
             for x, y in ((a.GetPath(), b.GetPath()), (b.GetPath(), a.GetPath())):
                 if x.HasPrefix(path) and any(y.HasPrefix(other) for other in others):
                     return False
-        return not any((x, y) in apart for x in of(a) for y in of(b))
+        return not any((x, y) in found for x in of(a) for y in of(b))
 
     return may
 
@@ -201,16 +200,12 @@ def unread(stage: Stage) -> list[str]:
             continue
         if _is_foreign(kind):
             found[kind] += 1
-        found.update(name for name in map(_schema, prim.GetPrimTypeInfo().GetAppliedAPISchemas()) if _is_foreign(name))
+        applied = [str(each).partition(":")[0] for each in prim.GetPrimTypeInfo().GetAppliedAPISchemas()]
+        found.update(name for name in applied if _is_foreign(name))
         found.update(str(each.GetName()) for each in prim.GetAuthoredProperties() if not _is_known(each))
     lost = [one_line(str(error)) for error in stage.whole.GetCompositionErrors()]
     notes = [f"not in the stage, as USD could not compose it: {listed(lost, 3)}"] if lost else []
     return [*notes, *not_read(found)]
-
-
-def _schema(applied: Any) -> str:  # noqa: ANN401 - of a type of usd-core
-    """Return the name of an applied schema without that of its instance."""
-    return str(applied).partition(":")[0]
 
 
 def _is_foreign(name: str) -> bool:

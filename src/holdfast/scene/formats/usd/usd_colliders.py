@@ -168,8 +168,7 @@ def inertial_of(
     with located(where):
         found = together([_weighed(stage, body, each, density, notes) for each in colliders])
         mass = _positive(body, "physics:mass", MASS, stage.kilograms)
-        share = 1.0 if mass is None else mass / found.mass
-        whole = Inertial(share * found.mass, found.com, share * found.inertia)
+        whole = found.weighing(mass)
         centre = body.GetAttribute("physics:centerOfMass")
         given = numbers_of(body, "physics:centerOfMass", (3,), SCALE) if centre and centre.HasAuthoredValue() else None
         if given is not None:

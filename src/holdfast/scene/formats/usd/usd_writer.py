@@ -14,9 +14,10 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.errors import SceneError, message
+from holdfast.base.rigid import quaternion_of
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Compound, Solid
+from holdfast.scene.compound import Solid, solids_in
 from holdfast.scene.excluded import End
 from holdfast.scene.formats.surfaces import PHYSX, RULES, table_of, units_of
 from holdfast.scene.halfspace import HalfSpace
@@ -143,15 +144,13 @@ def _write_body(
         from pxr import Gf, UsdPhysics
 
         moments, axes = np.linalg.eigh(body.inertia_com)
-        x, y, z, w = _quaternion(axes * [1.0, 1.0, float(np.linalg.det(axes))])
+        w, x, y, z = quaternion_of(axes * [1.0, 1.0, float(np.linalg.det(axes))]).tolist()
         weight = UsdPhysics.MassAPI.Apply(prim)
         weight.CreateMassAttr(float(body.mass or 0.0))
         weight.CreateCenterOfMassAttr(Gf.Vec3f(*body.com_body.tolist()))
         weight.CreateDiagonalInertiaAttr(Gf.Vec3f(*moments.tolist()))
         weight.CreatePrincipalAxesAttr(Gf.Quatf(w, x, y, z))
-    parts = [(p.shape, p.pose) for p in body.shape.parts] if isinstance(body.shape, Compound) else None
-    whole = body.shape
-    for k, (shape, pose) in enumerate(parts or ([] if isinstance(whole, Compound) else [(whole, np.eye(4))])):
+    for k, (shape, pose) in enumerate(solids_in(body.shape)):
         part = _solid(stage, f"{where}/collider_{k}", shape, pose)
         _collide(part, materials[body.name, k])
         prims[body.name, k] = part
@@ -169,18 +168,11 @@ def _place(prim: Any, pose: Float, scale: Float | None = None) -> None:  # noqa:
     from pxr import Gf, UsdGeom
 
     double = UsdGeom.XformOp.PrecisionDouble
-    x, y, z, w = _quaternion(pose[:3, :3])
+    w, x, y, z = quaternion_of(pose[:3, :3]).tolist()
     prim.AddTranslateOp(double).Set(Gf.Vec3d(*pose[:3, 3].tolist()))
     prim.AddOrientOp(double).Set(Gf.Quatd(w, x, y, z))
     if scale is not None:
         prim.AddScaleOp(double).Set(Gf.Vec3d(*scale.tolist()))
-
-
-def _quaternion(turn: Float) -> list[float]:
-    from scipy.spatial.transform import Rotation  # only here, as it takes a tenth of a second
-
-    found: list[float] = Rotation.from_matrix(turn).as_quat().tolist()
-    return found
 
 
 def _solid(stage: Any, where: str, shape: Solid, pose: Float) -> Any:  # noqa: ANN401

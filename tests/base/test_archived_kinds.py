@@ -11,8 +11,8 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import pytest
 
+from holdfast.base.archive import fits, misfit
 from holdfast.base.arrays import Float, Int, Objects
-from holdfast.base.kinds import fits, misfit
 from holdfast.base.public import Record, column
 from holdfast.base.values import Table
 
