@@ -110,13 +110,13 @@ def test_gravity_turns_against_the_carrier() -> None:
 
 def test_proportional_times_are_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
     widths: list[int] = []
-    usual = asking.asked
+    usual = asking.load_factors
 
     def counted(*given: Any, **more: Any) -> Any:
         widths.append(given[2].shape[1])
         return usual(*given, **more)
 
-    monkeypatch.setattr(asking, "asked", counted)
+    monkeypatch.setattr(asking, "load_factors", counted)
     table = np.zeros((50, 4))
     table[:, 0] = np.arange(50)
     table[:, 1:] = np.linspace(0, 1, 50)[:, None] * (0.3, 0.7, 0)

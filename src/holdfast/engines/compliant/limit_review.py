@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Float
 from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.amendment import Amendment, LoadQuestion
@@ -84,7 +84,12 @@ class LimitReview(Amendment):
         W, grid, neutral = asked.W, self.grid, self.state.neutral
         size, held = np.abs(grid.loads(W)).max(axis=1, initial=0.0), grid.loads_held(W)
         gained = np.zeros(len(size), dtype=bool) if neutral is None else neutral.gained(W)
-        doubtful = np.flatnonzero(gained | _doubtful(found, size, held, bounded=asked.bounded))
+        finite = found.status == Status.FINITE
+        peak = np.where(finite, found.force, 0.0)
+        unsure = held | (found.status == Status.UNDECIDED) | (finite & (peak * size > HUGE))
+        if asked.bounded:
+            unsure |= finite & (found.lower <= 0)
+        doubtful = np.flatnonzero(gained | np.asarray((size > 0) & unsure))
         if not len(doubtful) or not grid.certain.verdict().equilibrium_exists:
             return found
         certain = grid.certain.load_factor(W[:, doubtful])
@@ -142,13 +147,3 @@ class LimitReview(Amendment):
         if self.grid.load_bearing.balance(load):
             return True
         return rests_alone(self.grid.with_hold.system.under(load / np.abs(load).max()), PATIENCE)
-
-
-def _doubtful(found: Answers, size: Float, held: Bool, *, bounded: bool) -> Bool:
-    """Tell which answers to loads of a ``size`` (n,) deserve doubt, beside those of bodies that are ``held`` (n,)."""
-    finite = found.status == Status.FINITE
-    force = np.where(finite, found.force, 0.0)
-    doubt = held | (found.status == Status.UNDECIDED) | (finite & (force * size > HUGE))
-    if bounded:
-        doubt |= finite & (found.lower <= 0)
-    return np.asarray((size > 0) & doubt)

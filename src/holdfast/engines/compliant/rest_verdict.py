@@ -185,7 +185,11 @@ def overruled(grid: Grid, refinements: int) -> Verdict | None:
     nodes = grid.springs.nodes
     if FINER**2 * len(grid.nodes) <= MOST_NODES:
         if at_rest(grid.finer) is None:
-            return _fewer_hold(grid, grid.finer)
+            few, many = grid.springs.nodes, grid.finer.springs.nodes
+            if grid.finer.settled.outcome is not RestOutcome.DRIFTS:
+                return _leans(f"on {many} nodes a side no rest is found, as it is on {few}")
+            found = not_at_rest(grid.finer)
+            return replace(found, reason=f"on {many} nodes a side {found.reason}; {few} nodes a side would hold it")
         if _without(grid.finer, KEPT * _reserve(grid)) is RestOutcome.RESTS:
             return None
         nodes = grid.finer.springs.nodes
@@ -216,15 +220,6 @@ def _without(grid: Grid, share: float) -> RestOutcome:
     if found.outcome is RestOutcome.RESTS and balanced_forces(replace(grid, system=system), found.q) is None:
         return RestOutcome.DRIFTS  # the regularisation spring carries
     return found.outcome
-
-
-def _fewer_hold(coarse: Grid, fine: Grid) -> Verdict:
-    """Return the verdict on an assembly that rests on a grid and not on a finer one."""
-    few, many = coarse.springs.nodes, fine.springs.nodes
-    if fine.settled.outcome is not RestOutcome.DRIFTS:
-        return _leans(f"on {many} nodes a side no rest is found, as it is on {few}")
-    found = not_at_rest(fine)
-    return replace(found, reason=f"on {many} nodes a side {found.reason}; {few} nodes a side would hold it")
 
 
 def _leans(why: str) -> Verdict:

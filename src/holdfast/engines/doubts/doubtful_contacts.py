@@ -81,12 +81,9 @@ class Doubtful:
     def notes(self) -> tuple[str, ...]:
         """The notes of the engine, and the pairs of bodies that need not touch for everything to stand."""
         with self._asking:
-            return (*self.detected.notes, *self._unneeded)
-
-    @cached_property
-    def _unneeded(self) -> tuple[str, ...]:
-        optional = self.absences.optional
-        return (f"contacts that may not exist, all stands without them: {self._named(optional)}",) if optional else ()
+            optional = self.absences.optional
+            note = f"contacts that may not exist, all stands without them: {self._named(optional)}"
+            return (*self.detected.notes, note) if optional else self.detected.notes
 
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Find the largest factor of each column of W (6J, n) [N, N m], with bounds for contacts that may not exist.

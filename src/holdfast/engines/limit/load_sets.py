@@ -77,7 +77,15 @@ class _Search:
             accuracy, self.worst = max(1 - 1 / float(gauge.max()), 0.0), vertices[int(gauge.argmax())]
             report(where, min(self.solves, most), most)
             enough = 1 / (1 - wanted) if wanted < 1 else np.inf
-            chosen = self._worst(vertices, gauge, enough, min(BATCH[dimension], most - self.solves))
+            chosen: list[Float] = []  # largest gauge first, no two alike, none that failed before
+            taken = list(self.failed)
+            for k in np.argsort(-gauge, kind="stable"):
+                if len(chosen) >= min(BATCH[dimension], most - self.solves) or gauge[k] <= enough:
+                    break
+                way = vertices[k] / np.linalg.norm(vertices[k])
+                if not taken or float((np.array(taken) @ way).max()) < ALIKE:
+                    taken.append(way)
+                    chosen.append(vertices[k])
             if accuracy <= wanted or not chosen:
                 report(where, most, most)
                 return accuracy
@@ -103,19 +111,6 @@ class _Search:
         self.inner = drawn_in(hull)
         self.vertices = np.array(self.points)[hull.vertices]
         return vertices, largest_row(self.inner, vertices)
-
-    def _worst(self, vertices: Float, gauge: Float, enough: float, count: int) -> list[Float]:
-        """Up to ``count`` vertices to ask along: largest gauge first, no two alike, none that failed before."""
-        chosen: list[Float] = []
-        taken = list(self.failed)
-        for k in np.argsort(-gauge, kind="stable"):
-            if len(chosen) >= count or gauge[k] <= enough:
-                break
-            way = vertices[k] / np.linalg.norm(vertices[k])
-            if not taken or float((np.array(taken) @ way).max()) < ALIKE:
-                taken.append(way)
-                chosen.append(vertices[k])
-        return chosen
 
 
 def hull_of(points: Float, where: str) -> ConvexHull:
