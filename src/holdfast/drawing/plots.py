@@ -182,12 +182,7 @@ def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> f
             Polygon(foot.outline, facecolor=colour, edgecolor=INK, lw=0.9, alpha=0.35 if foot.fixed else 0.8)
         )
     scale = min(width / np.ptp(axes.get_xlim()), height / np.ptp(axes.get_ylim()))  # [px / m], as the aspect is equal
-    _name_footprints(axes, writer, picture, scale)
-    return top + height + 60
-
-
-def _name_footprints(axes: Any, writer: Writer, picture: PolarPicture, scale: float) -> None:  # noqa: ANN401
-    """Write the names of movable bodies on their outlines, the highest first, where no other name is."""
+    # names of movable bodies on their outlines, the highest first, where no other name is
     taken: list[Float] = []
     for foot in sorted(picture.footprints, key=lambda f: -f.height):
         text = one_line(foot.name, LONGEST)
@@ -198,6 +193,7 @@ def _name_footprints(axes: Any, writer: Writer, picture: PolarPicture, scale: fl
             continue
         taken.append(box)
         write(axes, middle[0], middle[1], text, 0.72 * LETTERS, va="center", path_effects=halo(1.0), zorder=3)
+    return top + height + 60
 
 
 def _draw_curve_legend(writer: Writer, picture: PolarPicture, top: float) -> None:

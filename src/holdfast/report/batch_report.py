@@ -41,7 +41,12 @@ def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -
     """Write the report of the batch in ``folder`` as one HTML page; raise HoldfastError if there is no batch."""
     tables = BatchTables(reading(folder))
     facts = about(tables.folder.path)
-    rows = _shortened([{name: row[name] for name in (*COLUMNS, *MEASURES)} for row in tables.rows("scenes")])
+    rows = [{name: row[name] for name in (*COLUMNS, *MEASURES)} for row in tables.rows("scenes")]
+    folders = {os.path.dirname(row["scene"]) for row in rows}
+    comparable = len({os.path.isabs(folder) for folder in folders}) == 1
+    common = os.path.commonpath(folders) if comparable else ""
+    for row in rows:
+        row["scene"] = os.path.relpath(row["scene"], common) if common else row["scene"]
     write_atomically(path, _page(tables.folder.path, facts, rows).encode("utf-8"))
 
 
@@ -80,16 +85,6 @@ def _page(folder: Path, facts: Mapping[str, Any], rows: Sequence[Row]) -> str:
         slowest=ReportTable(("scene", "outcome", "bodies", "time [s]", "memory [MB]"), cells).html(),
         failures=ReportTable(("scene", "outcome", "problem"), lost).html() + more,
     )
-
-
-def _shortened(rows: list[Row]) -> list[Row]:
-    """Remove the common folder from the names of scenes, in place."""
-    folders = {os.path.dirname(row["scene"]) for row in rows}
-    comparable = len({os.path.isabs(folder) for folder in folders}) == 1
-    common = os.path.commonpath(folders) if comparable else ""
-    for row in rows:
-        row["scene"] = os.path.relpath(row["scene"], common) if common else row["scene"]
-    return rows
 
 
 def _weakness(row: Row) -> tuple[float, float, float]:

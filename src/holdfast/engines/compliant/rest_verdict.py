@@ -24,7 +24,6 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.model import Elastic, unresisted_motion
 from holdfast.elastic.path import RestOutcome
 from holdfast.elastic.system import RestSearch
-from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import on_an_edge
 from holdfast.engines.compliant.elastic_model import world_rows
 from holdfast.engines.compliant.grid import FINER, Grid
@@ -63,10 +62,6 @@ class AtRest(NamedTuple):
     verdict: Verdict
     unstiff: Bool
     on_an_edge: Bool
-
-    def with_balanced(self, names: tuple[str, ...]) -> Verdict:
-        """Return the verdict, which says that the bodies of these names are only balanced."""
-        return replace(self.verdict, reason=self.verdict.reason + balanced_in_verdict(names), balanced=names)
 
 
 def at_rest(grid: Grid) -> AtRest | None:

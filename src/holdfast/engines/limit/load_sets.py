@@ -71,9 +71,15 @@ class _Search:
     def run(self, wanted: float, most: int) -> float:
         """Ask until the gap is at most ``wanted`` or ``most`` solves are used up; returns the gap that is left."""
         dimension, where = self.family.dimension, self.family.where
+        box = np.vstack([np.eye(dimension), -np.eye(dimension)])
         self._learn(self.family.axes())
         while True:
-            vertices, gauge = self._corners()
+            rows = np.vstack([box, np.array(self.planes).reshape(-1, dimension)])
+            vertices = _rows(hull_of(rows, where))  # a row of the polar set's hull is a vertex of the set
+            hull = hull_of(np.array(self.points), where)
+            self.inner = drawn_in(hull)
+            self.vertices = np.array(self.points)[hull.vertices]
+            gauge = largest_row(self.inner, vertices)  # outer over inner reach at the vertices of outer set and box
             accuracy, self.worst = max(1 - 1 / float(gauge.max()), 0.0), vertices[int(gauge.argmax())]
             report(where, min(self.solves, most), most)
             enough = 1 / (1 - wanted) if wanted < 1 else np.inf
@@ -100,17 +106,6 @@ class _Search:
             self.points.append(min(ray.reach, 1 / float(np.abs(ray.direction).max())) * ray.direction)
             if ray.row is not None:
                 self.planes.append(ray.row)
-
-    def _corners(self) -> tuple[Float, Float]:
-        """Vertices (k, d) of outer polyhedron and box, and the inner gauge (k,) there: outer over inner reach."""
-        dimension = self.family.dimension
-        box = np.vstack([np.eye(dimension), -np.eye(dimension)])
-        rows = np.vstack([box, np.array(self.planes).reshape(-1, dimension)])
-        vertices = _rows(hull_of(rows, self.family.where))  # a row of the polar set's hull is a vertex of the set
-        hull = hull_of(np.array(self.points), self.family.where)
-        self.inner = drawn_in(hull)
-        self.vertices = np.array(self.points)[hull.vertices]
-        return vertices, largest_row(self.inner, vertices)
 
 
 def hull_of(points: Float, where: str) -> ConvexHull:
@@ -194,7 +189,10 @@ class _Growth:
         self._learn(axes)
         while True:
             loads = self._drawn(unit)
-            gaps, facets = self._gaps(loads)
+            used, facets = hull_gauge(np.array(self.known), np.array(self.price), loads)
+            least = (loads @ np.array(self.planes).reshape(-1, loads.shape[1]).T).max(1, initial=0.0)
+            share = np.divide(least, used, out=np.ones(len(used)), where=used > 0)  # a ray without an end has no gap
+            gaps: Float = np.clip(1 - share, 0.0, 1.0)
             report(self.family.where, min(self.solves, most), most)
             wide = np.flatnonzero(gaps > FINER * wanted)
             close = np.median(gaps) <= wanted and np.quantile(gaps, MOST) <= WIDER * wanted
@@ -211,13 +209,6 @@ class _Growth:
         if not len(self.near):
             return anywhere
         return np.vstack([anywhere, self.near[self.rng.integers(len(self.near), size=DRAWN)]])
-
-    def _gaps(self, loads: Float) -> tuple[Float, Float]:
-        """The gaps (n,) of loads (n, d), by which share of the largest factor theirs may be too small; their facets."""
-        used, facets = hull_gauge(np.array(self.known), np.array(self.price), loads)
-        least = (loads @ np.array(self.planes).reshape(-1, loads.shape[1]).T).max(1, initial=0.0)
-        share = np.divide(least, used, out=np.ones(len(used)), where=used > 0)  # a ray without an end has no gap
-        return np.clip(1 - share, 0.0, 1.0), facets
 
     def _pushed_out(self, facets: Float, most: int) -> bool:
         """Find the corners beyond ``most`` of these facets (n, d) at the most; tell whether any was looked at."""
