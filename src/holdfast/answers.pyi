@@ -11,9 +11,9 @@ from holdfast.applications.gradients.result import Kink as Kink
 from holdfast.applications.gradients.result import Slopes as Slopes
 from holdfast.applications.monitor import Monitored as Monitored
 from holdfast.applications.placement.rating import Rating as Rating
+from holdfast.applications.placement.result import PlacedObject as PlacedObject
 from holdfast.applications.placement.result import Placement as Placement
-from holdfast.applications.placement.several_result import PlacedObject as PlacedObject
-from holdfast.applications.placement.several_result import Placements as Placements
+from holdfast.applications.placement.result import Placements as Placements
 from holdfast.applications.pushing.result import Effect as Effect
 from holdfast.applications.pushing.result import SafePushes as SafePushes
 from holdfast.applications.resting_poses import RestingPose as RestingPose

@@ -12,8 +12,8 @@ import pytest
 import holdfast as hf
 from bench.suites.placement_several import APART, by_rule, least_push, load
 from holdfast.applications.placement.level_places import LevelPlace
+from holdfast.applications.placement.result import PlacedObject
 from holdfast.applications.placement.several import RULES, Try, bottom_left, highest_support
-from holdfast.applications.placement.several_result import PlacedObject
 from holdfast.scene.shipped.blocks import at, box, floor
 
 TRAY = hf.Scene([hf.Body("tray", hf.Box((0.3, 0.2, 0.02)), pose=at(0, 0, -0.01), fixed=True)], 0.5, name="tray")

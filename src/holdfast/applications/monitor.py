@@ -242,7 +242,17 @@ class Monitor:
         usual = self._assembly.scene.gravity
         pull = usual if gravity is None else checked(gravity, (3,), "monitor: gravity", within=ACCELERATION)
         if poses is not None:
-            self._follow(poses)
+            scene, tolerances = self._assembly.scene, self._assembly.tolerances
+            after, moved = scene.moved(poses), []
+            for n in poses:  # how far points of a body are displaced that are no farther from its origin than its size
+                now, before = after.body(n), scene.body(n)
+                turned = np.linalg.norm(now.pose[:3, :3] - before.pose[:3, :3])
+                displaced = np.linalg.norm(now.pose[:3, 3] - before.pose[:3, 3]) + now.size * turned
+                if displaced > STILL * tolerances.base(now, now):
+                    moved.append(n)
+            if moved:
+                self._assembly = self._assembly.moved({n: poses[n] for n in moved})
+                self._prepare(0)
         x = motion_coordinates((a - (pull - usual))[None], alpha[None], omega[None])[0]
         found = self._judged(x, start + self._seconds)
         taken = time.perf_counter() - start
@@ -295,20 +305,6 @@ class Monitor:
             if size * each.last > used:
                 used, first = size * each.last, each
         return used, first, []
-
-    def _follow(self, poses: Mapping[str, ArrayLike]) -> None:
-        """Prepare anew the groups of bodies that are displaced."""
-        scene, tolerances = self._assembly.scene, self._assembly.tolerances
-        after, moved = scene.moved(poses), []
-        for name in poses:  # how far points of a body are displaced that are no farther from its origin than its size
-            now, before = after.body(name), scene.body(name)
-            turned = np.linalg.norm(now.pose[:3, :3] - before.pose[:3, :3])
-            displaced = np.linalg.norm(now.pose[:3, 3] - before.pose[:3, 3]) + now.size * turned
-            if displaced > STILL * tolerances.base(now, now):
-                moved.append(name)
-        if moved:
-            self._assembly = self._assembly.moved({name: poses[name] for name in moved})
-            self._prepare(0)
 
     def _prepare(self, solves: int) -> None:
         """Prepare all groups that have changed, and ask each of them about so many likely motions."""

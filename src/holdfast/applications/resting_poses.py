@@ -260,13 +260,6 @@ def resting_poses(
     mu = checked_number(mu, "resting_poses: mu", minimum=0)
     with located("resting_poses"):
         body = Body("body", shape, mass=mass, com=com)
-    standing = _standing(body)
-    found = [_pose(standing, mu, number) for number in standing.sides]
-    return RestingPoses(body, mu, tuple(sorted(found, key=lambda pose: -pose.probability)))
-
-
-def _standing(body: Body) -> StandingFaces:
-    """Return its faces; raise GeometryError if the hull of a body is flat, or its centre of mass is not inside."""
     from scipy.spatial import QhullError  # not for those who ask for no hull (geometry/hull.py)
 
     where, standing = "resting_poses: shape", StandingFaces(body)
@@ -277,7 +270,8 @@ def _standing(body: Body) -> StandingFaces:
     if graph.heights.min() <= 0:
         problem = f"its centre of mass {body.com_body.tolist()} is not inside its convex hull"
         raise GeometryError(message(where, problem, "give com= in the frame of the shape, in metres"))
-    return standing
+    found = [_pose(standing, mu, number) for number in standing.sides]
+    return RestingPoses(body, mu, tuple(sorted(found, key=lambda pose: -pose.probability)))
 
 
 def _pose(standing: StandingFaces, mu: float, number: int) -> RestingPose:

@@ -59,7 +59,14 @@ def moving(group: Sequence[str], motion: Motion) -> list[str]:
 
 def _why(motion: Motion, k: int, way: float, limits: Limits, up: Float) -> str:
     """Say why a body that came to rest has moved."""
-    where = listed(_supports(motion, k, TOUCH * limits.reach, up)) or "nothing"
+    touched = np.abs(motion.contacts.gaps) <= TOUCH * limits.reach
+    ends, normals = motion.contacts.ends[touched], motion.contacts.normals[touched]
+    mine = np.flatnonzero((ends == k).any(1))
+    others = np.where(ends[mine, 0] == k, ends[mine, 1], ends[mine, 0])
+    upward = np.where(ends[mine, 1] == k, 1.0, -1.0) * (normals[mine] @ up)
+    below = others[upward > UPWARD]
+    leant = np.unique(below if len(below) else others).tolist()  # on those that press it upwards, or on all it touches
+    where = listed([motion.bodies[other].start.name for other in leant]) or "nothing"
     if way < LEAST and motion.bodies[k].turned < 1e-3:
         return f"was at rest on {where}"
     pushed = float(np.linalg.norm(motion.pushed[k]))
@@ -67,20 +74,6 @@ def _why(motion: Motion, k: int, way: float, limits: Limits, up: Float) -> str:
     parts = [f"pushed {1e3 * pushed:.2g} mm out of an overlap"] if pushed > LEAST else []
     parts += [f"sank {1e3 * sunk:.2g} mm"] if sunk > LEAST else []
     return " and ".join(parts or ["turned"]) + f"; rests on {where}"
-
-
-def _supports(motion: Motion, k: int, touch: float, up: Float) -> list[str]:
-    """Return the names of the bodies that press a body upwards, or of all that touch it if none of them does.
-
-    Surfaces touch up to ``touch`` [m] apart.
-    """
-    touched = np.abs(motion.contacts.gaps) <= touch
-    ends, normals = motion.contacts.ends[touched], motion.contacts.normals[touched]
-    mine = np.flatnonzero((ends == k).any(1))
-    others = np.where(ends[mine, 0] == k, ends[mine, 1], ends[mine, 0])
-    upward = np.where(ends[mine, 1] == k, 1.0, -1.0) * (normals[mine] @ up)
-    below = others[upward > UPWARD]
-    return [motion.bodies[other].start.name for other in np.unique(below if len(below) else others).tolist()]
 
 
 def status_and_reason(

@@ -254,20 +254,17 @@ def strap_entries(path: str | os.PathLike[str]) -> tuple[dict[str, Any], ...]:
         entries = []
         for number, entry in enumerate(data, 1):
             with located(f"strap {number}"):
-                entries.append(_entry(entry))
+                if not isinstance(entry, dict) or any(name not in entry for name in NEEDED):
+                    raise SceneError(message("strap", f"is {quoted(entry, 80)}", FORM))
+                unknown = [name for name in entry if name not in FIELDS]
+                if unknown:
+                    problem = f"has a field {quoted(unknown[0])}"
+                    raise SceneError(message("strap", problem, nearest_of(unknown[0], FIELDS)))
+                points = entry["route"]
+                if not isinstance(points, list) or any(not isinstance(p, list) or len(p) != 4 for p in points):
+                    raise SceneError(message("strap: route", f"is {quoted(points, 80)}", FORM))
+                if not isinstance(entry.get("closed", False), bool):
+                    raise SceneError(message("strap: closed", f"is {quoted(entry['closed'])}", "needs true or false"))
+                given = {name: value for name, value in entry.items() if name != "route" and value is not None}
+                entries.append({"route": [(str(body), place) for body, *place in points], **given})
         return tuple(entries)
-
-
-def _entry(entry: Any) -> dict[str, Any]:  # noqa: ANN401 - plain data, checked here
-    if not isinstance(entry, dict) or any(name not in entry for name in NEEDED):
-        raise SceneError(message("strap", f"is {quoted(entry, 80)}", FORM))
-    unknown = [name for name in entry if name not in FIELDS]
-    if unknown:
-        raise SceneError(message("strap", f"has a field {quoted(unknown[0])}", nearest_of(unknown[0], FIELDS)))
-    points = entry["route"]
-    if not isinstance(points, list) or any(not isinstance(p, list) or len(p) != 4 for p in points):
-        raise SceneError(message("strap: route", f"is {quoted(points, 80)}", FORM))
-    if not isinstance(entry.get("closed", False), bool):
-        raise SceneError(message("strap: closed", f"is {quoted(entry['closed'])}", "needs true or false"))
-    given = {name: value for name, value in entry.items() if name != "route" and value is not None}
-    return {"route": [(str(body), place) for body, *place in points], **given}

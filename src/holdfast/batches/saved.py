@@ -13,8 +13,7 @@ from holdfast.applications.disassembly.removal import Removal
 from holdfast.applications.firmer.result import Firmer
 from holdfast.applications.gradients.result import Derivatives
 from holdfast.applications.monitor import Monitored
-from holdfast.applications.placement.result import Placement
-from holdfast.applications.placement.several_result import Placements
+from holdfast.applications.placement.result import Placement, Placements
 from holdfast.applications.pushing.result import SafePushes
 from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled

@@ -41,7 +41,6 @@ from holdfast.report.order_report import placements_report
 from holdfast.report.pose_report import firmer_report, placement_report, settled_report
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import save_scene
-from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.read import SUFFIXES as MESH_SUFFIXES
 from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shapes import Mesh
@@ -76,12 +75,14 @@ def place(
     rest, bodies = _taken(whole, things, mass, material)
     if approach.direction is None and (from_above or approach.cone_degrees > 0):
         approach = replace(approach, direction=rest.gravity)
+    mu, pairs = of_all_and_each("--object-friction", object_friction or (), PAIR)
+    mixed = paired(Scene([*rest.bodies, *bodies], whole.friction), pairs, "--object-friction")
     question: dict[str, Any] = {
         "where": where,
         "approach": approach,
         "search": search,
         "engine": engine_with(engine),
-        "friction": _friction(rest, bodies, whole.friction, object_friction or ()),
+        "friction": mixed.friction if mu is None else with_own(mixed.friction, mixed.bodies, bodies, mu),
     }
     cone = approach.cone_degrees
     rest = with_notes(rest, [f"--cone-degrees: the way in may lean by {cone:g}°"] if cone else [])
@@ -102,13 +103,6 @@ def place(
     code = exit_code(result.status, result.answers)
     one = partial(placement_report, scene=name, body=result.name)
     tell(result, one, code, as_json=as_json, data=placement_data, notes=notes, files=files)
-
-
-def _friction(rest: Scene, bodies: list[Body], known: Friction, given: Sequence[str]) -> Friction:
-    """Return the friction table of the scene with the objects; options of the command line take precedence."""
-    mu, pairs = of_all_and_each("--object-friction", given, PAIR)
-    whole = paired(Scene([*rest.bodies, *bodies], known), pairs, "--object-friction")
-    return whole.friction if mu is None else with_own(whole.friction, whole.bodies, bodies, mu)
 
 
 def _taken(scene: Scene, things: Sequence[str], mass: float | None, material: str | None) -> tuple[Scene, list[Body]]:

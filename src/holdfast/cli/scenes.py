@@ -117,6 +117,9 @@ class SceneGiven:
         friction, pairs = of_all_and_each("--friction", self.friction or (), PAIR)
         joints = assigned("--joints", self.joints or (), "NAME=VALUE").items()
         key = int(self.key) if self.key is not None and self.key.isdecimal() else self.key
+        torques = self.hold_torques or ()
+        each = assigned("--hold-torques", [text for text in torques if text != "all"], "all, or NAME=MAX")
+        limits = {name: number("--hold-torques", text, "NAME=MAX") for name, text in each.items()}
         given: dict[str, Any] = {
             "friction": friction,
             "density": _of_all_or_each("--density", self.density or (), "RHO, or BODY=RHO"),
@@ -125,7 +128,7 @@ class SceneGiven:
             "floor": self.floor or None,
             "rigid": self.rigid or None,
             "joints": {name: number("--joints", value, "NAME=VALUE") for name, value in joints} or None,
-            "hold_torques": _torques(self.hold_torques or ()),
+            "hold_torques": limits or bool(torques) or None,
             "key": key,
             "qpos": None if self.qpos is None else numbers("--qpos", self.qpos, "numbers with commas between them"),
             "world": self.world,
@@ -148,7 +151,9 @@ class SceneGiven:
         gone = self.without or []
 
         def after(scene: Scene) -> Scene:
-            given = paired(_fixed(scene, fixed).moved(moved), pairs, "--friction")
+            chosen = scene.checked_names(*fixed)
+            bodies = tuple(replace(body, fixed=body.fixed or body.name in chosen) for body in scene.bodies)
+            given = paired(replace(scene, bodies=bodies).moved(moved), pairs, "--friction")
             left = with_notes(
                 given.without(gone) if gone else given, [*turned, *(f"--without {name}" for name in gone)]
             )
@@ -247,18 +252,6 @@ def _ways(given: Sequence[str]) -> str | dict[str, str] | None:
     if len(given) == 1 and "=" not in given[0]:
         return given[0]
     return assigned("--collision", given, "HOW, or BODY=HOW") or None
-
-
-def _torques(given: Sequence[str]) -> bool | dict[str, float] | None:
-    """Return the torques of single joints, or True for the word ``all``: those of the file."""
-    each = assigned("--hold-torques", [text for text in given if text != "all"], "all, or NAME=MAX")
-    return {name: number("--hold-torques", text, "NAME=MAX") for name, text in each.items()} or bool(given) or None
-
-
-def _fixed(scene: Scene, names: list[str]) -> Scene:
-    chosen = scene.checked_names(*names)
-    bodies = tuple(replace(body, fixed=body.fixed or body.name in chosen) for body in scene.bodies)
-    return replace(scene, bodies=bodies)
 
 
 def paired(scene: Scene, given: dict[str, float], option: str) -> Scene:

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float, Int, unit
+from holdfast.base.arrays import Float, Int, unit
 from holdfast.drawing.picture import Arrow, Soup
 from holdfast.drawing.render import CREASE_COSINE
 from holdfast.geometry.topology import Edges
@@ -30,7 +30,11 @@ def feature_edges(soup: Soup) -> Float:
 
 def _of_one(vertices: Float, triangles: Int, normals: Float) -> Float:
     size = float(np.ptp(vertices[triangles.ravel()], axis=0).max()) or 1.0
-    flat = ~_slivers(vertices[triangles], size * _GRID)
+    corners = vertices[triangles]
+    sides = corners - np.roll(corners, -1, axis=1)
+    longest = np.linalg.norm(sides, axis=2).max(axis=1)
+    doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    flat = doubled > size * _GRID * longest  # the normals of thinner ones are unreliable
     triangles, normals = triangles[flat], normals[flat]
     if not len(triangles):
         return np.empty((0, 2, 3))
@@ -46,14 +50,6 @@ def _of_one(vertices: Float, triangles: Int, normals: Float) -> Float:
     points = vertices[first]
     lone = shared == 1
     return np.concatenate([points[ends[~lone & bends]], _open_ends(points[ends[lone]], one[lone], size)])
-
-
-def _slivers(corners: Float, thin: float) -> Bool:
-    """Return which triangles (T, 3, 3) [m] are thinner than ``thin`` [m], so that their normals are unreliable."""
-    sides = corners - np.roll(corners, -1, axis=1)
-    longest = np.linalg.norm(sides, axis=2).max(axis=1)
-    doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    return np.asarray(doubled <= thin * longest)
 
 
 def _open_ends(segments: Float, normals: Float, size: float) -> Float:

@@ -71,12 +71,17 @@ def page_of(picture: Picture) -> str:
     items = "".join(f"<li>{escaped(arrow.label)}</li>" for arrow in picture.weakest)
     front, shown = front_view(picture), heat_points(picture)
     tails, heads = ends_of(picture.weakest)
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    tilt = np.linspace(-np.pi / 2, np.pi / 2, 13)
+    level, above = (grid.ravel() for grid in np.meshgrid(turn, tilt))
+    ways = np.stack([np.cos(above) * np.cos(level), np.cos(above) * np.sin(level), np.sin(above)])
+    extremes = shown[np.unique(np.argmax(shown @ ways, axis=0))]  # need as much room in a view as all points
     drawn = {
         "layers": [{"role": switch.role, "parts": switch.parts} for switch in switches],
         "up": picture.up.tolist(),
         "views": {"front": front.toward.tolist(), "back": back_view(picture, front).toward.tolist()},
         "bounds": [shown.min(axis=0).tolist(), shown.max(axis=0).tolist()],
-        "shown": packer.put(np.concatenate([_extremes(shown), tails]), "f4"),
+        "shown": packer.put(np.concatenate([extremes, tails]), "f4"),
         "badges": (tails + 0.15 * (tails - heads)).tolist(),
     }
     return template("map.html").substitute(
@@ -122,7 +127,11 @@ def switches_of(picture: Picture, packer: Packer) -> list[Switch]:
     kinds = {Kind.FORCE: ("largest push, by colour", colours.gradient())}
     kinds |= {kind: (name, colours.hex_of(colours.SPECIAL[kind])) for kind, name in legend(picture).items()}
     covered = movable(Picture("", "", (), tuple(solid for solid in picture.solids if not solid.fixed)), None)
-    still = _without_undersides(fixed(picture), picture)
+    base = fixed(picture)
+    level = float((heat_points(picture) @ picture.up).min())
+    height = (base.vertices @ picture.up)[base.triangles].max(axis=1)
+    kept = ~((base.normals @ picture.up < -0.9) & (height < level))
+    still = Soup(base.vertices, base.triangles[kept], base.rgb[kept], base.normals[kept], base.body[kept])
     switches = [Switch(name, swatch, _cells(picture, kind, scale, packer)) for kind, (name, swatch) in kinds.items()]
     switches += [
         Switch(
@@ -228,23 +237,6 @@ def _arrows(arrows: Sequence[Arrow], colour: str, radius: float, packer: Packer)
     cell = np.repeat(np.arange(len(drawn)), len(vertices) // len(drawn))
     rgb = np.tile(rgb_of(colour), (len(drawn), 1))
     return [_faces(vertices, triangles, cell, rgb, [escaped(arrow.label) for arrow in drawn], packer, solid=False)]
-
-
-def _without_undersides(still: Soup, picture: Picture) -> Soup:
-    """Remove the faces that face down below everything else, such as the underside of a floor."""
-    level = float((heat_points(picture) @ picture.up).min())
-    height = (still.vertices @ picture.up)[still.triangles].max(axis=1)
-    kept = ~((still.normals @ picture.up < -0.9) & (height < level))
-    return Soup(still.vertices, still.triangles[kept], still.rgb[kept], still.normals[kept], still.body[kept])
-
-
-def _extremes(points: Float) -> Float:
-    """Return the extreme points (N, 3) in many directions, which need as much room in a view as all points."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    tilt = np.linspace(-np.pi / 2, np.pi / 2, 13)
-    level, above = (grid.ravel() for grid in np.meshgrid(turn, tilt))
-    ways = np.stack([np.cos(above) * np.cos(level), np.cos(above) * np.sin(level), np.sin(above)])
-    return np.asarray(points[np.unique(np.argmax(points @ ways, axis=0))])
 
 
 class Packer:

@@ -171,11 +171,18 @@ def write_ply(picture: Picture, path: str | os.PathLike[str]) -> None:
     vertices["body"] = np.repeat(np.arange(len(bodies)), [len(body.vertices) for body in bodies])
     faces = np.zeros(len(whole.triangles), FACE)
     faces["count"], faces["corners"] = 3, whole.triangles
-    comments = [one_line(text, LONGEST_ITEM) for text in _comments(picture, [body.name for body in bodies])]
+    data = _legend_data(picture)
+    comments = ["written by holdfast", data["title"], data["subtitle"]]
+    comments += [f"force: largest push [N]; inf: no push moves it; {UNDECIDED:g}: undecided; {NO_VALUE:g}: no value"]
+    comments += [f"kind {each['kind']}: {each['name']} {each.get('colour', '')}".rstrip() for each in data["kinds"]]
+    comments += [f"{mark['text']} N {mark['colour']}" for mark in data.get("scale", {}).get("marks", ())]
+    names = [one_line(body.name, LONGEST_NAME) for body in bodies[:MOST_NAMES]]
+    comments += [f"body {number}: {name}" for number, name in enumerate(names)]
+    comments += [f"and {len(bodies) - MOST_NAMES} more bodies"] if len(bodies) > MOST_NAMES else []
     rows = [
         "ply",
         "format binary_little_endian 1.0",
-        *(f"comment {text.encode('ascii', 'backslashreplace').decode('ascii')}" for text in comments),
+        *(f"comment {one_line(text, LONGEST_ITEM).encode('ascii', 'backslashreplace').decode()}" for text in comments),
         f"element vertex {len(vertices)}",
         *(f"property {TYPES[vertices.dtype[name].str]} {name}" for name in vertices.dtype.names or ()),
         f"element face {len(faces)}",
@@ -183,13 +190,3 @@ def write_ply(picture: Picture, path: str | os.PathLike[str]) -> None:
         "end_header",
     ]
     write_atomically(path, "\n".join(rows).encode("ascii") + b"\n" + vertices.tobytes() + faces.tobytes())
-
-
-def _comments(picture: Picture, names: list[str]) -> list[str]:
-    data = _legend_data(picture)
-    kinds = [f"kind {each['kind']}: {each['name']} {each.get('colour', '')}".rstrip() for each in data["kinds"]]
-    marks = [f"{mark['text']} N {mark['colour']}" for mark in data.get("scale", {}).get("marks", ())]
-    bodies = [f"body {number}: {one_line(name, LONGEST_NAME)}" for number, name in enumerate(names[:MOST_NAMES])]
-    more = [f"and {len(names) - MOST_NAMES} more bodies"] if len(names) > MOST_NAMES else []
-    coded = f"force: largest push [N]; inf: no push moves it; {UNDECIDED:g}: undecided; {NO_VALUE:g}: no value"
-    return ["written by holdfast", data["title"], data["subtitle"], coded, *kinds, *marks, *bodies, *more]

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
@@ -67,7 +67,12 @@ def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int
     if scale is not None:
         layout.bar.of(page)[:] = colours.sample(np.linspace(0.0, 1.0, layout.bar.width))
     paint(figure, page)
-    _draw_header(writer, picture, layout.header)
+    unit, points = writer.unit, 27.0
+    while points > 18.0 and writer.width(picture.title, points, bold=True) > layout.header.width:
+        points -= 1.0
+    writer.put_clipped(layout.header.left, 44 * unit, picture.title, points, layout.header.width, bold=True)
+    for row, line in enumerate(writer.wrapped(picture.subtitle, 16.0, layout.header.width, 2)):
+        writer.put(layout.header.left, (70 + 21 * row) * unit, line, 16.0, colour=GREY)
     _annotate(writer, picture, layout, panels)
     _draw_footer(writer, picture, layout, scale)
     write_atomically(path, png_of(canvas))
@@ -151,16 +156,6 @@ def _arrangements(count: int, inner: PageBox, unit: float) -> list[list[PageBox]
     return [wide, columns]
 
 
-def _draw_header(writer: Writer, picture: Picture, box: PageBox) -> None:
-    """Draw the title and up to two lines of subtitle."""
-    unit, size = writer.unit, 27.0
-    while size > 18.0 and writer.width(picture.title, size, bold=True) > box.width:
-        size -= 1.0
-    writer.put_clipped(box.left, 44 * unit, picture.title, size, box.width, bold=True)
-    for row, line in enumerate(writer.wrapped(picture.subtitle, 16.0, box.width, 2)):
-        writer.put(box.left, (70 + 21 * row) * unit, line, 16.0, colour=GREY)
-
-
 def _annotate(writer: Writer, picture: Picture, layout: Layout, panels: list[Panel]) -> None:
     """Draw pushes, names, contacts, captions and axes over the panels."""
     from matplotlib.patches import Rectangle
@@ -172,7 +167,16 @@ def _annotate(writer: Writer, picture: Picture, layout: Layout, panels: list[Pan
         nowhere = {k: False for k in range(len(picture.weakest)) if index == 0 and not any(s[k] for s in seen)}
         here = {k: True for k, is_seen in enumerate(seen[index]) if is_seen}
         draw_pushes(axes, shot, picture, here | nowhere, unit)
-        draw_names(writer, shot.box, panel.body, movable_names(picture), _written_on(shot, picture, unit))
+        taken = np.zeros((shot.box.height, shot.box.width), dtype=bool)
+        size = round(34 * unit)
+        for mark in picture.weakest:
+            for share in np.linspace(0.0, 1.6, 9):
+                place = mark.head + share * (mark.tail - mark.head)
+                column, row, _ = shot.camera.pixels(place[None])[0]
+                if 0 <= column < shot.box.width and 0 <= row < shot.box.height:
+                    block(taken, row, column, size, size)
+        block(taken, shot.box.height - 30 * unit, shot.box.width - 70 * unit, round(150 * unit), round(50 * unit))
+        draw_names(writer, shot.box, panel.body, movable_names(picture), taken)
     for shot in layout.shots:
         box = shot.box
         look: dict[str, Any] = {"fill": False, "edgecolor": colours.FRAME, "lw": 0.8 * unit, "zorder": 1}
@@ -184,43 +188,25 @@ def _annotate(writer: Writer, picture: Picture, layout: Layout, panels: list[Pan
     draw_scale_bar(axes, layout.shots[0], unit)
 
 
-def _written_on(shot: Shot, picture: Picture, unit: float) -> Bool:
-    """Return the pixels of a panel that arrows, their numbers and the scale bar take, where no name is written."""
-    taken = np.zeros((shot.box.height, shot.box.width), dtype=bool)
-    size = round(34 * unit)
-    for arrow in picture.weakest:
-        for share in np.linspace(0.0, 1.6, 9):
-            place = arrow.head + share * (arrow.tail - arrow.head)
-            column, row, _ = shot.camera.pixels(place[None])[0]
-            if 0 <= column < shot.box.width and 0 <= row < shot.box.height:
-                block(taken, row, column, size, size)
-    block(taken, shot.box.height - 30 * unit, shot.box.width - 70 * unit, round(150 * unit), round(50 * unit))
-    return taken
-
-
 def _draw_footer(writer: Writer, picture: Picture, layout: Layout, scale: colours.Scale | None) -> None:
     """Draw the texts of the colour bar, the swatches, and the numbered list of the weakest pushes."""
     foot = layout.footer
     left = float(foot.left)
     if scale is not None:
-        _draw_bar(writer, layout, scale, picture.value_name)
+        unit, bar = writer.unit, layout.bar
+        base = bar.top + bar.height
+        title = picture.value_name + ("   (logarithmic)" if scale.log else "")
+        writer.put(layout.footer.left, bar.top - 16 * unit, title, 16.0, bold=True)
+        for tick in colours.ticks(scale):
+            x = bar.left + tick.position * bar.width
+            writer.axes.plot([x, x], [base, base + 6 * unit], color=INK, lw=0.8 * unit, zorder=9)
+            writer.put(x, base + 22 * unit, tick.label, 14.0, align="center")
+        writer.put(bar.left, base + 46 * unit, "◂ weak: gives way first", 13.0, colour=GREY)
+        writer.put(bar.left + bar.width, base + 46 * unit, "strong ▸", 13.0, colour=GREY, align="right")
         left += _BAR_SHARE * foot.width + 44 * writer.unit
     _draw_swatches(writer, picture, left, foot)
     if picture.weakest:
         _draw_list(writer, [arrow.label for arrow in picture.weakest], left + _SWATCH_SHARE * foot.width, foot)
-
-
-def _draw_bar(writer: Writer, layout: Layout, scale: colours.Scale, name: str) -> None:
-    unit, bar = writer.unit, layout.bar
-    base = bar.top + bar.height
-    title = name + ("   (logarithmic)" if scale.log else "")
-    writer.put(layout.footer.left, bar.top - 16 * unit, title, 16.0, bold=True)
-    for tick in colours.ticks(scale):
-        x = bar.left + tick.position * bar.width
-        writer.axes.plot([x, x], [base, base + 6 * unit], color=INK, lw=0.8 * unit, zorder=9)
-        writer.put(x, base + 22 * unit, tick.label, 14.0, align="center")
-    writer.put(bar.left, base + 46 * unit, "◂ weak: gives way first", 13.0, colour=GREY)
-    writer.put(bar.left + bar.width, base + 46 * unit, "strong ▸", 13.0, colour=GREY, align="right")
 
 
 def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: PageBox) -> None:

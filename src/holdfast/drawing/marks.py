@@ -156,7 +156,11 @@ def badge_places(shot: Shot, places: Float, unit: float) -> Float:
         push = ((overlap / distance)[:, :, None] * gap).sum(axis=1)
         touching = np.maximum((overlap > 0.0).sum(axis=1), 1)
         places = places + 0.55 * push / touching[:, None]
-        places[inside] = middle + (radius + 1.0) * _out_of_the_corner(places[inside] - middle) + nudge[inside]
+        ways = places[inside] - middle  # right and up, where there is room
+        ways = np.column_stack([ways[:, 0].clip(min=0.0), ways[:, 1].clip(max=0.0)])
+        length = np.linalg.norm(ways, axis=1, keepdims=True)
+        ways = np.where(length > 1e-6, ways / np.maximum(length, 1e-6), np.array([0.8, -0.6]))
+        places[inside] = middle + (radius + 1.0) * ways + nudge[inside]
         places = np.clip(places, low, high)
     return np.asarray(np.clip(places, low, high), dtype=float)
 
@@ -169,13 +173,6 @@ def nearest_badges(ends: Float, places: Float) -> NDArray[np.intp]:
     from scipy.optimize import linear_sum_assignment  # only here, as it takes long to import
 
     return np.asarray(linear_sum_assignment(np.linalg.norm(ends[:, None] - places[None], axis=2))[1], dtype=np.intp)
-
-
-def _out_of_the_corner(ways: Float) -> Float:
-    """Return the unit directions (N, 2) nearest to ``ways`` that point right and up, where there is room."""
-    ways = np.column_stack([ways[:, 0].clip(min=0.0), ways[:, 1].clip(max=0.0)])
-    length = np.linalg.norm(ways, axis=1, keepdims=True)
-    return np.where(length > 1e-6, ways / np.maximum(length, 1e-6), np.array([0.8, -0.6]))
 
 
 def draw_scale_bar(axes: Axes, shot: Shot, unit: float) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Float
 from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.files import write_atomically
 from holdfast.drawing import colours
@@ -84,7 +84,9 @@ def sheet_png(
     figure, canvas = blank(width, height)
     writer = Writer(pixel_axes(figure, width, height), canvas, 1.0)
     for i, row in enumerate(rows):
-        camera = _shared_camera(row, panel)
+        shown = [arrow.tail[None] for one in row for arrow in one.marks] + [one.points for one in row]
+        around = [movable(one.picture, None).vertices for one in row]
+        camera = fit(front_view(replace(row[0].picture, weakest=())), np.concatenate([*around, *shown]), *panel, 30.0)
         for j, one in enumerate(row):
             box = PageBox(_PAD + j * panel[0], _HEAD + i * (panel[1] + CAPTION) + CAPTION, *panel)
             _draw_points_panel(writer, page, one, scale, camera, box)
@@ -94,13 +96,6 @@ def sheet_png(
         _draw_key(writer, page, scale, height - _FOOT + 24, every)
     paint(figure, page)
     return png_of(canvas)
-
-
-def _shared_camera(row: Sequence[PointsPanel], size: tuple[int, int]) -> Camera:
-    """Return the camera of a row, with room for the bodies, the points and the arrows of all its panels."""
-    shown = [arrow.tail[None] for one in row for arrow in one.marks] + [one.points for one in row]
-    around = [movable(one.picture, None).vertices for one in row]
-    return fit(front_view(replace(row[0].picture, weakest=())), np.concatenate([*around, *shown]), *size, 30.0)
 
 
 def _draw_points_panel(
@@ -125,7 +120,13 @@ def _draw_points_panel(
     if len(one.points):
         shift = _SHIFT * float(np.linalg.norm(np.ptp(np.concatenate([soup.vertices, one.points]), axis=0)))
         pixels = camera.pixels(one.points + shift * one.normals)
-        seen = _seen(pixels, one.normals @ camera.view.toward, drawn.depth, camera)
+        # in the panel, facing the viewer, and not hidden by movable bodies
+        rows, columns = drawn.depth.shape
+        inside = ((pixels[:, :2] >= 0) & (pixels[:, :2] < [columns, rows])).all(1)
+        column = np.clip(pixels[:, 0].astype(int), 0, columns - 1)
+        row = np.clip(pixels[:, 1].astype(int), 0, rows - 1)
+        facing = one.normals @ camera.view.toward > 0
+        seen = inside & facing & (pixels[:, 2] <= drawn.depth[row, column] + 2.0 / camera.scale)
         writer.axes.scatter(
             x + pixels[seen, 0], y + pixels[seen, 1], s=26, c=colours.colours(scale, one.force)[seen],
             edgecolors=INK, linewidths=0.5, zorder=4,
@@ -138,15 +139,6 @@ def _draw_points_panel(
         writer.put_clipped(x + _KEY + 16, low, one.marked, 14, box.width - _KEY - 30)
     for tail, head in ends:
         writer.axes.annotate("", xy=tuple(head), xytext=tuple(tail), arrowprops=style, zorder=6)
-
-
-def _seen(pixels: Float, toward: Float, depth: Float, camera: Camera) -> Bool:
-    """Return which points are in the panel, face the viewer, and are not hidden by movable bodies."""
-    rows, columns = depth.shape
-    inside = ((pixels[:, :2] >= 0) & (pixels[:, :2] < [columns, rows])).all(1)
-    column = np.clip(pixels[:, 0].astype(int), 0, columns - 1)
-    row = np.clip(pixels[:, 1].astype(int), 0, rows - 1)
-    return np.asarray(inside & (toward > 0) & (pixels[:, 2] <= depth[row, column] + 2.0 / camera.scale))
 
 
 def _draw_key(

@@ -116,7 +116,12 @@ def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
     for label in axes.get_xticklabels()[::3]:
         label.set(color=INK, fontsize=13.5, fontweight="bold")
     axes.tick_params(pad=7)
-    axes.set_rlabel_position(_free_angle(picture))
+    # the radial numbers stand between the axes, where the first curve is shortest
+    candidates = np.array([15.0, 45.0, 75.0, 105.0, 135.0, 165.0, 195.0, 225.0, 255.0, 285.0, 315.0, 345.0])
+    first = picture.curves[0]
+    apart = np.abs((np.degrees(first.angle)[None] - candidates[:, None] + 180) % 360 - 180)
+    reach = np.where(np.isfinite(first.radius), first.radius, 0.0)[apart.argmin(1)]
+    axes.set_rlabel_position(float(candidates[reach.argmin()]))
     for label in axes.get_yticklabels():
         label.set(color=GREY, fontfamily=FONT, fontsize=10.5)
     _shade_undecided(axes, picture.curves[0], end)
@@ -155,15 +160,6 @@ def _shade_undecided(axes: PolarAxes, curve: Curve, end: float) -> None:
     )  # fmt: skip
 
 
-def _free_angle(picture: PolarPicture) -> float:
-    """Return the angle [deg] for the radial numbers, between the axes, where the first curve is shortest."""
-    candidates = np.array([15.0, 45.0, 75.0, 105.0, 135.0, 165.0, 195.0, 225.0, 255.0, 285.0, 315.0, 345.0])
-    curve = picture.curves[0]
-    apart = np.abs((np.degrees(curve.angle)[None] - candidates[:, None] + 180) % 360 - 180)
-    reach = np.where(np.isfinite(curve.radius), curve.radius, 0.0)[apart.argmin(1)]
-    return float(candidates[reach.argmin()])
-
-
 def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> float:
     """Draw the bodies from above, in the orientation of the plot, and return the row [px] below them."""
     from matplotlib.patches import Polygon
@@ -186,12 +182,7 @@ def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> f
             Polygon(foot.outline, facecolor=colour, edgecolor=INK, lw=0.9, alpha=0.35 if foot.fixed else 0.8)
         )
     scale = min(width / np.ptp(axes.get_xlim()), height / np.ptp(axes.get_ylim()))  # [px / m], as the aspect is equal
-    _name_footprints(axes, writer, picture, scale)
-    return top + height + 60
-
-
-def _name_footprints(axes: Any, writer: Writer, picture: PolarPicture, scale: float) -> None:  # noqa: ANN401
-    """Write the names of movable bodies on their outlines, the highest first, where no other name is."""
+    # names of movable bodies on their outlines, the highest first, where no other name is
     taken: list[Float] = []
     for foot in sorted(picture.footprints, key=lambda f: -f.height):
         text = one_line(foot.name, LONGEST)
@@ -202,6 +193,7 @@ def _name_footprints(axes: Any, writer: Writer, picture: PolarPicture, scale: fl
             continue
         taken.append(box)
         write(axes, middle[0], middle[1], text, 0.72 * LETTERS, va="center", path_effects=halo(1.0), zorder=3)
+    return top + height + 60
 
 
 def _draw_curve_legend(writer: Writer, picture: PolarPicture, top: float) -> None:
@@ -277,7 +269,17 @@ def write_timeline(picture: Timeline, path: str | os.PathLike[str]) -> None:
     writer.head(picture.title, picture.subtitle, _WIDE[0])
     groups = colours_of(picture.movers)
     writer.put(60, _MOTION[0] - 14, "acceleration of the carrier [m/s²]", 15.0, bold=True)
-    _draw_motion(_time_axes(figure, _MOTION), picture)
+    axes = _time_axes(figure, _MOTION)
+    marker = "o" if len(picture.time) == 1 else ""
+    for lines, style, name in ((picture.acceleration, "-", "a{}"), (picture.turning, ":", "α{} [rad/s²]")):
+        for k, axis in enumerate("xyz"):
+            if lines[:, k].any():
+                label = name.format(axis)
+                axes.plot(picture.time, lines[:, k], style, marker=marker, color=_AXES[k], lw=1.8, label=label)
+    if axes.lines:
+        font = {"family": FONT, "size": 11.0}
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.2, ncol=6, prop=font)
+    _ready(axes, picture)
     writer.put(60, _SHARE[0] - 14, "share used of what the load withstands", 15.0, bold=True)
     _draw_share(_time_axes(figure, _SHARE), picture, groups)
     _draw_time_legend(writer, picture, groups)
@@ -304,19 +306,6 @@ def _ready(axes: Axes, picture: Timeline) -> None:
         axes.axvline(picture.moved, color=INK, lw=1.4, ls=(0, (4, 3)))
     for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
         label.set(color=GREY, fontfamily=FONT, fontsize=11.0)
-
-
-def _draw_motion(axes: Axes, picture: Timeline) -> None:
-    marker = "o" if len(picture.time) == 1 else ""
-    for lines, style, name in ((picture.acceleration, "-", "a{}"), (picture.turning, ":", "α{} [rad/s²]")):
-        for k, axis in enumerate("xyz"):
-            if lines[:, k].any():
-                label = name.format(axis)
-                axes.plot(picture.time, lines[:, k], style, marker=marker, color=_AXES[k], lw=1.8, label=label)
-    if axes.lines:
-        font = {"family": FONT, "size": 11.0}
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.2, ncol=6, prop=font)
-    _ready(axes, picture)
 
 
 def _draw_share(axes: Axes, picture: Timeline, groups: dict[str, str]) -> None:

@@ -112,7 +112,11 @@ def render(
         image = _lookup(pale * light(movable.normals, camera.view)[:, None] ** 0.5, front)
     else:
         image = _lookup(_paint(movable, camera.view), front)
-        _hatch(image, front, movable)
+        undecided = np.append((movable.rgb == colours.UNDECIDED).all(axis=1), False)
+        down, across = (np.arange(size) for size in image.shape[:2])
+        distance, darkness = _HATCH
+        lines = (down[:, None] + across) // _SAMPLES % distance < distance // 4
+        image[undecided[front.triangle] & lines] *= np.float32(darkness)  # -1 picks the last row
     image = _ink(image, front, 0.45 if ghost else 1.0)
     if fixed is not None and len(fixed.triangles):
         image = _with_fixed(image, front, fixed, fine, movable.vertices if focus is None else focus)
@@ -146,15 +150,6 @@ def _lookup(paint: Float, layer: Layer) -> NDArray[np.float32]:
     """Return the colour of what is at each pixel: that of its triangle, or white."""
     table = np.concatenate([paint, np.ones((1, 3))]).astype(np.float32)
     return table[layer.triangle]  # the index -1 of empty pixels picks the last row
-
-
-def _hatch(image: NDArray[np.float32], layer: Layer, soup: Soup) -> None:
-    """Hatch surfaces in the colour of undecided answers, in place, so that they differ clearly from others."""
-    marked = np.append((soup.rgb == colours.UNDECIDED).all(axis=1), False)[layer.triangle]  # -1 picks the last row
-    rows, columns = (np.arange(size) for size in image.shape[:2])
-    distance, darkness = _HATCH
-    lines = (rows[:, None] + columns) // _SAMPLES % distance < distance // 4
-    image[marked & lines] *= np.float32(darkness)
 
 
 def _ink(image: NDArray[np.float32], layer: Layer, amount: float) -> NDArray[np.float32]:
@@ -228,8 +223,7 @@ def png_bytes(image: NDArray[np.uint8]) -> bytes:
     lines = np.concatenate([np.full((rows, 1), 2, dtype=np.uint8), step], axis=1)
     header = struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0)
     parts = ((b"IHDR", header), (b"IDAT", zlib.compress(lines.tobytes(), 9)), (b"IEND", b""))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, content) for kind, content in parts)
-
-
-def _chunk(kind: bytes, content: bytes) -> bytes:
-    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+    chunks = (
+        struct.pack(">I", len(text)) + kind + text + struct.pack(">I", zlib.crc32(kind + text)) for kind, text in parts
+    )
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)

@@ -292,10 +292,6 @@ class Answers(Record, kw_only=True):
         steps = tuple(replace(step, force=step.force * size, lower=step.lower * size) for step in self.steps)
         return replace(self, force=self.force * size, lower=self.lower * size, upper=self.upper * size, steps=steps)
 
-    def with_mechanisms(self, mechanisms: Sequence[Mechanism | None]) -> Answers:
-        """Return this table with other ``mechanisms``, one for each row."""
-        return replace(self, mechanism=objects(mechanisms))
-
     def bounded_by(self, other: Answers) -> Answers:
         """Return this table with the smaller upper bound of the two tables in every row.
 

@@ -60,7 +60,15 @@ class FrictionCone:
         else:
             held = [("nonnegative", self.sides * len(rough))]
             none = Entries(np.arange(len(single)), single, -np.ones(len(single)))
-            found = together(none, self._polygon(nodes, rough).below(len(single)))
+            angle = 2 * np.pi * np.arange(self.sides) / self.sides
+            shrink = np.cos(np.pi / self.sides) if self.kind == "inscribed" else 1.0
+            block = np.empty((len(rough), self.sides, 3))
+            block[:, :, 0] = -shrink * nodes.mu[rough][:, None]
+            block[:, :, 1], block[:, :, 2] = np.cos(angle), np.sin(angle)
+            block /= np.maximum(nodes.mu[rough], 1.0)[:, None, None]
+            numbers = np.broadcast_to(np.arange(len(rough) * self.sides)[:, None], (len(rough) * self.sides, 3))
+            places = np.broadcast_to(3 * rough[:, None, None] + np.arange(3), block.shape)
+            found = together(none, Entries(numbers.ravel(), places.ravel(), block.ravel()).below(len(single)))
         return found, tuple((kind, size) for kind, size in (*free, *held) if size)
 
     def rows(self, nodes: ContactNodes) -> tuple[sparse.csr_matrix, tuple[tuple[ConeKind, int], ...]]:
@@ -104,18 +112,6 @@ class FrictionCone:
         if self.kind == "circumscribed":
             return np.asarray(normal - widest - unknown)
         return np.asarray(np.minimum(normal * np.cos(np.pi / self.sides) - widest, normal - along) - unknown)
-
-    def _polygon(self, nodes: ContactNodes, rough: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Entries:
-        """Rows cos θ f_t1 + sin θ f_t2 - μ' f_n <= 0; μ' = μ cos(π/N) puts the polygon's corners on the circle."""
-        angle = 2 * np.pi * np.arange(self.sides) / self.sides
-        shrink = np.cos(np.pi / self.sides) if self.kind == "inscribed" else 1.0
-        block = np.empty((len(rough), self.sides, 3))
-        block[:, :, 0] = -shrink * nodes.mu[rough][:, None]
-        block[:, :, 1], block[:, :, 2] = np.cos(angle), np.sin(angle)
-        block /= np.maximum(nodes.mu[rough], 1.0)[:, None, None]
-        rows = np.broadcast_to(np.arange(len(rough) * self.sides)[:, None], (len(rough) * self.sides, 3))
-        columns = np.broadcast_to(3 * rough[:, None, None] + np.arange(3), block.shape)
-        return Entries(rows.ravel(), columns.ravel(), block.ravel())
 
 
 def size_of(cones: Sequence[tuple[ConeKind, int]]) -> int:

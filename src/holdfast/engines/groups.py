@@ -19,7 +19,7 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.one_group import Part, part_of
 from holdfast.assembly.strengths import refuse_joined, with_pull
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float, Int, objects
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.memory import Same
 from holdfast.base.progress import reported
@@ -322,7 +322,7 @@ class Groups:
     def _in_whole(self, part: Part, found: Answers) -> Answers:
         each = {id(m): m for m in found.mechanism}  # rows share mechanisms
         whole = {key: None if m is None else self._whole(part, m) for key, m in each.items()}
-        return found.with_mechanisms([whole[id(m)] for m in found.mechanism])
+        return replace(found, mechanism=objects([whole[id(m)] for m in found.mechanism]))
 
     def _prepare(self, names: tuple[str, ...]) -> PreparedGroup:
         if frozenset(names) in self._hanging:

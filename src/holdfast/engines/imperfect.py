@@ -78,7 +78,15 @@ class Imperfect(Record):
         checked_whole(self.samples, "Imperfect: samples", 1, MOST_SAMPLES)
         checked_whole(self.seed, "Imperfect: seed", 0, MOST_SEED)
         checked_number(self.quantile, "Imperfect: quantile", minimum=0, below=1)
-        object.__setattr__(self, "stiffness_range", _checked_range(self.stiffness_range))
+        where = "Imperfect: stiffness_range"
+        if not isinstance(self.stiffness_range, tuple | list) or len(self.stiffness_range) != 2:
+            raise HoldfastError(
+                message(where, f"is {quoted(self.stiffness_range)}", "needs a range (low, high) of factors")
+            )
+        low, high = (checked_number(value, where, above=0, within=STIFFNESS) for value in self.stiffness_range)
+        if low > high:
+            raise HoldfastError(message(where, f"{low:g} is above {high:g}", "needs (low, high)"))
+        object.__setattr__(self, "stiffness_range", (low, high))
         if self.bed is not None and self.material is not None:
             raise HoldfastError(message("Imperfect", "has a bed and a material", "give one of them"))
         if self.bed is not None:
@@ -99,16 +107,6 @@ class Imperfect(Record):
         if self.material is not None:
             return BED[self.material]
         return 1.0 if self.bed is None else float(self.bed)
-
-
-def _checked_range(given: tuple[float, float]) -> tuple[float, float]:
-    where = "Imperfect: stiffness_range"
-    if not isinstance(given, tuple | list) or len(given) != 2:
-        raise HoldfastError(message(where, f"is {quoted(given)}", "needs a range (low, high) of factors"))
-    low, high = (checked_number(value, where, above=0, within=STIFFNESS) for value in given)
-    if low > high:
-        raise HoldfastError(message(where, f"{low:g} is above {high:g}", "needs (low, high)"))
-    return low, high
 
 
 WAVES = 32  # plane waves whose sum is a height field

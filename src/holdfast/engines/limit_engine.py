@@ -75,21 +75,15 @@ def least_of(tables: Iterable[Answers], by: Literal["force", "lower"]) -> tuple[
     for number, found in enumerate(tables):
         lower, upper = np.minimum(lower, found.lower), np.minimum(upper, found.upper)
         for k in range(len(found)):
-            here = (_weakness(found, k), float(getattr(found, by)[k]), number)
+            # an undecided corner may be weaker than every finite one above 0: the worst case is then undecided, too
+            certain = found.status[k] is Status.FINITE and not found.force[k] > 0
+            place = 1 if certain else _WEAKEST_FIRST[found.status[k]]
+            here = (place, float(getattr(found, by)[k]), number)
             if k not in worst or here < worst[k]:
                 worst[k], rows[k] = here, found.rows(slice(k, k + 1))
     answers = joined([rows[k] for k in range(len(rows))])
     force = np.minimum(answers.force, upper)  # another corner may have the least one
     return replace(answers, force=force, lower=lower, upper=upper), tuple(worst[k][2] for k in range(len(rows)))
-
-
-def _weakness(found: Answers, k: int) -> int:
-    """Return the place of row ``k`` among the answers of all corners: the first of them is that of the worst case.
-
-    An undecided corner may be weaker than every finite one, so the worst case is then undecided, too.
-    """
-    certain = found.status[k] is Status.FINITE and not found.force[k] > 0
-    return 1 if certain else _WEAKEST_FIRST[found.status[k]]
 
 
 def corners_of(
@@ -209,7 +203,13 @@ def _judged(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
     needed: bool | None = False
     if verdict.self_stress is not False:
         if holds:
-            wrench = _with_holds(state, wrench)
+            # on bodies that are held act holds with all that contacts do not balance
+            given, own, inside = state.assembly, state.rest.nodes.contacts, state.proofs.resting
+            forces = state.rest.forces if inside is None else inside.reshape(-1, 3)
+            pressed = with_pull(given, wrenches_of(given, own, forces[: len(own)]))
+            names = held_names(given.scene.holds)
+            held = np.repeat([body.name in names for body in given.movable], 6)
+            wrench = np.where(held, -pressed, wrench)
             assembly = replace(assembly, scene=replace(assembly.scene, holds=()))
         found = Compliant().on(assembly, wrench, refinements=REFINEMENTS).verdict()
         needed = {Status.STABLE: False, Status.UNSTABLE: None if holds else True}.get(found.status)
@@ -219,16 +219,6 @@ def _judged(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
     if needed is None:
         reason = f"an equilibrium exists; whether it needs self-stress was not settled: {found.reason}"
     return replace(rest, verdict=replace(verdict, status=Status.UNDECIDED, self_stress=needed, reason=reason))
-
-
-def _with_holds(state: LimitState, wrench: Float) -> Float:
-    """Return ``wrench`` (6J,) with what holds exert: on bodies that are held, all that contacts do not balance."""
-    assembly, own, inside = state.assembly, state.rest.nodes.contacts, state.proofs.resting
-    forces = state.rest.forces if inside is None else inside.reshape(-1, 3)
-    pressed = with_pull(assembly, wrenches_of(assembly, own, forces[: len(own)]))
-    names = held_names(assembly.scene.holds)
-    held = np.repeat([body.name in names for body in assembly.movable], 6)
-    return np.where(held, -pressed, wrench)
 
 
 def comes_loose(assembly: Assembly, name: str, up: Float) -> bool:

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
-from holdfast.applications.placement.result import Placement
-from holdfast.applications.placement.several_result import Placements
+from holdfast.applications.placement.result import Placement, Placements
 from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits

@@ -10,8 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from holdfast.applications.disassembly.order import Disassembly
-from holdfast.applications.placement.result import Placement
-from holdfast.applications.placement.several_result import Placements
+from holdfast.applications.placement.result import Placement, Placements
 from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.base.arrays import Float

@@ -148,7 +148,17 @@ class _Loads:
             return largest, 0.0, ""
         if rest > CRUSHED:
             return 0.0, 0.0, first
-        ends = self._far(k) * FAR  # a load that stays just within friction may have a largest factor far beyond
+        # far beyond the weight and all limits
+        areas = dict.fromkeys(self.groups, 0.0)
+        for interface in self.assembly.interfaces:
+            areas |= {n: max(areas[n], interface.area) for n in interface.bodies if n in areas}
+        bodies = [self.assembly.scene.body(name) for name in self.groups]
+        limits = [max(b.top_load or 0.0, (b.pressure or 0.0) * areas[b.name]) for b in bodies]
+        size = max(
+            float(np.abs(self.W[:, k].reshape(-1, 6)[:, :3]).max(initial=0.0)), float(self.pressed[1][:, k].max())
+        )
+        # a load that stays just within friction may have a largest factor far beyond
+        ends = max(self.assembly.weight, *limits) / (size or 1.0) * FAR
         if np.isfinite(largest):
             ends = np.sort([sure * NEAR[0], *largest * NEAR, *ends[ends < largest * NEAR[-1]]])[::-1]
         tried = ((end, *self.share(k, end, names)) for end in ends.tolist() if end)
@@ -164,18 +174,6 @@ class _Loads:
         middle, _ = self.share(k, end / 2, names)
         ahead = end * (1 + (1 - share) / (share - middle) / 2) if share > middle + CLOSE else np.inf
         return (ahead, end, first) if ahead < largest else (largest, end, "")
-
-    def _far(self, k: int) -> float:
-        """Return a factor of column ``k`` far beyond the weight and all limits."""
-        areas = dict.fromkeys(self.groups, 0.0)
-        for interface in self.assembly.interfaces:
-            areas |= {n: max(areas[n], interface.area) for n in interface.bodies if n in areas}
-        bodies = [self.assembly.scene.body(name) for name in self.groups]
-        limits = [max(b.top_load or 0.0, (b.pressure or 0.0) * areas[b.name]) for b in bodies]
-        size = max(
-            float(np.abs(self.W[:, k].reshape(-1, 6)[:, :3]).max(initial=0.0)), float(self.pressed[1][:, k].max())
-        )
-        return max(self.assembly.weight, *limits) / (size or 1.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,7 +41,12 @@ def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -
     """Write the report of the batch in ``folder`` as one HTML page; raise HoldfastError if there is no batch."""
     tables = BatchTables(reading(folder))
     facts = about(tables.folder.path)
-    rows = _shortened([{name: row[name] for name in (*COLUMNS, *MEASURES)} for row in tables.rows("scenes")])
+    rows = [{name: row[name] for name in (*COLUMNS, *MEASURES)} for row in tables.rows("scenes")]
+    folders = {os.path.dirname(row["scene"]) for row in rows}
+    comparable = len({os.path.isabs(folder) for folder in folders}) == 1
+    common = os.path.commonpath(folders) if comparable else ""
+    for row in rows:
+        row["scene"] = os.path.relpath(row["scene"], common) if common else row["scene"]
     write_atomically(path, _page(tables.folder.path, facts, rows).encode("utf-8"))
 
 
@@ -50,40 +55,36 @@ def _page(folder: Path, facts: Mapping[str, Any], rows: Sequence[Row]) -> str:
     verdicts = Counter(row["status"] or "not asked" for row in rows if row["status"] or row["outcome"] == ANSWERED)
     seconds = sum(row["seconds"] or 0.0 for row in rows)
     ask = f"asked: {listed(facts['ask'])}; options: {facts['options'] or 'none'}; holdfast {facts['version']}"
+
+    def values(name: str) -> list[float]:
+        return [float(row[name]) for row in rows if row[name] is not None]
+
+    cells = [
+        (r["scene"], r["outcome"], str(r["bodies"] or ""), _amount(r["seconds"]), _amount(r["peak_mb"]))
+        for r in nsmallest(SHOWN, rows, key=lambda row: -(row["seconds"] or 0.0))
+    ]
+    failed = [row for row in rows if row["outcome"] != ANSWERED]
+    lost = [(row["scene"], row["outcome"], row["problem"] or "") for row in failed[:UNANSWERED]]
+    more = f"<p>and {len(failed) - UNANSWERED:,} more</p>" if len(failed) > UNANSWERED else ""
     return template("batch.html").substitute(
         title=escaped(f"{many(len(rows), 'scene')} in {folder}"),
         subtitle=escaped(f"{ask}; {number(seconds, 's')} of work"),
         outcomes=bar({name: outcomes[name] for name in OUTCOMES if outcomes[name]}, ENDINGS),
         verdicts=bar({name: verdicts[name] for name in VERDICTS if verdicts[name]}, VERDICTS),
-        distributions="".join(_distributions(rows)),
+        distributions="".join(
+            [
+                histogram("weakest push", values("weakest"), "N", logarithmic=True),
+                histogram("least acceleration of the carrier", values("acceleration"), "m/s²", logarithmic=True),
+                histogram("movable bodies", values("bodies"), ""),
+                histogram("time", values("seconds"), "s", logarithmic=True),
+            ]
+        ),
         pictures="".join(_pictures(rows, facts["options"].get("load", {}))),
         reasons=_reasons(rows),
         weakest=_weakest(rows),
-        slowest=_slowest(rows),
-        failures=_failures(rows),
+        slowest=ReportTable(("scene", "outcome", "bodies", "time [s]", "memory [MB]"), cells).html(),
+        failures=ReportTable(("scene", "outcome", "problem"), lost).html() + more,
     )
-
-
-def _shortened(rows: list[Row]) -> list[Row]:
-    """Remove the common folder from the names of scenes, in place."""
-    folders = {os.path.dirname(row["scene"]) for row in rows}
-    comparable = len({os.path.isabs(folder) for folder in folders}) == 1
-    common = os.path.commonpath(folders) if comparable else ""
-    for row in rows:
-        row["scene"] = os.path.relpath(row["scene"], common) if common else row["scene"]
-    return rows
-
-
-def _distributions(rows: Sequence[Row]) -> list[str]:
-    def values(name: str) -> list[float]:
-        return [float(row[name]) for row in rows if row[name] is not None]
-
-    return [
-        histogram("weakest push", values("weakest"), "N", logarithmic=True),
-        histogram("least acceleration of the carrier", values("acceleration"), "m/s²", logarithmic=True),
-        histogram("movable bodies", values("bodies"), ""),
-        histogram("time", values("seconds"), "s", logarithmic=True),
-    ]
 
 
 def _weakness(row: Row) -> tuple[float, float, float]:
@@ -146,14 +147,6 @@ def _weakest(rows: Sequence[Row]) -> str:
     return ReportTable(heads, cells).html()
 
 
-def _slowest(rows: Sequence[Row]) -> str:
-    cells = [
-        (r["scene"], r["outcome"], str(r["bodies"] or ""), _amount(r["seconds"]), _amount(r["peak_mb"]))
-        for r in nsmallest(SHOWN, rows, key=lambda row: -(row["seconds"] or 0.0))
-    ]
-    return ReportTable(("scene", "outcome", "bodies", "time [s]", "memory [MB]"), cells).html()
-
-
 def _amount(value: float | None) -> str:
     return "" if value is None else number(value)
 
@@ -178,13 +171,6 @@ def kind_of(reason: str) -> str:
     """Return the kind of a reason: its beginning, without numbers and lists."""
     bare = re.sub(r"-?\d+(\.\d+)?(e-?\d+)?", "#", reason)
     return re.sub(r"([\w#]+)(, [\w#]+)+", r"\1", bare)[:ALIKE]
-
-
-def _failures(rows: Sequence[Row]) -> str:
-    failed = [row for row in rows if row["outcome"] != ANSWERED]
-    cells = [(row["scene"], row["outcome"], row["problem"] or "") for row in failed[:UNANSWERED]]
-    more = f"<p>and {len(failed) - UNANSWERED:,} more</p>" if len(failed) > UNANSWERED else ""
-    return ReportTable(("scene", "outcome", "problem"), cells).html() + more
 
 
 def write_junit(findings: Sequence[Finding], path: str | os.PathLike[str]) -> None:

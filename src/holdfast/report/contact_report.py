@@ -11,10 +11,9 @@ import shapely
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.strengths import strengths_of
 from holdfast.base.archive import to_dict
-from holdfast.base.arrays import Float, Int
+from holdfast.base.arrays import Int
 from holdfast.base.public import number
 from holdfast.base.text import LONGEST_NAME, one_line
-from holdfast.contacts.interface import Interface
 from holdfast.engines.answers import Bound, Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
@@ -76,7 +75,14 @@ def _contacts(assembly: Assembly, result: Stability) -> ReportTable:
         rows.append((pair, area, mu, *_carried(assembly, result, k, here, interface.area)))
         if not 1 < len(interface.patches) <= MOST_PATCHES:
             continue
-        patch = _nearest_patch(interface, np.empty((0, 3)) if result.forces is None else result.forces.points[here])
+        points, apart = np.empty((0, 3)) if result.forces is None else result.forces.points[here], []
+        for each in interface.patches:
+            ring, off = each.rings[0], points - each.polygon[0]
+            outline = (
+                shapely.Point(ring[0]) if len(ring) == 1 else (shapely.LineString, shapely.Polygon)[len(ring) > 2](ring)
+            )
+            apart.append(np.hypot(shapely.distance(outline, shapely.points(off @ each.frame.T)), off @ each.normal))
+        patch = np.asarray(np.argmin(apart, axis=0))
         for number_, one in enumerate(interface.patches):
             place = f"  at {vector_text(1e3 * one.centroid, '.0f')} mm"
             carried = _carried(assembly, result, k, here[patch == number_], one.area)
@@ -99,18 +105,6 @@ def _carried(assembly: Assembly, result: Stability, k: int, nodes: Int, area: fl
     limit = assembly.mu[k] * (pressing + tension)
     shown = f"{pressing:.3g}" if abs(pressing) > rounding else "0"
     return shown, f"{tangential / limit:.0%}" if limit > rounding else "-"
-
-
-def _nearest_patch(interface: Interface, points: Float) -> Int:
-    """Return the number (n,) of the patch on which each of the points (n, 3) lies."""
-    apart = []
-    for patch in interface.patches:
-        ring, off = patch.rings[0], points - patch.polygon[0]
-        outline = (
-            shapely.Point(ring[0]) if len(ring) == 1 else (shapely.LineString, shapely.Polygon)[len(ring) > 2](ring)
-        )
-        apart.append(np.hypot(shapely.distance(outline, shapely.points(off @ patch.frame.T)), off @ patch.normal))
-    return np.asarray(np.argmin(apart, axis=0))
 
 
 def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:

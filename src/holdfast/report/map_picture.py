@@ -50,20 +50,6 @@ def picture_of(result: RobustnessMap) -> Picture:
         for name, rim in rims.items()
         if len(rim.covered.points)
     ]
-    return Picture(
-        title=f"{assembly.scene.name or 'assembly'}: largest push before something moves",
-        subtitle=_subtitle(result),
-        heat=tuple(heat),
-        solids=(*solids_of(body for body in assembly.bodies if body.name not in result.cells), *covered),
-        outlines=outlines_of(assembly),
-        contact_points=np.empty((0, 3)) if forces is None else forces.points,
-        contact_forces=() if forces is None else force_arrows(assembly, forces),
-        weakest=_weak_arrows(result),
-        up=assembly.scene.up,
-    )
-
-
-def _subtitle(result: RobustnessMap) -> str:
     caution = ", may be too high off-centre" if result.claim is Claim.ESTIMATED else ""
     engine = f"engine {result.engine} ({result.claim.words}{caution})"
     parts = [WORDS[result.verdict.status], engine, f"{len(result.force):,} inward pushes"]
@@ -72,7 +58,28 @@ def _subtitle(result: RobustnessMap) -> str:
         parts.append(f"{promise} everywhere")
     if result.undecided.count:
         parts.append(result.undecided.text)
-    return " · ".join(parts)
+    length = WEAK_ARROW * result.assembly.size
+    weakest = [weak for weak in result.weakest_of_each_body() if weak.status is Status.FINITE]
+    return Picture(
+        title=f"{assembly.scene.name or 'assembly'}: largest push before something moves",
+        subtitle=" · ".join(parts),
+        heat=tuple(heat),
+        solids=(*solids_of(body for body in assembly.bodies if body.name not in result.cells), *covered),
+        outlines=outlines_of(assembly),
+        contact_points=np.empty((0, 3)) if forces is None else forces.points,
+        contact_forces=() if forces is None else force_arrows(assembly, forces),
+        weakest=tuple(
+            Arrow(
+                np.array(weak.point) - length * np.array(weak.direction),
+                np.array(weak.point),
+                f"{one_line(weak.body, LONGEST_NAME)}: "
+                f"{_newton(weak.force) if weak.force > 0 else 'the smallest push'}, "
+                f"{what_moves(weak.body, weak.mode, weak.moving)}",
+            )
+            for weak in weakest[:SHOWN_WEAKEST]
+        ),
+        up=assembly.scene.up,
+    )
 
 
 def _surface(result: RobustnessMap, name: str, rims: Rims) -> HeatSurface:
@@ -131,21 +138,6 @@ def force_arrows(assembly: Assembly, forces: ContactForces) -> tuple[Arrow, ...]
     largest = max((float(np.linalg.norm(force)) for _, force, _ in arrows), default=1.0)
     scale = LONGEST_FORCE * assembly.size / largest
     return tuple(Arrow(centre - scale * force, centre, label) for centre, force, label in arrows)
-
-
-def _weak_arrows(result: RobustnessMap) -> tuple[Arrow, ...]:
-    length = WEAK_ARROW * result.assembly.size
-    weakest = [weak for weak in result.weakest_of_each_body() if weak.status is Status.FINITE]
-    return tuple(
-        Arrow(
-            np.array(weak.point) - length * np.array(weak.direction),
-            np.array(weak.point),
-            f"{one_line(weak.body, LONGEST_NAME)}: "
-            f"{_newton(weak.force) if weak.force > 0 else 'the smallest push'}, "
-            f"{what_moves(weak.body, weak.mode, weak.moving)}",
-        )
-        for weak in weakest[:SHOWN_WEAKEST]
-    )
 
 
 class Rims(NamedTuple):

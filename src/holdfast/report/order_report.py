@@ -19,7 +19,7 @@ from holdfast.report.description import MOST_ROWS, STYLES, Headline, Line, Repor
 from holdfast.report.map_picture import solids_of
 
 if TYPE_CHECKING:
-    from holdfast.applications.placement.several_result import Placements
+    from holdfast.applications.placement.result import Placements
 
 MOST_FRAMES = 24  # largest number of states in a strip of removals or of poses
 MOST_PUT = 12  # largest number of states in a strip of objects that are put down

@@ -15,8 +15,7 @@ import numpy as np
 from holdfast.applications.carrying.result import Carried
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.firmer.result import Firmer
-from holdfast.applications.placement.result import Placement
-from holdfast.applications.placement.several_result import Placements
+from holdfast.applications.placement.result import Placement, Placements
 from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits

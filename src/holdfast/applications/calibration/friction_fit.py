@@ -79,18 +79,6 @@ class Fit:
         off = self.predicted(x) - self.force
         return self._log(off, self.scatter(off))
 
-    def _descent(self, x: Float) -> Float:
-        """Return the derivatives (K,) of -log_likelihood. That by the scatter is 0, or the scatter is known."""
-        off = self.predicted(x) - self.force
-        s = self.scatter(off)
-        z = off / s
-        with np.errstate(over="ignore"):
-            held = np.exp(norm.logpdf(z) - log_ndtr(z))
-        slope = np.where(self.moved, z, -held) / s
-        share = np.exp(self.base - self.predicted(x))
-        ways = zip(self._along, x, strict=True)
-        return np.array([(np.exp(along(at) - self.base) * share * along(at, 1)) @ slope for along, at in ways])
-
     def best(self, fixed: int | None = None, at: float = 0.0, start: Float | None = None) -> Float:
         """Return the most likely coefficients (K,), with that number ``fixed`` held ``at`` a value.
 
@@ -116,7 +104,18 @@ class Fit:
             return -self.log_likelihood(whole(part))
 
         def descent(part: Float) -> Float:
-            return np.asarray(self._descent(whole(part))[free])
+            # by the scatter the derivative is 0, or the scatter is known
+            x = whole(part)
+            off = self.predicted(x) - self.force
+            s = self.scatter(off)
+            z = off / s
+            with np.errstate(over="ignore"):
+                held = np.exp(norm.logpdf(z) - log_ndtr(z))
+            slope = np.where(self.moved, z, -held) / s
+            share = np.exp(self.base - self.predicted(x))
+            ways = zip(self._along, x, strict=True)
+            each = [(np.exp(along(at) - self.base) * share * along(at, 1)) @ slope for along, at in ways]
+            return np.array(each)[free]
 
         ends = [(float(STEPS[0]), float(STEPS[-1]))] * len(free)
         sought = minimize(loss, x[free], jac=descent, bounds=ends, method="L-BFGS-B")

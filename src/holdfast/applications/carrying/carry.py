@@ -15,7 +15,7 @@ from holdfast.applications.carrying.profile import STANDARDS, Profile
 from holdfast.applications.carrying.result import Carried, moved
 from holdfast.applications.transport import inertial_wrenches
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, Int, Objects
+from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.progress import reported
 from holdfast.base.ranges import COORDINATES
@@ -158,7 +158,14 @@ class _Question:
         place[np.concatenate(order)] = np.arange(len(rows))
         found = joined(parts).rows(place[number])
         divided = {name: getattr(found, name) / scale for name in ("force", "lower", "upper")}
-        return _doubted(replace(found, **divided), doubts[number])
+        answers = replace(found, **divided)
+        reasons = doubts[number]
+        unknown = np.array([bool(doubt) for doubt in reasons]) & ~moved(answers)
+        status = answers.status.copy()
+        status[unknown] = Status.UNDECIDED
+        force, lower = (np.where(unknown, 0.0, values) for values in (answers.force, answers.lower))
+        notes = dict.fromkeys((*answers.notes, *(d for d in reasons[unknown] if answers.verdict.reason not in d)))
+        return replace(answers, force=force, lower=lower, status=status, notes=tuple(notes))
 
     def _asked(self, motion: Profile, rows: Int, scale: Float, gravity: Float) -> Answers:
         """Return the answers for times at which gravity (3,) is the same, with loads divided by ``scale`` (n,).
@@ -198,16 +205,3 @@ class _Question:
             else:
                 early = middle
         return late, names
-
-
-def _doubted(answers: Answers, doubts: Objects) -> Answers:
-    """Return the answers, undecided where ``doubts`` (n,) holds a reason why the rest state is undecided.
-
-    Rows in which something is known to move stay decided, because that does not depend on the other bodies.
-    """
-    unknown = np.array([bool(doubt) for doubt in doubts]) & ~moved(answers)
-    status = answers.status.copy()
-    status[unknown] = Status.UNDECIDED
-    force, lower = (np.where(unknown, 0.0, values) for values in (answers.force, answers.lower))
-    notes = dict.fromkeys((*answers.notes, *(d for d in doubts[unknown] if answers.verdict.reason not in d)))
-    return replace(answers, force=force, lower=lower, status=status, notes=tuple(notes))

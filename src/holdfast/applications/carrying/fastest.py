@@ -78,7 +78,11 @@ def fastest_carry(
     unused = checked_margin(margin, WHERE)
     points = _checked_waypoints(waypoints)
     most = np.inf if speed is None else checked_number(speed, f"{WHERE}: speed", above=0, within=SCALE)
-    axes = _axes(points)
+    _, size, every = np.linalg.svd(points - points[0], full_matrices=False)
+    count = int((size > FLAT * size[0]).sum())
+    if count > 2:
+        raise HoldfastError(message(f"{WHERE}: waypoints", "are not in one plane", "needs a path in one plane"))
+    axes = every[:count]
     flat = (points - points[0]) @ axes.T
     limits = _limits(given, axes, standing, engine, imperfect) / (1 - unused)
     along = np.diff(flat, axis=0)
@@ -113,15 +117,6 @@ def _checked_waypoints(value: ArrayLike) -> Float:
         problem = f"point {int(np.argmax(near))} and the next are at the same place"
         raise HoldfastError(message(f"{WHERE}: waypoints", problem, "name each place once"))
     return points
-
-
-def _axes(points: Float) -> Float:
-    """Return unit vectors (d, 3) that span the differences of points (n, 3): one for a straight path, else two."""
-    _, size, axes = np.linalg.svd(points - points[0], full_matrices=False)
-    count = int((size > FLAT * size[0]).sum())
-    if count > 2:
-        raise HoldfastError(message(f"{WHERE}: waypoints", "are not in one plane", "needs a path in one plane"))
-    return axes[:count]
 
 
 def _limits(

@@ -197,7 +197,13 @@ class _Best:
         self.removals, self.goals, self.first, self.budget = removals, goals, first, budget
         self.whole = frozenset(removals.names)
         self.needed = needed
-        self.hops = _hops(removals, goals)
+        # contacts on the shortest path from each body to a goal: near bodies are tried first
+        self.hops, edge, far = dict.fromkeys(goals, 0), set(goals), 0
+        while edge:
+            far += 1
+            near = {n for name in edge for n in removals.beside[name] if removals.assembly.index[n] >= 0}
+            edge = near - self.hops.keys()
+            self.hops |= dict.fromkeys(edge, far)
         self.heap: list[tuple[int, int, int, int, frozenset[str], str, tuple[Removal, ...]]] = []
         self.ticket = itertools.count()
         self.unsure = float("inf")  # lower bound on the removals of orders that an undecided answer excluded
@@ -255,13 +261,3 @@ class _Best:
         if self.first is None:
             return Plan((), False, bound == float("inf"), bound)
         return Plan(self.first, True, bound >= len(self.first), bound)
-
-
-def _hops(removals: Removals, goals: frozenset[str]) -> dict[str, int]:
-    """Return the number of contacts on the shortest path from each body to a goal; near bodies are tried first."""
-    found, edge, far = dict.fromkeys(goals, 0), set(goals), 0
-    while edge:
-        far += 1
-        edge = {n for name in edge for n in removals.beside[name] if n not in found and removals.assembly.index[n] >= 0}
-        found |= dict.fromkeys(edge, far)
-    return found

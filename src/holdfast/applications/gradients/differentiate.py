@@ -19,7 +19,6 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.progress import reported
 from holdfast.base.rigid import cross
 from holdfast.base.values import Table, altered
-from holdfast.certificates.question import Question
 from holdfast.engines.contract import GRADIENTS, Engine, Gradient, Sloping, State
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.limit_state import factors_on
@@ -62,7 +61,13 @@ def gradients(
     assembly = checked_assembly(assembly)
     refuse_holds(assembly.scene.holds, WHERE, "ask without holds")
     refuse_joined(assembly, WHERE, "leave out tension and cohesion")
-    question, loads = _question(answer)
+    if not hasattr(answer, "questions"):
+        problem = f"got a {type(answer).__name__}"
+        raise HoldfastError(message(WHERE, problem, "needs an answer of robustness, load_factor or transport_limits"))
+    question = answer.questions[0]
+    if (loads := question.loads) is None:
+        problem = "the answer is about no load"
+        raise HoldfastError(message(WHERE, problem, "ask robustness, load_factor or transport_limits"))
     scene = altered(assembly.scene, gravity=question.assembly.scene.gravity)  # limits of a tilted carrier turn it
     tilted = replace(assembly, scene=scene) if isinstance(answer, TransportLimits) else assembly
     if question.assembly != tilted:
@@ -72,17 +77,6 @@ def gradients(
     )
     parameters = Parameters(answer, question, loads, frozenset(names))
     return _DerivedRows(parameters, engine_of(answer.engine)).all()
-
-
-def _question(answer: Derived) -> tuple[Question, Float]:
-    if not hasattr(answer, "questions"):
-        problem = f"got a {type(answer).__name__}"
-        raise HoldfastError(message(WHERE, problem, "needs an answer of robustness, load_factor or transport_limits"))
-    question = answer.questions[0]
-    if question.loads is None:
-        problem = "the answer is about no load"
-        raise HoldfastError(message(WHERE, problem, "ask robustness, load_factor or transport_limits"))
-    return question, question.loads
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +117,27 @@ class _DerivedRows:
                 own[row] = True
                 before[row], kinked[row] = shared.slopes(*found, row)
                 after[row] = before[row]
-        self._check_engine(self.known & ~own)
-        differ = kinked | (self.known & ~own)[:, None]
+        unlike = self.known & ~own
+        if unlike.any():
+            question = self.parameters.question
+            again = self._answers(question.assembly, self.parameters.loads[:, unlike], question.standing)
+            if not np.allclose(again, self.force[unlike], rtol=TOUCHING):
+                problem = f"engine {self.method.name!r} as it is by default answers otherwise"
+                remedy = "ask by the name of an engine, without options, of bodies without top_load and pressure"
+                raise HoldfastError(message(WHERE, problem, remedy))
+        differ = kinked | unlike[:, None]
         with quiet():
             for place in reported("differences", np.flatnonzero(differ.any(axis=0)).tolist()):
                 rows = differ[:, place]
-                before[rows, place], after[rows, place] = self._sides(place, rows)
+                step = STEP * float(self.parameters.units[place])
+                slopes = []
+                for sign in (-1.0, 1.0):
+                    assembly, W, standing = self.parameters.changed(place, sign * step, rows)
+                    there = self._answers(assembly, W, standing)
+                    jump = sign * np.where(there > self.force[rows], np.inf, -np.inf)
+                    finite = np.isfinite(there) & (there > 0)
+                    slopes.append(np.where(finite, (there - self.force[rows]) / (sign * step), jump))
+                before[rows, place], after[rows, place] = slopes
         unit = self.parameters.units / np.where(self.known, self.force, 1.0)[:, None]
         with np.errstate(invalid="ignore"):
             apart = np.abs(after - before) * unit > SMOOTH
@@ -228,28 +237,6 @@ class _DerivedRows:
             return None
         touches = abs(float(found.answers.force[0]) - self.force[row]) <= TOUCHING * self.force[row]
         return (found, load) if touches else None
-
-    def _check_engine(self, rows: Bool) -> None:
-        """Raise HoldfastError unless the engine gives the answers of some rows."""
-        if rows.any():
-            question = self.parameters.question
-            again = self._answers(question.assembly, self.parameters.loads[:, rows], question.standing)
-            if not np.allclose(again, self.force[rows], rtol=TOUCHING):
-                problem = f"engine {self.method.name!r} as it is by default answers otherwise"
-                remedy = "ask by the name of an engine, without options, of bodies without top_load and pressure"
-                raise HoldfastError(message(WHERE, problem, remedy))
-
-    def _sides(self, place: int, rows: Bool) -> tuple[Float, Float]:
-        """Return the one-sided slopes (k,) of some rows before and after, as differences of answers."""
-        step = STEP * float(self.parameters.units[place])
-        found = []
-        for sign in (-1.0, 1.0):
-            assembly, W, standing = self.parameters.changed(place, sign * step, rows)
-            there = self._answers(assembly, W, standing)
-            jump = sign * np.where(there > self.force[rows], np.inf, -np.inf)
-            finite = np.isfinite(there) & (there > 0)
-            found.append(np.where(finite, (there - self.force[rows]) / (sign * step), jump))
-        return found[0], found[1]
 
     def _answers(self, assembly: Assembly, W: Float, standing: Float) -> Float:
         """Return the answers (k,) for loads W (6J, k) on a changed assembly under a standing wrench (6J,)."""

@@ -249,13 +249,6 @@ class _SolvedRow:
             whole = -np.concatenate([push[own].sum(0), (torque[own] + cross(arms, push[own])).sum(0)])
             for name, slope in zip(pair, (whole - second, second), strict=True):
                 self.shared.parameters.add_pose(total, name, slope, motion.origin)
-        self._add_friction(total, forces, u)
-        if loads:
-            add_loads(total, self.shared.parameters, self.row, self.found.assembly, self.factor, twists)
-        return total
-
-    def _add_friction(self, total: Float, forces: Float, u: Float) -> None:
-        nodes = self.found.nodes
         normal = (forces * nodes.normals).sum(axis=1)
         across = u - (u * nodes.normals).sum(axis=1)[:, None] * nodes.normals
         rubbing = -np.divide((forces * across).sum(1), nodes.mu, out=np.zeros(len(nodes)), where=nodes.mu > 0)
@@ -263,6 +256,9 @@ class _SolvedRow:
         each = np.bincount(nodes.interface, slopes, len(self.found.assembly.interfaces))
         for interface, slope in zip(self.found.assembly.interfaces, each.tolist(), strict=True):
             self.shared.parameters.add(total, "friction", interface.bodies, slope)
+        if loads:
+            add_loads(total, self.shared.parameters, self.row, self.found.assembly, self.factor, twists)
+        return total
 
     def _relative(self, twists: Float) -> tuple[Float, Float]:
         """Return the velocities and the spins (I, 3) of the second bodies relative to the first, world axes."""

@@ -21,9 +21,8 @@ from holdfast.applications.placement.conditions import (
     names_of,
 )
 from holdfast.applications.placement.planner import Planner
-from holdfast.applications.placement.result import Placement
+from holdfast.applications.placement.result import Placement, Placements
 from holdfast.applications.placement.several import RANDOM, Placing, Try
-from holdfast.applications.placement.several_result import Placements
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import checked_items
 from holdfast.base.errors import SceneError, hinting, message

@@ -31,8 +31,7 @@ from holdfast.applications.placement.level_places import (
 )
 from holdfast.applications.placement.planner import Planner
 from holdfast.applications.placement.rating import TOPPLED
-from holdfast.applications.placement.result import Candidate
-from holdfast.applications.placement.several_result import PlacedObject
+from holdfast.applications.placement.result import Candidate, PlacedObject
 from holdfast.applications.resting_poses import Face
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.progress import OutOfTimeError, report, until

@@ -242,24 +242,21 @@ class _Trials:
         for answers in found:
             twist = answers.mechanism[k].twists[self.assembly.index[self.body]]
             for part in PARTS:
-                pose = self._pose(twist, part * self.travel)
+                way = part * self.travel
+                body = self.assembly.scene.body(self.body)
+                centre = self.assembly.com[self.assembly.index[self.body]]
+                arms = body.surface_world.vertices - centre
+                speed = float(np.linalg.norm(twist[:3] + np.cross(twist[3:], arms), axis=1).max())
+                turn = np.eye(4)
+                turn[:3, :3] = Rotation.from_rotvec(twist[3:] * way / speed).as_matrix()
+                turn[:3, 3] = centre + twist[:3] * way / speed - turn[:3, :3] @ centre
+                pose = np.asarray(turn @ (np.eye(4) if body.pose is None else body.pose))
                 key = np.round(pose, SAME).tobytes()
                 if key not in states:
                     states[key] = self._trouble(pose)
                 if states[key]:
                     return f"pushed on by {part * self.travel * 1e3:.3g} mm {states[key]}"
         return ""
-
-    def _pose(self, twist: Float, way: float) -> Float:
-        """Return the pose (4, 4) of the body after a motion along a twist (6,) by ``way`` [m] at its fastest point."""
-        body = self.assembly.scene.body(self.body)
-        centre = self.assembly.com[self.assembly.index[self.body]]
-        arms = body.surface_world.vertices - centre
-        speed = float(np.linalg.norm(twist[:3] + np.cross(twist[3:], arms), axis=1).max())
-        turn = np.eye(4)
-        turn[:3, :3] = Rotation.from_rotvec(twist[3:] * way / speed).as_matrix()
-        turn[:3, 3] = centre + twist[:3] * way / speed - turn[:3, :3] @ centre
-        return np.asarray(turn @ (np.eye(4) if body.pose is None else body.pose))
 
     def _trouble(self, pose: Float) -> str:
         """Say why the assembly with the body at another pose may not stand; empty if it certainly stands."""

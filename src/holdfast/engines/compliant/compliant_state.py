@@ -120,8 +120,10 @@ class RestingState:
         if not len(loaded):
             solved = Bounded.unbounded(PathResult.lost(0, len(W)))
         else:
-            if bounds:
-                self._begin_bounds()
+            # lower bounds begin while the first long path is followed, which leaves a processor idle
+            if bounds and self.grid.system.long and free_threads() > 1 and not self._begun.is_set():
+                self._begun.set()
+                begin(lambda: (self.grid.finer, self._self_stressed.by_stiffness))
             solved = self.refined.answers(W[:, loaded], bounds=bounds)
         leans = self.grid.leans(W[:, loaded], solved.paths)
         peaks = solved.paths.outcome == PathOutcome.PEAK
@@ -172,12 +174,6 @@ class RestingState:
             found = None if q is None else balanced_forces(grid, q, load)
             found = found or balanced_forces(grid, system.come_to_rest(near=path.q[0]).q, load)
         return None if found is None else contact_forces(grid.assembly, grid.nodes, found[0])
-
-    def _begin_bounds(self) -> None:
-        """Begin once what lower bounds need, while the first long path is followed, which leaves a processor idle."""
-        if self.grid.system.long and free_threads() > 1 and not self._begun.is_set():
-            self._begun.set()
-            begin(lambda: (self.grid.finer, self._self_stressed.by_stiffness))
 
     @cached_property
     def _amendments(self) -> tuple[Amendment, ...]:

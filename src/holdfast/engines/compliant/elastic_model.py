@@ -162,14 +162,12 @@ def elastic_model(
     core.bond(model, model.bonded, model.still)
     core.set_units(model, model.unit)
     if sheets.pull.any():
-        _add_pull(model)
+        # what nodes press at no displacement, which is their pull, to the last digit
+        ends = model.first[:-1]
+        fn, g1, g2 = (
+            np.add.reduceat(each * model.k * model.apart, ends) for each in (np.ones_like(model.x), model.y, -model.x)
+        )
+        wrenches = np.zeros((len(model.a), 6))
+        wrenches[:, 0], wrenches[:, 4], wrenches[:, 5] = fn, g1, g2
+        core.add_wrenches(model, wrenches, model.wrench)
     return model
-
-
-def _add_pull(m: Elastic) -> None:
-    """Add to the wrench what nodes press at no displacement, which is their pull, to the last digit."""
-    ends = m.first[:-1]
-    fn, g1, g2 = (np.add.reduceat(each * m.k * m.apart, ends) for each in (np.ones_like(m.x), m.y, -m.x))
-    wrenches = np.zeros((len(m.a), 6))
-    wrenches[:, 0], wrenches[:, 4], wrenches[:, 5] = fn, g1, g2
-    core.add_wrenches(m, wrenches, m.wrench)

@@ -13,6 +13,7 @@ from holdfast.base.arrays import Bool, Float, checked_number, checked_whole
 from holdfast.base.public import Record
 from holdfast.base.ranges import STIFFNESS
 from holdfast.elastic.path import RestOutcome
+from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import Neutral, neutral_at
 from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, RestingState, Unpushable
 from holdfast.engines.compliant.elastic_model import Springs, Stiffness, check_stiffness, checked_stiffness
@@ -127,7 +128,8 @@ def state_on(
         return _standing(rest.verdict.after(_contacts(grid)), grid, refinements)
     names = () if neutral is None else neutral.named(assembly)
     found = "they come to rest" if rest is not None else _HELD
-    verdict = resting.with_balanced(names).after(_contacts(grid), found)
+    said = resting.verdict.reason + balanced_in_verdict(names)
+    verdict = replace(resting.verdict, reason=said, balanced=names).after(_contacts(grid), found)
     certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
         return Unpushable(certain.after(_LIMIT, before=verdict))

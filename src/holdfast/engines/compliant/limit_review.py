@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Bool, Float
+from holdfast.base.arrays import Float
 from holdfast.elastic.path import PathOutcome
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.amendment import Amendment, LoadQuestion
@@ -33,21 +33,6 @@ class _Answer(NamedTuple):
 
 ENDLESS_ANSWER = _Answer(Status.INFINITE, np.inf, np.inf, None)
 UNDECIDED_ANSWER = _Answer(Status.UNDECIDED, 0.0, 0.0, None)
-
-
-class _Doubt(NamedTuple):
-    """One ``load`` (6J,) of a ``size`` relative to all weights, and what limit analysis proves of it.
-
-    That is its ``top``, or that it is ``endless``. Whether a spring keeps its body in place, ``held``, and whether a
-    lower bound is wanted, ``bounded``.
-    """
-
-    load: Float
-    size: float
-    held: bool
-    bounded: bool
-    top: float
-    endless: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +69,12 @@ class LimitReview(Amendment):
         W, grid, neutral = asked.W, self.grid, self.state.neutral
         size, held = np.abs(grid.loads(W)).max(axis=1, initial=0.0), grid.loads_held(W)
         gained = np.zeros(len(size), dtype=bool) if neutral is None else neutral.gained(W)
-        doubtful = np.flatnonzero(gained | _doubtful(found, size, held, bounded=asked.bounded))
+        finite = found.status == Status.FINITE
+        peak = np.where(finite, found.force, 0.0)
+        unsure = held | (found.status == Status.UNDECIDED) | (finite & (peak * size > HUGE))
+        if asked.bounded:
+            unsure |= finite & (found.lower <= 0)
+        doubtful = np.flatnonzero(gained | np.asarray((size > 0) & unsure))
         if not len(doubtful) or not grid.certain.verdict().equilibrium_exists:
             return found
         certain = grid.certain.load_factor(W[:, doubtful])
@@ -97,28 +87,34 @@ class LimitReview(Amendment):
                 mechanism = certain.mechanism[k] if answer.mechanism is None else answer.mechanism
                 mended = _Answer(Status.FINITE, 0.0, 0.0, mechanism)
             else:
-                proved = float(upper[row]), certain.status[k] is Status.INFINITE
-                doubt = _Doubt(W[:, row], float(size[row]), bool(held[row]), asked.bounded, *proved)
-                mended = self._mended(answer, doubt)
+                load, endless = W[:, row], certain.status[k] is Status.INFINITE
+                mended = self._mended(
+                    answer, load, float(size[row]), float(upper[row]), endless, held=held[row], bounded=asked.bounded
+                )
             for column, value in zip(known.values(), mended, strict=True):
                 column[row] = value
         names = () if neutral is None else neutral.named(grid.assembly)
         notes = (*found.notes, only_balanced(names)) if names else found.notes
         return replace(found, **known, upper=upper, notes=notes)
 
-    def _mended(self, answer: _Answer, doubt: _Doubt) -> _Answer:
-        """Return one answer, mended as ``amend`` says."""
+    def _mended(
+        self, answer: _Answer, load: Float, size: float, top: float, endless: bool, *, held: bool, bounded: bool
+    ) -> _Answer:
+        """Return the answer for one ``load`` (6J,) of a ``size`` relative to all weights, mended as ``amend`` says.
+
+        Limit analysis proves its ``top``, or that it is ``endless``.
+        """
         if answer.status is Status.UNDECIDED:
-            return ENDLESS_ANSWER if doubt.endless and self._endless_behind(doubt.load, doubt.size) else answer
-        if answer.force > (1 + CONTRADICTION) * doubt.top:
+            return ENDLESS_ANSWER if endless and self._endless_behind(load, size) else answer
+        if answer.force > (1 + CONTRADICTION) * top:
             return UNDECIDED_ANSWER
-        confirmed = not doubt.held and answer.lower * doubt.size > ENDLESS  # a regularisation spring may have helped
-        if doubt.endless and (confirmed or self._endless(doubt.load, float(answer.force))):
+        confirmed = not held and answer.lower * size > ENDLESS  # a regularisation spring may have helped
+        if endless and (confirmed or self._endless(load, float(answer.force))):
             return ENDLESS_ANSWER
-        if doubt.endless and doubt.bounded and answer.lower <= 0 and answer.force * doubt.size > HUGE:
-            finer = self.grid.finer.paths(doubt.load[:, None]).outcome[0]
+        if endless and bounded and answer.lower <= 0 and answer.force * size > HUGE:
+            finer = self.grid.finer.paths(load[:, None]).outcome[0]
             return ENDLESS_ANSWER if finer == PathOutcome.ENDLESS else UNDECIDED_ANSWER
-        force = min(answer.force, doubt.top)
+        force = min(answer.force, top)
         return answer._replace(force=force, lower=min(answer.lower, force))
 
     def _endless_behind(self, column: Float, size: float) -> bool:
@@ -142,13 +138,3 @@ class LimitReview(Amendment):
         if self.grid.load_bearing.balance(load):
             return True
         return rests_alone(self.grid.with_hold.system.under(load / np.abs(load).max()), PATIENCE)
-
-
-def _doubtful(found: Answers, size: Float, held: Bool, *, bounded: bool) -> Bool:
-    """Tell which answers to loads of a ``size`` (n,) deserve doubt, beside those of bodies that are ``held`` (n,)."""
-    finite = found.status == Status.FINITE
-    force = np.where(finite, found.force, 0.0)
-    doubt = held | (found.status == Status.UNDECIDED) | (finite & (force * size > HUGE))
-    if bounded:
-        doubt |= finite & (found.lower <= 0)
-    return np.asarray((size > 0) & doubt)

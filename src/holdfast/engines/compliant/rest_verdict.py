@@ -24,7 +24,6 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.model import Elastic, unresisted_motion
 from holdfast.elastic.path import RestOutcome
 from holdfast.elastic.system import RestSearch
-from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import on_an_edge
 from holdfast.engines.compliant.elastic_model import world_rows
 from holdfast.engines.compliant.grid import FINER, Grid
@@ -63,10 +62,6 @@ class AtRest(NamedTuple):
     verdict: Verdict
     unstiff: Bool
     on_an_edge: Bool
-
-    def with_balanced(self, names: tuple[str, ...]) -> Verdict:
-        """Return the verdict, which says that the bodies of these names are only balanced."""
-        return replace(self.verdict, reason=self.verdict.reason + balanced_in_verdict(names), balanced=names)
 
 
 def at_rest(grid: Grid) -> AtRest | None:
@@ -185,7 +180,11 @@ def overruled(grid: Grid, refinements: int) -> Verdict | None:
     nodes = grid.springs.nodes
     if FINER**2 * len(grid.nodes) <= MOST_NODES:
         if at_rest(grid.finer) is None:
-            return _fewer_hold(grid, grid.finer)
+            few, many = grid.springs.nodes, grid.finer.springs.nodes
+            if grid.finer.settled.outcome is not RestOutcome.DRIFTS:
+                return _leans(f"on {many} nodes a side no rest is found, as it is on {few}")
+            found = not_at_rest(grid.finer)
+            return replace(found, reason=f"on {many} nodes a side {found.reason}; {few} nodes a side would hold it")
         if _without(grid.finer, KEPT * _reserve(grid)) is RestOutcome.RESTS:
             return None
         nodes = grid.finer.springs.nodes
@@ -216,15 +215,6 @@ def _without(grid: Grid, share: float) -> RestOutcome:
     if found.outcome is RestOutcome.RESTS and balanced_forces(replace(grid, system=system), found.q) is None:
         return RestOutcome.DRIFTS  # the regularisation spring carries
     return found.outcome
-
-
-def _fewer_hold(coarse: Grid, fine: Grid) -> Verdict:
-    """Return the verdict on an assembly that rests on a grid and not on a finer one."""
-    few, many = coarse.springs.nodes, fine.springs.nodes
-    if fine.settled.outcome is not RestOutcome.DRIFTS:
-        return _leans(f"on {many} nodes a side no rest is found, as it is on {few}")
-    found = not_at_rest(fine)
-    return replace(found, reason=f"on {many} nodes a side {found.reason}; {few} nodes a side would hold it")
 
 
 def _leans(why: str) -> Verdict:

@@ -138,15 +138,12 @@ class Absences:
 
     def state(self, absent: Absent, *, loaded: bool = True) -> State:
         """Return the engine's state without these interfaces, under the weight and, if ``loaded``, all that acts."""
-        key = absent, loaded and self._has_loads
+        acting = (load for load in (self.standing, self.acceleration) if load is not None)
+        key = absent, loaded and any(bool(load.any()) for load in acting)
         if key not in self._states:
             loads = (self.standing, self.acceleration) if key[1] else (None, None)
             self._states[key] = self.engine.prepare(self.part(absent), *loads)
         return self._states[key]
-
-    @cached_property
-    def _has_loads(self) -> bool:
-        return any(load is not None and bool(load.any()) for load in (self.standing, self.acceleration))
 
     @cached_property
     def _seen_loaded(self) -> bool:

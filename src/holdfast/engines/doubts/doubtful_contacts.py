@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import RLock
@@ -81,12 +81,9 @@ class Doubtful:
     def notes(self) -> tuple[str, ...]:
         """The notes of the engine, and the pairs of bodies that need not touch for everything to stand."""
         with self._asking:
-            return (*self.detected.notes, *self._unneeded)
-
-    @cached_property
-    def _unneeded(self) -> tuple[str, ...]:
-        optional = self.absences.optional
-        return (f"contacts that may not exist, all stands without them: {self._named(optional)}",) if optional else ()
+            optional = self.absences.optional
+            note = f"contacts that may not exist, all stands without them: {self._named(optional)}"
+            return (*self.detected.notes, note) if optional else self.detected.notes
 
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Find the largest factor of each column of W (6J, n) [N, N m], with bounds for contacts that may not exist.
@@ -173,7 +170,12 @@ class Doubtful:
     def _notes_on(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
         """Say on which of the contacts the answers lean, and what was not settled."""
         notes = [LEVEL] if self._posed and not self.absences.assembly.tolerances.tilt else []
-        leaned = self._leaned(found, cases)
+        met: set[int] = set()  # what motions without them run into; where no motion is known, all that was taken away
+        for absent, case in cases:
+            for row in np.flatnonzero(case.lower < found.lower * (1 - LEANS)):
+                motion = case.mechanism[row]
+                met |= {k for k in absent - met if motion is None or self._resists(k, motion)}
+        leaned = sorted(met)
         if leaned:
             words = "answers lean on contacts that may not exist, and lower is without them"
             notes.append(f"{words}: {self._named(leaned)}")
@@ -188,18 +190,6 @@ class Doubtful:
                 f"not all sets of contacts that may not exist were tried ({len(cases)}): lower may be too high"
             )
         return tuple(notes)
-
-    def _leaned(self, found: Answers, cases: Iterable[tuple[Absent, Answers]]) -> list[int]:
-        """Return the interfaces whose absence lowers an answer: those that the motion found without them runs into.
-
-        Where no motion is known, they are all that were taken away.
-        """
-        leaned: set[int] = set()
-        for absent, case in cases:
-            for row in np.flatnonzero(case.lower < found.lower * (1 - LEANS)):
-                motion = case.mechanism[row]
-                leaned |= {k for k in absent - leaned if motion is None or self._resists(k, motion)}
-        return sorted(leaned)
 
     def _resists(self, number: int, motion: Mechanism) -> bool:
         """Tell whether a contact would resist a motion: its bodies slide there or press, or move at all if joined."""

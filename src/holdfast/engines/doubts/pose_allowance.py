@@ -81,7 +81,18 @@ class Allowance:
 
     def _asked(self, W: Float, accuracy: Accuracy) -> list[Answers]:
         """Ask for the loads as they are and with levers that are longer and shorter."""
-        levers, state = _levers(self.assembly, W), self.state.fresh()
+        # moments (6J, n) of the forces of W, if contacts lie higher by half of the gap of their bodies
+        half_gap = np.zeros(len(self.assembly.movable))
+        for interface, ends in zip(self.assembly.interfaces, self.assembly.ends, strict=True):
+            gap = self.assembly.tolerances.between(*(self.assembly.scene.body(name) for name in interface.bodies)).gap
+            for k in ends:
+                if k >= 0:
+                    half_gap[k] = max(half_gap[k], gap / 2)
+        loads = W.reshape(-1, 6, W.shape[1])
+        moments = np.zeros_like(loads)
+        offsets = half_gap[:, None] * self.assembly.scene.up
+        moments[:, 3:, :] = np.cross(offsets[:, None, :], loads[:, :3].transpose(0, 2, 1)).transpose(0, 2, 1)
+        levers, state = moments.reshape(W.shape), self.state.fresh()
         return [state.load_factor(load, accuracy) for load in (W, W + levers, W - levers)]
 
 
@@ -107,18 +118,3 @@ def _leans(assembly: Assembly) -> Float:
     columns = np.zeros((len(assembly.movable), 6, DIRECTIONS))
     columns[:, 3:, :] = (pull * height)[:, None, None] * axes.T
     return columns.reshape(-1, DIRECTIONS)
-
-
-def _levers(assembly: Assembly, W: Float) -> Float:
-    """Return moments (6J, n): of the forces of W (6J, n), if contacts lie higher by half of the gap of their bodies."""
-    half_gap = np.zeros(len(assembly.movable))
-    for interface, ends in zip(assembly.interfaces, assembly.ends, strict=True):
-        gap = assembly.tolerances.between(*(assembly.scene.body(name) for name in interface.bodies)).gap
-        for k in ends:
-            if k >= 0:
-                half_gap[k] = max(half_gap[k], gap / 2)
-    loads = W.reshape(-1, 6, W.shape[1])
-    moments = np.zeros_like(loads)
-    offsets = half_gap[:, None] * assembly.scene.up
-    moments[:, 3:, :] = np.cross(offsets[:, None, :], loads[:, :3].transpose(0, 2, 1)).transpose(0, 2, 1)
-    return moments.reshape(W.shape)

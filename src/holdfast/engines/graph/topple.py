@@ -81,7 +81,8 @@ class Toppling:
         severed = np.flatnonzero(inside[tails] != inside[heads])
         spans = nodes.spans
         cut = np.concatenate([np.arange(spans[i], spans[i + 1]) for i in severed])
-        corners = np.vstack([self._corners[i] for i in severed])
+        # axes run along the edges of polygons, not between nodes
+        corners = np.vstack([patch.hull for i in severed for patch in self.G.assembly.interfaces[i].patches])
         size = float(np.linalg.norm(np.ptp(corners, axis=0)))
         origins, axes = toppling_axes(corners, size)
         flat = np.zeros(len(axes), dtype=bool)
@@ -112,11 +113,6 @@ class Toppling:
         com = self.G.assembly.com
         return np.asarray(com.mean(0)) if len(com) else np.zeros(3)
 
-    @cached_property
-    def _corners(self) -> tuple[Float, ...]:
-        """The hull corners of each interface's patches: toppling axes run along polygon edges, not between nodes."""
-        return tuple(np.vstack([patch.hull for patch in i.patches]) for i in self.G.assembly.interfaces)
-
 
 def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
     """Return origins (m, 3) and unit directions (m, 3) of the edges of the convex hull of contact ``points`` (n, 3).
@@ -145,16 +141,12 @@ def _axes_of(coordinates: bytes, size: float) -> tuple[Float, Float]:
         segments = np.column_stack([corners, np.roll(corners, -1)])
     else:
         segments = hull_edges(centred, core.SLIDING)
-    return _lines(points[segments[:, 0]], points[segments[:, 1]], tolerance)
-
-
-def _lines(start: Float, end: Float, tolerance: float) -> tuple[Float, Float]:
-    """Return origins and unit directions of the lines through segments, each line once."""
-    direction = end - start
+    start = points[segments[:, 0]]
+    direction = points[segments[:, 1]] - start
     length = np.linalg.norm(direction, axis=1)
     keep = length > tolerance
     start, direction = start[keep], direction[keep] / length[keep, None]
-    new = np.empty(len(start), dtype=bool)
+    new = np.empty(len(start), dtype=bool)  # each line once
     core.first_of_line(start, direction, tolerance, new)
     return frozen(start[new]), frozen(direction[new])
 

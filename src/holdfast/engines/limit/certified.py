@@ -55,7 +55,16 @@ def certify(
     def at(chosen: Int) -> None:
         limits = solve(columns[:, chosen])
         for k, limit, plane in zip(chosen.tolist(), limits, planes.learn(limits), strict=True):
-            _enter(bounds, k, limit, plane)
+            bounds.solved[k] = True
+            bounds.undecided[k] = limit.status is Status.UNDECIDED
+            bounds.endless[k] = limit.status is Status.INFINITE
+            bounds.high[k] = _high(limit)
+            bounds.spare[k] = _spare(limit, bounds.first)
+            bounds.low[k] = (
+                0.0 if limit.status is not Status.FINITE else 1 / limit.upper * DOWN if limit.upper > 0 else np.inf
+            )
+            if plane is not None:
+                bounds.plane[k] = plane
 
     def elsewhere(wanted: Float) -> tuple[Float, Float, Bool]:
         full = np.zeros((len(columns), len(wanted)))
@@ -83,18 +92,6 @@ def _high(limit: LoadLimit) -> float:
 def _spare(limit: LoadLimit, first: int) -> Float:
     """The slope (6,) of a wrench on the rows from ``first`` that is carried beside an endless load; inf for none."""
     return np.full(6, np.inf) if limit.slope is None else limit.slope[first : first + 6]
-
-
-def _enter(bounds: Field, k: int, limit: LoadLimit, plane: int | None) -> None:
-    """Take load ``k`` as solved, which gave this ``plane``, if any."""
-    bounds.solved[k] = True
-    bounds.undecided[k] = limit.status is Status.UNDECIDED
-    bounds.endless[k] = limit.status is Status.INFINITE
-    bounds.high[k] = _high(limit)
-    bounds.spare[k] = _spare(limit, bounds.first)
-    bounds.low[k] = 0.0 if limit.status is not Status.FINITE else 1 / limit.upper * DOWN if limit.upper > 0 else np.inf
-    if plane is not None:
-        bounds.plane[k] = plane
 
 
 @dataclass

@@ -46,28 +46,21 @@ def gradient(assembly: Assembly, nodes: ContactNodes, twists: Float, forces: Flo
     """
     motion = twists.reshape(-1, 6)
     weights = assembly.mass[:, None] * assembly.scene.gravity
+    # |u_t|, the multiplier of the friction limit of a node, times f_n, for every pair of bodies
+    slip = np.linalg.norm(relative_velocity(nodes, assembly.com, motion)[:, 1:], axis=1)
+    d_mu = dict.fromkeys((interface.bodies for interface in assembly.interfaces), 0.0)
+    for k, share in zip(nodes.interface, slip * np.maximum(forces[:, 0], 0), strict=True):
+        d_mu[assembly.interfaces[k].bodies] += float(share)
     return Gradient(
         answers=answers,
         assembly=assembly,
         nodes=nodes,
         forces=nodes.world(forces),
         twists=motion,
-        d_mu=_by_friction(assembly, nodes, motion, forces[:, 0]),
+        d_mu=d_mu,
         d_mass=-motion[:, :3] @ assembly.scene.gravity,
         d_com=-np.cross(weights, motion[:, 3:]),
     )
-
-
-def _by_friction(assembly: Assembly, nodes: ContactNodes, motion: Float, normal: Float) -> dict[tuple[str, str], float]:
-    """Return dR/dμ for every pair of bodies: the sum of |u_t| f_n over its nodes.
-
-    |u_t| is the multiplier of the friction limit of a node.
-    """
-    slip = np.linalg.norm(relative_velocity(nodes, assembly.com, motion)[:, 1:], axis=1)
-    found = dict.fromkeys((interface.bodies for interface in assembly.interfaces), 0.0)
-    for k, share in zip(nodes.interface, slip * np.maximum(normal, 0), strict=True):
-        found[assembly.interfaces[k].bodies] += float(share)
-    return found
 
 
 # Tolerance of the solver for derivatives: forces and motions are less accurate than factors
@@ -133,7 +126,12 @@ class LimitState:
         """
         count = W.shape[1]
         if not self.rest.verdict.equilibrium_exists:
-            return self._not_standing(count)
+            # that nothing balances the weights is proved by the motion with which they fall
+            mechanism = self.rest.verdict.mechanism
+            falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
+            motion = self.rest.fall if mechanism is None or self.rest.fall is not None else mechanism.twists.ravel()
+            proved = motion is None or not falls or self.proofs.fall(motion) is not None
+            return Answers.not_standing(count, **self._known(lower=True, upper=proved))
         W = self.rest.nodes.beside(W)
         if not isinstance(accuracy, Within) or not (groups := by_body(W, FLAT_GROUP)):
             return self._answers(self.proofs.limits(W))
@@ -164,14 +162,6 @@ class LimitState:
             return ()
         loose = self.proofs.loose[: len(self.assembly.movable)]
         return tuple(body.name for body, one in zip(self.assembly.movable, loose, strict=True) if one)
-
-    def _not_standing(self, count: int) -> Answers:
-        """Answers without a force; that nothing balances the weights is proved by the motion with which they fall."""
-        mechanism = self.rest.verdict.mechanism
-        falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
-        motion = self.rest.fall if mechanism is None or self.rest.fall is not None else mechanism.twists.ravel()
-        proved = motion is None or not falls or self.proofs.fall(motion) is not None
-        return Answers.not_standing(count, **self._known(lower=True, upper=proved))
 
     def _certified(self, W: Float, first: int, accuracy: float) -> Answers:
         with self._certifying:

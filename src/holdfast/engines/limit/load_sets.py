@@ -69,13 +69,27 @@ class _Search:
     def run(self, wanted: float, most: int) -> float:
         """Ask until the gap is at most ``wanted`` or ``most`` solves are used up; returns the gap that is left."""
         dimension, where = self.family.dimension, self.family.where
+        box = np.vstack([np.eye(dimension), -np.eye(dimension)])
         self._learn(self.family.axes())
         while True:
-            vertices, gauge = self._corners()
+            rows = np.vstack([box, np.array(self.planes).reshape(-1, dimension)])
+            vertices = _rows(hull_of(rows, where))  # a row of the polar set's hull is a vertex of the set
+            hull = hull_of(np.array(self.points), where)
+            self.inner = drawn_in(hull)
+            self.vertices = np.array(self.points)[hull.vertices]
+            gauge = largest_row(self.inner, vertices)  # outer over inner reach at the vertices of outer set and box
             accuracy, self.worst = max(1 - 1 / float(gauge.max()), 0.0), vertices[int(gauge.argmax())]
             report(where, min(self.solves, most), most)
             enough = 1 / (1 - wanted) if wanted < 1 else np.inf
-            chosen = self._worst(vertices, gauge, enough, min(BATCH[dimension], most - self.solves))
+            chosen: list[Float] = []  # largest gauge first, no two alike, none that failed before
+            taken = list(self.failed)
+            for k in np.argsort(-gauge, kind="stable"):
+                if len(chosen) >= min(BATCH[dimension], most - self.solves) or gauge[k] <= enough:
+                    break
+                way = vertices[k] / np.linalg.norm(vertices[k])
+                if not taken or float((np.array(taken) @ way).max()) < ALIKE:
+                    taken.append(way)
+                    chosen.append(vertices[k])
             if accuracy <= wanted or not chosen:
                 report(where, most, most)
                 return accuracy
@@ -90,30 +104,6 @@ class _Search:
             self.points.append(min(ray.reach, 1 / float(np.abs(ray.direction).max())) * ray.direction)
             if ray.row is not None:
                 self.planes.append(ray.row)
-
-    def _corners(self) -> tuple[Float, Float]:
-        """Vertices (k, d) of outer polyhedron and box, and the inner gauge (k,) there: outer over inner reach."""
-        dimension = self.family.dimension
-        box = np.vstack([np.eye(dimension), -np.eye(dimension)])
-        rows = np.vstack([box, np.array(self.planes).reshape(-1, dimension)])
-        vertices = _rows(hull_of(rows, self.family.where))  # a row of the polar set's hull is a vertex of the set
-        hull = hull_of(np.array(self.points), self.family.where)
-        self.inner = drawn_in(hull)
-        self.vertices = np.array(self.points)[hull.vertices]
-        return vertices, largest_row(self.inner, vertices)
-
-    def _worst(self, vertices: Float, gauge: Float, enough: float, count: int) -> list[Float]:
-        """Up to ``count`` vertices to ask along: largest gauge first, no two alike, none that failed before."""
-        chosen: list[Float] = []
-        taken = list(self.failed)
-        for k in np.argsort(-gauge, kind="stable"):
-            if len(chosen) >= count or gauge[k] <= enough:
-                break
-            way = vertices[k] / np.linalg.norm(vertices[k])
-            if not taken or float((np.array(taken) @ way).max()) < ALIKE:
-                taken.append(way)
-                chosen.append(vertices[k])
-        return chosen
 
 
 def hull_of(points: Float, where: str) -> ConvexHull:
@@ -197,7 +187,10 @@ class _Growth:
         self._learn(axes)
         while True:
             loads = self._drawn(unit)
-            gaps, facets = self._gaps(loads)
+            used, facets = hull_gauge(np.array(self.known), np.array(self.price), loads)
+            least = (loads @ np.array(self.planes).reshape(-1, loads.shape[1]).T).max(1, initial=0.0)
+            share = np.divide(least, used, out=np.ones(len(used)), where=used > 0)  # a ray without an end has no gap
+            gaps: Float = np.clip(1 - share, 0.0, 1.0)
             report(self.family.where, min(self.solves, most), most)
             wide = np.flatnonzero(gaps > FINER * wanted)
             close = np.median(gaps) <= wanted and np.quantile(gaps, MOST) <= WIDER * wanted
@@ -214,13 +207,6 @@ class _Growth:
         if not len(self.near):
             return anywhere
         return np.vstack([anywhere, self.near[self.rng.integers(len(self.near), size=DRAWN)]])
-
-    def _gaps(self, loads: Float) -> tuple[Float, Float]:
-        """The gaps (n,) of loads (n, d), by which share of the largest factor theirs may be too small; their facets."""
-        used, facets = hull_gauge(np.array(self.known), np.array(self.price), loads)
-        least = (loads @ np.array(self.planes).reshape(-1, loads.shape[1]).T).max(1, initial=0.0)
-        share = np.divide(least, used, out=np.ones(len(used)), where=used > 0)  # a ray without an end has no gap
-        return np.clip(1 - share, 0.0, 1.0), facets
 
     def _pushed_out(self, facets: Float, most: int) -> bool:
         """Find the corners beyond ``most`` of these facets (n, d) at the most; tell whether any was looked at."""

@@ -61,7 +61,17 @@ class Equilibrium:
     def of(cls, assembly: Assembly, nodes: ContactNodes) -> Equilibrium:
         """Return the operator of these nodes."""
         bodies = len(assembly.movable) + nodes.fasteners
-        blocks, sizes = equilibrium_blocks(assembly, nodes), _magnitude(assembly, nodes)
+        # H is G with absolute values of all factors, zero only where G is; that of holds is exact as it is stored
+        own = nodes.contacts
+        magnitudes = np.empty((len(own), 3, 2, 6))
+        magnitudes[:, :, :, :3] = np.abs(own.axes)[:, :, None]
+        fx, fy, fz = np.moveaxis(np.abs(own.axes), 2, 0)
+        for side, body in enumerate((own.b, own.a)):
+            x, y, z = np.abs(arms(assembly, own, body)).T[:, :, None]
+            magnitudes[:, :, side, 3], magnitudes[:, :, side, 4] = y * fz + z * fy, z * fx + x * fz
+            magnitudes[:, :, side, 5] = x * fy + y * fx
+        blocks = equilibrium_blocks(assembly, nodes)
+        sizes = asked_of(nodes, np.concatenate([magnitudes, np.abs(nodes.blocks)]))
         G: Matrix
         H: Matrix
         if 18 * bodies * len(nodes) <= DENSE:
@@ -136,22 +146,6 @@ def gamma(terms: int) -> float:
 def _turned(matrix: Matrix) -> Matrix:
     """Return the transpose, by rows."""
     return np.ascontiguousarray(matrix.T) if isinstance(matrix, np.ndarray) else sparse.csr_matrix(matrix.T)
-
-
-def _magnitude(assembly: Assembly, nodes: ContactNodes) -> Float:
-    """Return the blocks (I, 3, 2, 6) of H: G with absolute values of all factors, zero only where G is zero exactly.
-
-    Those of holds are exact as they are stored: a hold acts where they say.
-    """
-    own = nodes.contacts
-    blocks = np.empty((len(own), 3, 2, 6))
-    blocks[:, :, :, :3] = np.abs(own.axes)[:, :, None]
-    fx, fy, fz = np.moveaxis(np.abs(own.axes), 2, 0)
-    for side, body in enumerate((own.b, own.a)):
-        x, y, z = np.abs(arms(assembly, own, body)).T[:, :, None]
-        blocks[:, :, side, 3], blocks[:, :, side, 4] = y * fz + z * fy, z * fx + x * fz
-        blocks[:, :, side, 5] = x * fy + y * fx
-    return asked_of(nodes, np.concatenate([blocks, np.abs(nodes.blocks)]))
 
 
 LIGHT = 0.25  # share of the weight of a node's lighter body that counts as its usual force, if it rests on nothing

@@ -50,7 +50,13 @@ def slope_of(forest: Forest, load: Float) -> Slope | None:
     pairs = {assembly.interfaces[k].bodies for k in bridge.interfaces}
     if len(pairs) > 1 or not bridge.bed.size[1] > 0:
         return None
-    owners = _owners(assembly, bridge)
+    # which edges (E,) of the bed are those of the second body, 1, the first, -1, or both, 0
+    contacts = [assembly.interfaces[k] for k in bridge.interfaces]
+    middles = bridge.origin + (bridge.bed.edges[:, :2] + bridge.bed.edges[:, 2:4]) / 2 @ bridge.frame[:2]
+    into = 1.0 if assembly.ends[bridge.interfaces[0]][0] == bridge.root else -1.0
+    normals = np.broadcast_to(into * bridge.frame[2], middles.shape)
+    of_second = edges_of_second(assembly, contacts, middles, _outward(bridge), normals)
+    owners = None if of_second is None else of_second.sum(axis=0) - 1
     if owners is None:
         return None
     wrenches = np.stack([forest.wrench + factor * load, load]).reshape(2, -1, 6)
@@ -79,16 +85,6 @@ def slope_of(forest: Forest, load: Float) -> Slope | None:
         outward=_outward(bridge)[edges],
         owners=owners[edges],
     )
-
-
-def _owners(assembly: Assembly, bridge: Bridge) -> Int | None:
-    """Tell which edges (E,) of the bed are those of the second body, 1, the first, -1, or both, 0; None if of none."""
-    contacts = [assembly.interfaces[k] for k in bridge.interfaces]
-    middles = bridge.origin + (bridge.bed.edges[:, :2] + bridge.bed.edges[:, 2:4]) / 2 @ bridge.frame[:2]
-    into = 1.0 if assembly.ends[bridge.interfaces[0]][0] == bridge.root else -1.0
-    normals = np.broadcast_to(into * bridge.frame[2], middles.shape)
-    of_second = edges_of_second(assembly, contacts, middles, _outward(bridge), normals)
-    return None if of_second is None else of_second.sum(axis=0) - 1
 
 
 # derivatives of F by what is carried (6,) and by μ; then numbers of edges (n,), places on them (n, 2), and the
