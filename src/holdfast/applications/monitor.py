@@ -205,6 +205,7 @@ class Monitor:
         return f"Monitor({len(self._names)} bodies in {groups} groups, {1e3 * self._seconds:g} ms)"
 
     def __getstate__(self) -> dict[str, Any]:
+        # without what is prepared, which ``__setstate__`` prepares again
         return self.__dict__ | {"_watched": {}, "_unsure": []}
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:

@@ -35,12 +35,12 @@ SHALLOW = 0.01  # tangent of the angle at an edge, from which on a body is seen 
 
 @dataclass(frozen=True, eq=False)
 class NodeMotion:
-    """The motion of n nodes of two bodies per unit motion of the second body, which is different at kinks.
+    """The motion of n nodes of two bodies per unit motion of the second body: two alternatives, which differ at kinks.
 
     ``shift`` (2, n, 3, 6) is that of the points and ``turn`` (2, n, 3, 6) the rotation of the normals, for velocities
     [m/m] and rotations [m/rad] of the second body along the world axes about ``origin`` (3,) [m]. Where edges of both
-    bodies are flush, the two alternatives are those of the one and of the other body; where one is round, they are
-    those before and after. ``changed`` (6,) tells for which motions a node appears or is gone; all is 0 there.
+    bodies are flush, the alternatives are those of the one and of the other body; where one is round, they are those
+    before and after. ``changed`` (6,) tells for which motions a node appears or is gone; all is 0 there.
     """
 
     origin: Float

@@ -74,8 +74,8 @@ class BatchQuestion:
 class Job:
     """One scene of a batch: its ``number`` and ``name``, the question, and the scene as a file or a value.
 
-    ``path`` is the path as it was given, ``place`` the absolute path. The ``key`` of a value is known beforehand, that
-    of a file once it has been read.
+    ``path`` is the path as it was given, ``place`` the absolute path. ``key`` is a digest of all that decides the
+    answer, by which an earlier one is found again. That of a value is known at once, that of a file once it was read.
     """
 
     number: int

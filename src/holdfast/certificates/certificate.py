@@ -274,10 +274,10 @@ class Provable:
 
     def _parts(self, columns: Sequence[Float]) -> list[_Exact]:
         groups = prepared(Limit(), self.question.assembly, self.question.standing, self.question.acceleration)
-        return [self._exact(groups.group(k)) for k in self._asked(columns)]
+        return [self._exact(groups.group(k)) for k in self._loaded(columns)]
 
-    def _asked(self, columns: Sequence[Float]) -> list[int]:
-        """Return the numbers of the groups that are loaded, or of all."""
+    def _loaded(self, columns: Sequence[Float]) -> list[int]:
+        """Return the numbers of the groups that any of the load columns (6J,) loads, or of all without columns."""
         if not columns:
             return list(range(len(self.question.assembly.groups)))
         loaded = np.flatnonzero(np.any([column.reshape(-1, 6).any(axis=1) for column in columns], axis=0))

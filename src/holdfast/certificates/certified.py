@@ -98,7 +98,10 @@ def _proved(
 def _write(
     path: str | os.PathLike[str], states: Sequence[dict[str, Any]], where: str, *, falls: bool, several: bool
 ) -> None:
-    """Write the certificates of some states, unless they prove that all stand although the answer is that one falls."""
+    """Write the certificates of states as a list, or of one alone unless there are ``several``.
+
+    Raises HoldfastError if the answer is that something ``falls`` and the certificates prove that all stand.
+    """
     if falls and all(state["proofs"][0]["kind"] == "stands" for state in states):
         problem = "forces that balance exist, so that something falls has no proof: it rests on the engine's own law"
         raise HoldfastError(message(where, problem, "take the answer as an estimate"))

@@ -71,14 +71,14 @@ class ExactContacts:
         for k, force in enumerate(forces):
             self._act(k, force, left)
         holds: dict[int, Vector] = {}
-        for held in reversed(self._supported):
-            changes = held.cancelling(left, [float(dot(forces[k], self.normals[k])) for k in held.nodes])
+        for support in reversed(self._supported):
+            changes = support.cancelling(left, [float(dot(forces[k], self.normals[k])) for k in support.nodes])
             if changes is None:
                 return None
             for k, change in changes:
                 forces[k] = plus(forces[k], change)
                 self._act(k, change, left)
-            for body in held.bodies:
+            for body in support.bodies:
                 if any(left[body]):
                     holds[body] = tuple(-x for x in left[body])
         return forces, holds

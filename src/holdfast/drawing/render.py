@@ -166,6 +166,10 @@ def _ink(image: NDArray[np.float32], layer: Layer, amount: float) -> NDArray[np.
 def _with_fixed(
     image: NDArray[np.float32], front: Layer, fixed: Soup, camera: Camera, focus: Float
 ) -> NDArray[np.float32]:
+    """Return the image with fixed bodies around those in ``front``, fading away from ``focus`` (N, 3) [m].
+
+    Before movable bodies they are a veil; behind them, and under their outlines, they are hidden.
+    """
     size = (image.shape[0], image.shape[1])
     layer = _layer(fixed, camera, size)
     colour = _ink(_lookup(_paint(fixed, camera.view), layer), layer, _FIXED_STRENGTH)
@@ -173,9 +177,9 @@ def _with_fixed(
     rows, columns = np.nonzero(layer.triangle >= 0)
     world = camera.world(np.column_stack([columns + 0.5, rows + 0.5, layer.depth[rows, columns]]))
     cover[rows, columns] = _fade(world, focus)
-    hides = (front.triangle >= 0) & (layer.depth < front.depth - 1.0 / camera.scale)
-    cover[hides] *= _FIXED_VEIL
-    cover[(front.triangle >= 0) & ~hides] = 0.0
+    veils = (front.triangle >= 0) & (layer.depth < front.depth - 1.0 / camera.scale)
+    cover[veils] *= _FIXED_VEIL
+    cover[(front.triangle >= 0) & ~veils] = 0.0
     edge = (front.triangle < 0) & (front.line > 0)
     cover[edge] = 0.0
     return image + cover[:, :, None] * (colour - image)

@@ -268,7 +268,7 @@ class Gradients(Protocol):
 
 @runtime_checkable
 class Sloping(Protocol):
-    """A state that knows of some loads which contact gives way, and how that depends on everything else."""
+    """A state that knows which contact gives way under some loads, and the derivatives of their largest factors."""
 
     def slope(self, load: Float) -> Slope | None:
         """Return the derivatives of the largest factor of ``load`` (6J,), or None where they are not known."""

@@ -154,8 +154,8 @@ class Controls:
         self._pair.on_update(self._heard(self._refresh_body))
         for control in (self._position, self._turned):
             control.on_update(self._heard(self._moved))
-        self._mass.on_update(self._heard(self._weighed))
-        self._mu.on_update(self._heard(self._rubbed))
+        self._mass.on_update(self._heard(self._set_mass))
+        self._mu.on_update(self._heard(self._set_friction))
         self._gui.add_button("undo").on_click(lambda _: self._undone())
         self._gui.add_button("as given").on_click(lambda _: self._changed("as given", lambda: self._window.model.given))
 
@@ -221,11 +221,11 @@ class Controls:
         name, place = self._body.value, BodyPlace(np.array(self._position.value), np.array(self._turned.value))
         self._changed(f"move {name}", lambda: self._window.model.assembly.moved({name: pose_of(place)}))
 
-    def _weighed(self) -> None:
+    def _set_mass(self) -> None:
         name, mass = self._body.value, float(self._mass.value)
         self._changed(f"weigh {name}", lambda: weighing(self._window.model.assembly, name, mass))
 
-    def _rubbed(self) -> None:
+    def _set_friction(self) -> None:
         pair, mu = self._named.get(self._pair.value), float(self._mu.value)
         if pair is None:  # no two bodies touch, or no longer these
             return

@@ -19,7 +19,7 @@ namespace holdfast {
 using Triple = std::array<double, 3>;
 using Triples = std::array<Triple, 3>;
 
-// The faces of a plane contact, in a frame in its plane, as the named tuple of engines/trees/bed.py says. Rows of
+// The faces of a plane contact, in a frame in its plane, as the named tuple of engines/trees/forest.py says. Rows of
 // ``edges`` and of ``hull`` are read by pointer.
 struct Bed {
     InMat edges;  // (E, 5)

@@ -1,4 +1,4 @@
-// Whether what presses a contact is concentrated on few of its nodes (``engines/compliant/concentrated.py``).
+// Whether what presses a contact is concentrated on few of its nodes (``engines/compliant/grid.py``).
 
 #pragma once
 

@@ -1,6 +1,6 @@
 // Block-sparse elimination of the linear systems of large models, front by front.
 //
-// The bodies are put into one order for a model, those with few neighbours first (``elastic/ordering.py``). A front is
+// The bodies are put into one order for a model, those with few neighbours first (``ordering.hpp``). A front is
 // a small dense matrix: the rows and columns of the bodies that it eliminates, and of their neighbours that come later.
 // What is left of it after elimination goes to the front in which the first of these neighbours is eliminated
 // (passing.hpp; the multifrontal method: Duff & Reid, "The multifrontal solution of indefinite sparse symmetric linear

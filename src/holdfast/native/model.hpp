@@ -1,4 +1,4 @@
-// The elastic model of an assembly on plain arrays, as ``elastic/model.py`` and ``elastic/ordering.py`` make it.
+// The elastic model of an assembly on plain arrays, as ``elastic/model.py`` makes it.
 
 #pragma once
 
@@ -37,7 +37,7 @@ struct Elastic {
                    &Elastic::unit,  &Elastic::runs,  &Elastic::hold,   &Elastic::still};
 };
 
-// The fronts of a model in the order of elimination; ``elastic/ordering.py`` says what each array is
+// The fronts of a model in the order of elimination; ``elastic/system.py`` says what each array is
 struct Fronts {
     InInts first, body, owned, onward, begin, child, since, sheet, at_a, at_b;
     static constexpr auto fields =

@@ -204,7 +204,7 @@ inline std::vector<FrontBodies> merged(const Elimination& all) {
     return found;
 }
 
-// The fronts of a model, as ``Fronts`` of elastic/ordering.py has them
+// The fronts of a model, as ``EliminationFronts`` of elastic/system.py has them
 struct OrderedFronts {
     Bodies first{0}, body, owned, onward, begin{0}, child, since{0}, sheet, at_a, at_b;
 };

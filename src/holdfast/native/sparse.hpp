@@ -1,4 +1,4 @@
-// The entries of the stiffness of large models, and how far bodies move at rest (``elastic/sparse.py``).
+// The entries of the stiffness of large models, and how far bodies move at rest (``elastic/system.py``).
 
 #pragma once
 

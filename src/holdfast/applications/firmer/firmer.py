@@ -48,10 +48,10 @@ FIRST, LAST = 0.5, 0.01  # first and last step, as shares of the limit of the mo
 
 @dataclass(frozen=True, eq=False)
 class Firmness:
-    """How firm an assembly is: the ``least`` of each name, and the ``answers`` that this is from.
+    """How firm an assembly is: the ``least`` load that moves something, by the name of the pushed body, or "motion".
 
-    It is promised, and 0 for the names in ``undecided``. The truth is at most about ``most``, the least force that is
-    known.
+    It is the least that ``answers`` promise, 0 for the names in ``undecided``. The truth is at most about ``most``, the
+    least force that is known.
     """
 
     least: Table[str, float]

@@ -270,9 +270,9 @@ class Refined:
         return found.replaced(rows[ends], better)
 
     def _estimated(self, W: Float, peaks: PathResult) -> Bounded:
-        """Give ``peaks`` of columns W (6J, k) lower bounds from the next finer grid, or take paths from there.
+        """Give ``peaks`` of columns W (6J, k) lower bounds from the next finer grid.
 
-        Such a path is bounded in its turn, as long as refinement is allowed.
+        Where it moves a peak too far and refinement is allowed, its path is the answer, and is bounded in its turn.
         """
         finer = self._finer
         found, rows, paths = _compared(finer.grid, W, peaks, MOVED)

@@ -113,7 +113,11 @@ class Absences:
         return quick if self.stands(quick) else self._opened(candidates, sure=True)
 
     def _opened(self, order: Sequence[int], *, sure: bool) -> Absent:
-        """Take away all, or else halves, and so on, so that a few needed ones among many cost few verdicts."""
+        """Return interfaces of ``order`` without which the assembly rests; if ``sure``, the engine says so each time.
+
+        The first one is tried alone, then all others at once, or else halves of them, and so on: so a few needed ones
+        among many cost few verdicts.
+        """
         absent: Absent = frozenset()
         parts = [list(part) for part in (order[1:], order[:1]) if part]  # the last is tried first
         while parts:

@@ -87,7 +87,7 @@ def from_json(text: str, where: str) -> Any:  # noqa: ANN401 - plain data
 
 
 class _TaggedLoader(_Loader):
-    """Such a loader that reads a mapping with a tag of its own, as ``!Rpy {deg: ...}``, as {"!Rpy": mapping}."""
+    """A loader that reads a mapping with a tag of its own, as ``!Rpy {deg: ...}``, as {"!Rpy": mapping}."""
 
 
 def _tagged(loader: Any, name: str, node: yaml.Node) -> dict[str, Any]:  # noqa: ANN401 - a loader

@@ -194,7 +194,7 @@ def _unread(model: Any, data: Any, owners: BodyOwners, motors: bool) -> list[str
     """Return notes on what acts on bodies in MuJoCo, but not in the scene.
 
     Equality constraints, tendons, gravity compensation and soft bodies are not among it: if they act on a moving body,
-    the model is refused or the body is held (mjcf_groups.py). Sensors, keyframes, custom data and visual elements have
+    the model is refused or the body is held (mobility.py). Sensors, keyframes, custom data and visual elements have
     no effect.
     """
     moves, names = owners.owner != STILL, owners.names

@@ -183,7 +183,11 @@ def _attached(
 
 
 def _places(name: str, folders: tuple[str, ...], element: Xml.Element, path: Path, within: Path) -> list[Path]:
-    """Return where a file is; MuJoCo searches each of the folders for its path and for its name alone."""
+    """Return the places where MuJoCo may find a file: in each folder it looks for the path, then for its name alone.
+
+    Of a model that is included or attached, the first is the one. Raises SceneError if there is none, or if one lies
+    outside ``within``.
+    """
     where = f"{path}: {element.tag} file {quoted(name)}"
     if SCHEME.match(name) or "\0" in name:
         raise SceneError(message(where, "is no path", "name a file beside the model"))
