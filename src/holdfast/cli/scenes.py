@@ -117,6 +117,8 @@ class SceneGiven:
         friction, pairs = of_all_and_each("--friction", self.friction or (), PAIR)
         joints = assigned("--joints", self.joints or (), "NAME=VALUE").items()
         key = int(self.key) if self.key is not None and self.key.isdecimal() else self.key
+        ways = list(self.collision or ())
+        of_all = len(ways) == 1 and "=" not in ways[0]
         torques = self.hold_torques or ()
         each = assigned("--hold-torques", [text for text in torques if text != "all"], "all, or NAME=MAX")
         limits = {name: number("--hold-torques", text, "NAME=MAX") for name, text in each.items()}
@@ -137,7 +139,7 @@ class SceneGiven:
             "package": assigned("--package", self.package or (), "NAME=FOLDER", last=False) or None,
             "bodies": "objects" if self.objects else None,
             "model_path": self.model_path or None,
-            "collision": _ways(self.collision or ()),
+            "collision": ways[0] if of_all else assigned("--collision", ways, "HOW, or BODY=HOW") or None,
             "up_axis": self.up_axis,
             "within": self.within,
         }
@@ -245,13 +247,6 @@ def _of_all_or_each(option: str, given: Sequence[str], form: str) -> float | dic
     if of_all is not None and each:
         raise HoldfastError(message(option, "is given for all and for some", "give one or the other"))
     return each or of_all
-
-
-def _ways(given: Sequence[str]) -> str | dict[str, str] | None:
-    """Return the one word that is given for all, or the word for each name."""
-    if len(given) == 1 and "=" not in given[0]:
-        return given[0]
-    return assigned("--collision", given, "HOW, or BODY=HOW") or None
 
 
 def paired(scene: Scene, given: dict[str, float], option: str) -> Scene:

@@ -67,21 +67,18 @@ def _open_ends(segments: Float, normals: Float, size: float) -> Float:
     lines: dict[bytes, list[int]] = defaultdict(list)
     for index, key in enumerate(np.rint(np.column_stack([along, moment]) * 1e5 + 0.317).astype(np.int64)):
         lines[key.tobytes()].append(index)
-    parts = [_along_line(segments[m], normals[m], along[m[0]], size) for m in lines.values()]
-    return np.concatenate([np.empty((0, 2, 3)), *parts])
-
-
-def _along_line(segments: Float, normals: Float, along: Float, size: float) -> Float:
-    span = np.sort(segments @ along, axis=1)
-    foot = segments[0, 0] - (segments[0, 0] @ along) * along
-    marks = np.unique(span)
-    middle = (marks[1:] + marks[:-1]) / 2.0
-    covers = (span[:, :1] < middle) & (middle < span[:, 1:])
     kept = []
-    for k in np.flatnonzero(np.diff(marks) > size * 10 * _GRID):
-        facing = normals[covers[:, k]]
-        if len(facing) == 1 or (len(facing) and float((facing @ facing.T).min()) < CREASE_COSINE):
-            kept.append([foot + marks[k] * along, foot + marks[k + 1] * along])
+    for members in lines.values():
+        own, way = segments[members], along[members[0]]
+        span = np.sort(own @ way, axis=1)
+        foot = own[0, 0] - (own[0, 0] @ way) * way
+        marks = np.unique(span)
+        middle = (marks[1:] + marks[:-1]) / 2.0
+        covers = (span[:, :1] < middle) & (middle < span[:, 1:])
+        for k in np.flatnonzero(np.diff(marks) > size * 10 * _GRID):
+            facing = normals[members][covers[:, k]]
+            if len(facing) == 1 or (len(facing) and float((facing @ facing.T).min()) < CREASE_COSINE):
+                kept.append([foot + marks[k] * way, foot + marks[k + 1] * way])
     return np.array(kept).reshape(-1, 2, 3)
 
 

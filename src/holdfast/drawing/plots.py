@@ -214,30 +214,23 @@ def _draw_curve_legend(writer: Writer, picture: PolarPicture, top: float) -> Non
             y += 23
             writer.put_clipped(_COLUMN + 40, y, text, 14.0, room - 40, colour=GREY)
         y += 38
-    if len(picture.curves) == 1:
-        y = _draw_movers(writer, picture.curves[0], y, room)
+    movers = list(colours_of(picture.curves[0].movers).items()) if len(picture.curves) == 1 else []
+    if movers:
+        writer.put(_COLUMN, y, "what gives way first", 16.0, bold=True)
+        for words, colour in movers[:_GROUPS]:
+            y += 25
+            writer.axes.plot(_COLUMN + 8, y - 5, "o", color=colour, ms=6.5, zorder=9)
+            writer.put_clipped(_COLUMN + 26, y, words, 14.0, room - 26)
+        if len(movers) > _GROUPS:
+            y += 25
+            writer.put(_COLUMN + 26, y, f"and {len(movers) - _GROUPS} more", 14.0, colour=GREY)
+        y += 38
     if picture.undecided:
         look: dict[str, Any] = {"facecolor": (*UNDECIDED, 0.35), "edgecolor": UNDECIDED, "hatch": "///", "lw": 0.8}
         writer.axes.add_patch(Rectangle((_COLUMN, y - 13), 26, 16, zorder=9, **look))
         for line in writer.wrapped(picture.undecided, 14.0, room - 40, 4):
             writer.put(_COLUMN + 40, y, line, 14.0)
             y += 21
-
-
-def _draw_movers(writer: Writer, curve: Curve, y: float, room: float) -> float:
-    """List what gives way first with its colour, and return the row [px] below."""
-    colours = list(colours_of(curve.movers).items())
-    if not colours:
-        return y
-    writer.put(_COLUMN, y, "what gives way first", 16.0, bold=True)
-    for words, colour in colours[:_GROUPS]:
-        y += 25
-        writer.axes.plot(_COLUMN + 8, y - 5, "o", color=colour, ms=6.5, zorder=9)
-        writer.put_clipped(_COLUMN + 26, y, words, 14.0, room - 26)
-    if len(colours) > _GROUPS:
-        y += 25
-        writer.put(_COLUMN + 26, y, f"and {len(colours) - _GROUPS} more", 14.0, colour=GREY)
-    return y + 38
 
 
 @dataclass(frozen=True)

@@ -132,25 +132,16 @@ def _borne(assembly: Assembly, press: _Pressing, body: Body, pressed: float) -> 
     touching = [k for k, interface in enumerate(assembly.interfaces) if body.name in interface.bodies]
     other = {k: next(name for name in assembly.interfaces[k].bodies if name != body.name) for k in touching}
     none = NO_FORCE * assembly.weight
+    cases: list[tuple[Literal["top_load", "pressure"], float, float, float, dict[int, float]]] = []
     if body.top_load is not None:
         side = {k: int(assembly.interfaces[k].bodies[1] != body.name) for k in touching}
         down = {k: max(float(press.down[side[k]][k]), 0.0) for k in touching}
-        yield _bearing(body.name, "top_load", sum(down.values()) + pressed, body.top_load, none, down, other)
+        cases.append(("top_load", sum(down.values()) + pressed, body.top_load, none, down))
     if body.pressure is not None:
         pressing = {k: float(press.normal[k]) for k in touching if press.normal[k] > none}
         areas = {k: assembly.interfaces[k].area for k in pressing}
         each = {k: force / areas[k] if areas[k] > 0 else np.inf for k, force in pressing.items()}
-        yield _bearing(body.name, "pressure", max(each.values(), default=0.0), body.pressure, 0.0, each, other)
-
-
-def _bearing(
-    name: str,
-    kind: Literal["top_load", "pressure"],
-    load: float,
-    limit: float,
-    none: float,
-    each: dict[int, float],
-    other: dict[int, str],
-) -> Bearing:
-    by = dict.fromkeys(other[k] for k in sorted(each, key=lambda k: -each[k]) if each[k] > none)
-    return Bearing(body=name, kind=kind, load=load if load > none else 0.0, limit=limit, by=tuple(by))
+        cases.append(("pressure", max(each.values(), default=0.0), body.pressure, 0.0, each))
+    for kind, load, limit, least, each in cases:
+        by = dict.fromkeys(other[k] for k in sorted(each, key=lambda k: -each[k]) if each[k] > least)
+        yield Bearing(body=body.name, kind=kind, load=load if load > least else 0.0, limit=limit, by=tuple(by))

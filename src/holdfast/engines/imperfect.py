@@ -190,19 +190,13 @@ class RandomFaces:
 
         Another number of nodes sees the same surfaces at other places.
         """
-        patches = (each for one in assembly.interfaces for each in interface_nodes(one, count, "quadrature"))
-        heights = [
-            surface.heights(points) for (points, _), surface in zip(patches, self._surfaces(assembly), strict=True)
-        ]
-        return np.concatenate([np.empty(0), *heights])
-
-    def _surfaces(self, assembly: Assembly) -> list[HeightField]:
-        """Return the surfaces over the patches of an assembly; finer grids see the same ones."""
         key = Same(assembly)
         if key not in self._drawn:
             random = self._random(0)
             self._drawn[key] = [HeightField.drawn(ground, self.imperfect, random) for ground in grounds_of(assembly)]
-        return self._drawn[key]
+        patches = (each for one in assembly.interfaces for each in interface_nodes(one, count, "quadrature"))
+        pairs = zip(patches, self._drawn[key], strict=True)
+        return np.concatenate([np.empty(0), *(surface.heights(points) for (points, _), surface in pairs)])
 
     def _random(self, what: int) -> np.random.Generator:
         return np.random.default_rng((self.imperfect.seed, self.sample, what))

@@ -31,7 +31,7 @@ from holdfast.base.public import PublicValue, Summary, column, number
 from holdfast.base.ranges import ACCELERATION, COORDINATES, FORCE, MANY, SCALE
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.contract import SETS, Engine, LoadSet, State
+from holdfast.engines.contract import SETS, Engine, State
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.load_sets import BUDGET, drawn_in, hull_of
 from holdfast.engines.verdict import Status
@@ -310,8 +310,15 @@ class _SetQuestion:
         state, rows = groups.together(self._loaded, self.where)
         sets = SETS.of(state, engine=CERTAIN_ENGINE, where=self.where)
         found = sets.load_set(self.columns[rows] * self.box, wanted, most, self.where)
-        why = (_why_wide(found, self.box, units),) if units and found.accuracy > wanted else ()
-        notes = (*notes_of(state, self.assembly), *why)
+        notes = notes_of(state, self.assembly)
+        if units and found.accuracy > wanted:
+            worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * self.box, units, strict=True))
+            why = (
+                f"the inner set is {found.accuracy:.0%} too short along the ray to ({worst}), after {found.solves} "
+                "solves: near friction cones that a ray meets at a small angle, a polytope needs thousands of corners; "
+                "a smaller box and more solves help, and constraint() is close to the set along most rays"
+            )
+            notes = (*notes, why)
         return _FoundSet(found.inner, found.outer, found.vertices, found.accuracy, found.solves, notes)
 
     def _holding(self, engine: Engine, wanted: float, most: int | None) -> _FoundSet:
@@ -336,13 +343,3 @@ def lower_of(groups: Groups, loaded: list[int], columns: Float, where: str) -> C
     if verdict.status is not Status.STABLE:
         raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
     return lambda x: groups.load_factor(columns @ x.T).lower
-
-
-def _why_wide(found: LoadSet, box: Float, units: tuple[str, ...]) -> str:
-    """Return a note on the ray along which the polyhedra are furthest apart, and on why they are not closer."""
-    worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * box, units, strict=True))
-    return (
-        f"the inner set is {found.accuracy:.0%} too short along the ray to ({worst}), after {found.solves} solves: "
-        "near friction cones that a ray meets at a small angle, a polytope needs thousands of corners; a smaller box "
-        "and more solves help, and constraint() is close to the set along most rays"
-    )

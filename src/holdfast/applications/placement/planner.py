@@ -93,9 +93,8 @@ class Planner:
             undecided_in = [found for found in vars(self).get("maps", []) if found.undecided.count]
             unknown = "".join(f"; {found.undecided.text}" for found in undecided_in)
             return self._nothing(Trials(), f"no support point certainly withstands a push{unknown}", clock)
-        search = self._searched(
-            self._proposals(support), [clock.by("search"), clock.by("end")], seed, candidates, attempts
-        )
+        proposals, ends = Proposals(self.checks, support, self.faces), [clock.by("search"), clock.by("end")]
+        search = self._searched(proposals, ends, seed, candidates, attempts)
         if not search.stable:
             spent = SPENT if search.out_of_time else "all attempts were used up"
             return self._nothing(search, f"no stable pose found, {spent}", clock)
@@ -118,7 +117,7 @@ class Planner:
         if mapped:
             proposals = self.proposals
         else:
-            proposals = self._proposals(unmapped_points(self.assembly, self.options))
+            proposals = Proposals(self.checks, unmapped_points(self.assembly, self.options), self.faces)
             if not proposals.support.chance.any():
                 return Trials()
         return self._searched(proposals, [Clock.started(seconds).by("end")], seed, candidates, attempts)
@@ -151,7 +150,7 @@ class Planner:
     @cached_property
     def proposals(self) -> Proposals:
         """The generator of poses."""
-        return self._proposals(self.support)
+        return Proposals(self.checks, self.support, self.faces)
 
     @cached_property
     def weight(self) -> float:
@@ -165,9 +164,6 @@ class Planner:
         ``points`` are the numbers of the points of ``support`` to build on; by default they are chosen at random.
         """
         return self._attempted(self.proposals, rng, points)
-
-    def _proposals(self, support: SupportPoints) -> Proposals:
-        return Proposals(self.checks, support, self.faces)
 
     def _support_of(self, maps: list[RobustnessMap]) -> SupportPoints:
         options = self.options

@@ -60,7 +60,14 @@ class Neutral:
         gained = np.asarray((np.abs(along) > NOT_MOVED).any(axis=0))
         if len(self.rates):
             for k in np.flatnonzero(gained):
-                gained[k] = _most(along[:, k], self.rates) > NOT_MOVED
+                # the largest gain @ c over all c in a box of side 2 with rates c >= 0
+                gain = along[:, k]
+                unit = np.eye(len(gain))
+                A = sparse.csc_matrix(np.vstack([-self.rates, unit, -unit]))
+                b = np.concatenate([np.zeros(len(self.rates)), np.ones(2 * len(gain))])
+                P = sparse.csc_matrix((len(gain), len(gain)))
+                found = solve(ConeProgram(P, -gain, A, b, (("nonnegative", len(b)),)))
+                gained[k] = found.outcome is not Outcome.SOLVED or gain @ found.x > NOT_MOVED
         return gained
 
 
@@ -115,10 +122,13 @@ def _near_border(points: Float, axes: Float, force: Float, moment: Float) -> boo
 def neutral_at(assembly: Assembly, wrench: Float) -> Neutral | None:
     """Return the motions that no contact resists under ``wrench`` (6J,) [N, N m]; None if that was not found out."""
     nodes, count = corner_nodes(assembly), len(assembly.movable)
-    pressed = _pressed(assembly, nodes, nodes.under(wrench))
-    if pressed is None:
+    program = force_program(assembly, nodes, nodes.under(wrench))
+    least = np.zeros(3 * len(nodes))  # contacts press where the sum of all normal forces is the least
+    least[::3] = 1.0
+    found = solve(replace(program, P=sparse.csc_matrix(program.P.shape), q=least))
+    if found.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
         return None
-    pressed |= nodes.pull > 0
+    pressed = (found.x[::3] > NO_FORCE * lighter_share(assembly, nodes)) | (nodes.pull > 0)
     units = np.repeat(np.array([(1.0, 1 / body.size) for body in assembly.movable]), 3, axis=1).ravel()
     gather = _motions_of(assembly, nodes, units)
     held = np.repeat(pressed, 3)
@@ -142,17 +152,6 @@ def neutral_at(assembly: Assembly, wrench: Float) -> Neutral | None:
         moved = motions
     bodies = np.abs(moved).max(axis=1, initial=0.0).reshape(-1, 6).max(axis=1) > NOT_MOVED
     return Neutral(bodies, motions, rates, units)
-
-
-def _pressed(assembly: Assembly, nodes: ContactNodes, wrench: Float) -> Bool | None:
-    """Tell at which ``nodes`` (I,) contacts press where the sum of all normal forces is the least; None if unknown."""
-    program = force_program(assembly, nodes, wrench)
-    least = np.zeros(3 * len(nodes))
-    least[::3] = 1.0
-    found = solve(replace(program, P=sparse.csc_matrix(program.P.shape), q=least))
-    if found.outcome not in (Outcome.SOLVED, Outcome.ALMOST_SOLVED):
-        return None
-    return np.asarray(found.x[::3] > NO_FORCE * lighter_share(assembly, nodes))
 
 
 def _motions_of(assembly: Assembly, nodes: ContactNodes, units: Float) -> Matrix:
@@ -208,13 +207,3 @@ def _opened(rates: Float) -> Bool | None:
     )
     found = solve(program)
     return np.asarray(found.x[count:] > OPENS / 2) if found.outcome is Outcome.SOLVED else None
-
-
-def _most(along: Float, rates: Float) -> float:
-    """Return the largest ``along`` (d,) @ c over all c in a box of side 2 with ``rates`` (n, d) c >= 0."""
-    unit = np.eye(len(along))
-    A = sparse.csc_matrix(np.vstack([-rates, unit, -unit]))
-    b = np.concatenate([np.zeros(len(rates)), np.ones(2 * len(along))])
-    P = sparse.csc_matrix((len(along), len(along)))
-    found = solve(ConeProgram(P, -along, A, b, (("nonnegative", len(b)),)))
-    return float(along @ found.x) if found.outcome is Outcome.SOLVED else np.inf

@@ -92,14 +92,6 @@ class SelfStressed(Amendment):
         """Whether some answers depend on stiffness, whatever the load."""
         return self.possible or bool(self.near)
 
-    def _jams(self, found: Answers, W: Float, rows: Int) -> Int:
-        """Return those of the ``rows`` (k,) whose load itself presses what holds it, far above the weight beside it."""
-        loads = self.grid.loads(W[:, rows])
-        size = np.abs(loads).max(axis=1) * np.where(np.isfinite(found.force[rows]), found.force[rows], 0.0)
-        heavy = np.flatnonzero(size > JAMMED * self.grid.lightest)
-        jams = [k for k in heavy.tolist() if size[k] > JAMMED * self.grid.load_bearing.weight(loads[k])]
-        return rows[jams]
-
     def applies(self, asked: LoadQuestion) -> bool:
         """Tell whether bounds are wanted; springs of imperfect faces are a sample already, and are left alone."""
         return asked.bounded and self.grid.springs.faces is None
@@ -116,7 +108,13 @@ class SelfStressed(Amendment):
         stiff = np.array([self.possible or not self.near.isdisjoint(found.moving[k]) for k in rows], dtype=bool)
         why = "self-stressed" if self.possible else "near their limit"
         found = self._covered(found, asked.W, rows[stiff], why, softer=True)
-        return self._covered(found, asked.W, self._jams(found, asked.W, rows[~stiff]), "self-stressed", softer=False)
+        # those whose load itself presses what holds it, far above the weight beside it
+        near = rows[~stiff]
+        loads = self.grid.loads(asked.W[:, near])
+        size = np.abs(loads).max(axis=1) * np.where(np.isfinite(found.force[near]), found.force[near], 0.0)
+        heavy = np.flatnonzero(size > JAMMED * self.grid.lightest)
+        jams = [k for k in heavy.tolist() if size[k] > JAMMED * self.grid.load_bearing.weight(loads[k])]
+        return self._covered(found, asked.W, near[jams], "self-stressed", softer=False)
 
     def _covered(self, found: Answers, W: Float, rows: Int, why: str, *, softer: bool) -> Answers:
         """Return ``found`` with bounds of the ``rows`` (k,) on coarse grids, and with ``softer`` on other springs."""

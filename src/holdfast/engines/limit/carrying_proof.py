@@ -180,7 +180,7 @@ class CarryingProof:
         They are the forces at rest if these are inside all cones, else such forces are sought: by a program where there
         are none close to the usual ones. An assembly for which the proof would take more memory than all else has none.
         """
-        if self._too_large:
+        if len(self.wrench) > LARGEST:
             return None
         found = self._deep(self.resting)
         if found is None and self.balance is not None:
@@ -200,11 +200,7 @@ class CarryingProof:
     @cached_property
     def balance(self) -> Balance | None:
         """The corrections of forces at all nodes, if they are proved and take no more memory than all else."""
-        return None if self._too_large else Balance.of(self.equilibrium, self.mu, self.tau)
-
-    @property
-    def _too_large(self) -> bool:
-        return len(self.wrench) > LARGEST
+        return None if len(self.wrench) > LARGEST else Balance.of(self.equilibrium, self.mu, self.tau)
 
     def lower(self, forces: Float, factors: Float, loads: Float) -> Float:
         """Return factors (k,) at which the loads (6J, k) are carried for certain, 0 where nothing is proved.
