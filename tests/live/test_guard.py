@@ -207,7 +207,7 @@ def test_the_last_word_of_a_page_stands_while_earlier_ones_are_worked_on(live: h
 def test_a_pair_that_is_not_there_any_more_rubs_nothing(live: hf.answers.LiveView) -> None:
     controls = live._window.controls
     controls._named = {}
-    controls._rubbed()
+    controls._set_friction()
     assert live._window.worker.rest()
 
 

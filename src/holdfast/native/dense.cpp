@@ -1,4 +1,4 @@
-// The innermost loops of elimination.
+// The innermost loops of elimination. Products and sums may be fused in this file alone (CMakeLists.txt).
 
 #include "dense.hpp"
 

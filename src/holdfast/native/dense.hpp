@@ -1,8 +1,8 @@
 // The innermost loops of elimination, on plain memory: rows of a matrix are ``width`` numbers apart.
 //
-// They are compiled apart from everything else, for several kinds of processors where that is possible; products and
-// sums are rounded apart on all of them, for the same numbers everywhere. No two arguments that are written to or read
-// overlap, unless it is said.
+// They are compiled apart from everything else, for several kinds of processors where that is possible, and products
+// and sums may be fused there (one rounding, not two). No two arguments that are written to or read overlap, unless it
+// is said.
 
 #pragma once
 

@@ -30,6 +30,7 @@ SELF_STRESSED = 1.2
 SHARP = 0.7  # if a point needs a larger correction than this share of its step, a path without an end is doubtful
 MOST_CHUNK = 256  # largest number of columns that a thread takes at a time, between which it can be stopped
 ENOUGH = 2  # columns per thread from which they are shared among threads
+BEYOND = 1e-4  # relative load beyond the last one of a lost path under which bodies that move there have to drift
 MOST_NODES = 20_000  # largest number of nodes of a finer grid from which answers are taken
 
 
@@ -326,7 +327,9 @@ def _with_proved_peaks(grid: Grid, W: Float, lost: PathResult) -> PathResult:
 
     That is where glue tears: a cube that hangs by it is carried to the last digit, and no state lies beyond. An
     acceleration of three bodies on a slope is lost 1 % before. The peak may be too low by COARSE, but never too high.
-    Bodies move as they begin to there or, where all that begins is resisted, as limit analysis says.
+    Bodies move as they begin to there or, where all that begins is resisted, as limit analysis says. Where that knows
+    no end, as of a keystone that is lifted from between two held stones, a path has its peak where bodies do not come
+    to rest any more under a little more load, but drift.
     """
     if grid.settled.outcome is not RestOutcome.RESTS or not len(lost.peak):
         return lost
@@ -338,6 +341,11 @@ def _with_proved_peaks(grid: Grid, W: Float, lost: PathResult) -> PathResult:
         mechanism = certain.mechanism[k]
         if not motion[k].any() and mechanism is not None:
             motion[k] = motion_row(grid.assembly, mechanism.twists)
+    for k in np.flatnonzero((lost.peak > 0) & np.isinf(certain.upper)).tolist():
+        more = (1 + BEYOND) * lost.peak[k] * grid.loads(W[:, [k]])[0]
+        end = grid.system.under(grid.system.model.wrench + more).come_to_rest(near=lost.q[k])
+        if end.outcome is RestOutcome.DRIFTS:
+            outcome[k], motion[k] = PathOutcome.PEAK, end.drift
     return lost._replace(outcome=outcome, first=lost.peak, before=lost.peak, motion=motion).sealed()
 
 
