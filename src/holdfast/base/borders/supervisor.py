@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -21,6 +22,7 @@ STARTING = 600.0  # [s] time limit for the start of a worker, which imports
 RENEWED = 2000  # number of items after which a worker is replaced, in case its memory grows
 TRIES = 3  # number of times that an item is tried if its worker is killed from outside
 OUTSIDE = (-signal.SIGKILL, -signal.SIGTERM)  # exit codes of a worker that was killed from outside
+PACKAGE = f"{Path(__file__).parents[2]}{os.sep}"  # not every folder that is called holdfast, as a checkout may be
 NO_MEMORY = ("bad_alloc", "memory allocation of", "MemoryError", "Cannot allocate memory")  # messages of libraries
 THREADS = ("OPENBLAS", "OMP", "MKL")  # libraries that are limited to one native thread in a worker
 LAST = 1500  # number of characters at the end of a worker's stderr that are reported
@@ -233,8 +235,8 @@ def innermost(text: str) -> str:
     The functions of worker.py, which every traceback contains, do not count.
     """
     for line in text.splitlines():
-        if "/holdfast/" in line and " in " in line and "/base/borders/worker.py" not in line:
+        if PACKAGE in line and " in " in line and "/base/borders/worker.py" not in line:
             place, function = line.strip().split(" in ")[:2]
-            module = place.split("/holdfast/")[-1].split(".py")[0].replace(os.sep, ".")
+            module = place.split(PACKAGE)[-1].split(".py")[0].replace(os.sep, ".")
             return f"{module}:{function}"
     return ""
