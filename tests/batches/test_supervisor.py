@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+import holdfast
 from holdfast.base.borders.outcomes import CRASH, DONE, MEMORY, TIME
-from holdfast.base.borders.supervisor import Limits, Supervisor
+from holdfast.base.borders.supervisor import Limits, Supervisor, innermost
 from holdfast.base.errors import HoldfastError
 
 HERE = (str(Path(__file__).parent),)
@@ -96,3 +97,12 @@ def test_a_worker_that_cannot_start_is_told() -> None:
     with Supervisor("batch_drill_not_there:drilled", folders=HERE) as supervisor, pytest.raises(HoldfastError) as told:
         supervisor.ask(("nothing", 0))
     assert "batch_drill_not_there" in str(told.value)
+
+
+def test_a_folder_called_holdfast_is_not_the_package() -> None:
+    """A checkout often is called so; what runs in it, but not in the package, is somebody else's."""
+    package = Path(holdfast.__file__).parent
+    own = f'  File "{package}/engines/groups.py", line 3 in verdict'
+    foreign = '  File "/home/ann/holdfast/scripts/drill.py", line 7 in drilled'
+    assert innermost(f"{foreign}\n{own}") == "engines.groups:verdict"
+    assert innermost(foreign) == ""

@@ -81,3 +81,15 @@ def test_thousands_of_wedges_join_to_their_disc() -> None:
     (outline,) = flat.union(pieces, 1e-9, 1e-6)
     assert len(outline) == 1
     assert flat.shapely_polygon(outline).area == pytest.approx(count / 2 * np.sin(2 * np.pi / count), rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [40, 1500])
+@pytest.mark.parametrize("share", [0.2, 0.6, 0.9])
+def test_needles_that_meet_at_a_point_keep_the_gaps_between_them(count: int, share: float) -> None:
+    """Each is a triangle of two sides of length 1 and the angle 2 π share / count: its area is half the sine of it."""
+    angle, half = 2 * np.pi * np.arange(count) / count, np.pi * share / count
+    ends = [np.column_stack([np.cos(angle + turn), np.sin(angle + turn)]) for turn in (-half, half)]
+    pieces = [[np.array([[0.0, 0.0], one, other])] for one, other in zip(*ends, strict=True)]
+    found = flat.union(pieces, 1e-9, 1e-6)
+    area = sum(signed_area(ring) for rings in found for ring in rings)
+    assert area == pytest.approx(count / 2 * np.sin(2 * half), rel=1e-4)

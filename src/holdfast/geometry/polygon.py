@@ -110,17 +110,18 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
     ``pieces`` are polygons [outline, holes ...] of rings (k, 2). Pieces that were clipped one by one do not quite meet
     along shared edges, because of rounding, and some are so thin that their corners are out of order. They are joined
     on a grid finer than ``tolerance``. The union is widened by ``tolerance``, which closes hairline gaps, and narrowed
-    again with mitred corners, and every vertex is moved back to the corner of a piece from which it came. If the union
-    still has many parts, the pieces are widened before they are joined, because widening a union of 720 needles takes
-    half a minute. Groups of pieces that are apart are joined one by one. Holes narrower than ``smallest_hole`` are
-    filled: small pieces are missing there.
+    again with mitred corners, and every vertex is moved back to the corner of a piece from which it came. If there are
+    many pieces, or the union still has many parts, the pieces are widened before they are joined, because widening a
+    union of 720 needles takes half a minute. Groups of pieces that are apart are joined one by one. Holes narrower than
+    ``smallest_hole`` are filled: small pieces are missing there.
     """
     if len(pieces) == 1 and len(pieces[0]) == 1:
         ring = pieces[0][0]
         return [[oriented(without_collinear(ring, tolerance))]] if signed_area(ring) else []
     if len(pieces) == 1:
         return rings_of(shapely_polygon(pieces[0]), tolerance, smallest_hole)
-    if len(pieces) <= MANY:
+    few = len(pieces) <= MANY
+    if few:
         ends, corners = np.cumsum([len(rings[0]) for rings in pieces]), np.vstack([rings[0] for rings in pieces])
         group = core.groups_apart(corners, ends, 2 * MITRE * tolerance)
         apart = [np.flatnonzero(group == number) for number in range(int(group.max()) + 1)]
@@ -135,8 +136,10 @@ def union(pieces: Sequence[Sequence[Float]], tolerance: float, smallest_hole: fl
         rows = (pieces[k : k + FEW] for k in range(0, len(pieces), FEW))  # neighbours, which are often one polygon
         pieces = [part for row in rows for part in union(row, tolerance, smallest_hole)]
     whole = polygons(pieces)
-    solid = np.where(shapely.is_valid(whole), whole, shapely.convex_hull(whole))
-    merged = None if len(pieces) > MANY else shapely.union_all(solid, grid_size=tolerance / 8)
+    # a piece whose corners are out of order is its hull; what was joined before may touch itself, as needles at a point
+    mended = shapely.convex_hull(whole) if few else shapely.make_valid(whole)
+    solid = np.where(shapely.is_valid(whole), whole, mended)
+    merged = shapely.union_all(solid, grid_size=tolerance / 8) if few else None
     if merged is None or shapely.get_num_geometries(merged) > SCATTERED:
         wide = shapely.buffer(solid, tolerance, join_style="mitre", mitre_limit=MITRE)
         merged = shapely.union_all(wide, grid_size=None if merged is None else tolerance / 8)
