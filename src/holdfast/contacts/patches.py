@@ -88,6 +88,8 @@ def _plane_patches(pieces: Sequence[Piece], origin: Float, negligible: float) ->
 
 def line_patches(lines: Features, faces: Sequence[Patch], gap: float, negligible: float, breadth: float) -> list[Patch]:
     """Join lines along one edge to line patches, and leave out what lies on a face patch."""
+    if not len(lines.ends):
+        return []
     found = []
     cover = Cover(faces, gap)
     run = lines.ends[:, 1] - lines.ends[:, 0]
@@ -150,7 +152,7 @@ class Cover:
 
     def free(self, features: Features) -> Bool:
         """Tell which points or lines (n,) do not lie entirely on one of the patches."""
-        if not self._native or not len(features.ends):
+        if not self._native:
             return np.ones(len(features.ends), dtype=bool)
         alike = np.where(features.blended, BLENDED, SAME_WAY)
         return ~self._native.covered(features.ends, np.ascontiguousarray(features.normals), alike).view(bool)
@@ -167,6 +169,8 @@ class Cover:
 
 def point_patches(points: Features, others: Sequence[Patch], gap: float, breadth: float) -> list[Patch]:
     """Return point patches for points that no face or line covers, one for each place and direction, nearest first."""
+    if not len(points.ends):
+        return []
     places = points.ends[:, 0]
     free = Cover(others, gap).free(points)
     order = np.argsort(np.abs(points.heights[:, 0]), kind="stable")
