@@ -537,6 +537,10 @@ WRONG: dict[str, tuple[str, str]] = {
         world(model(link() + '<joint name="j" type="fixed"><parent>link</parent></joint>')),
         "<joint> 'j': has no <child>",
     ),
+    "no child, and a parent that is not there": (
+        world(model(link() + '<joint name="j" type="fixed"><parent>lnk</parent></joint>')),
+        "<parent>: names 'lnk'",
+    ),
     "pose of five": (world(model(link(rest="<pose>0 0 0 0 0</pose>"))), "<pose>: holds '0 0 0 0 0'; needs 6 finite"),
     "pose of nan": (world(model(link(rest="<pose>0 0 0 0 0 nan</pose>"))), "needs 6 finite numbers"),
     "no unit quaternion": (

@@ -6,7 +6,6 @@ import csv
 import math
 import re
 from collections.abc import Collection
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +17,7 @@ from holdfast.scene.body import Body
 from holdfast.scene.formats.links import checked_fixed, pose_of, scene_of, with_floor
 from holdfast.scene.formats.named_meshes import Numbers, Weights
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.source import Source
+from holdfast.scene.formats.source import PlainMap, Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box
@@ -91,7 +90,7 @@ def read(
     return scene_of(with_floor(bodies, floor, where, remedy), friction, gravity, source.path.stem, table.notes)
 
 
-class _BoxRow:
+class _BoxRow(PlainMap):
     """A row of the table: the text of each column, and where it is."""
 
     def __init__(self, values: dict[str, str], name: str, where: str, size: Float, centre: Float) -> None:
@@ -99,9 +98,6 @@ class _BoxRow:
         with located(where):
             self.box = Box(size)
         self.pose = pose_of(centre.tolist(), (0, 0, math.radians(self.number("yaw") if values.get("yaw") else 0.0)))
-
-    def fail(self, problem: str, remedy: str) -> NoReturn:
-        raise SceneError(message(self.where, problem, remedy))
 
     def number(self, column: str) -> float:
         return _number(self.values[column], column, self.where)

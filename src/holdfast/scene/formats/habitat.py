@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +25,7 @@ from holdfast.scene.formats.made_meshes import hull_of
 from holdfast.scene.formats.named_meshes import Numbers, Weights
 from holdfast.scene.formats.references import References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.source import MAX_BYTES, Source, from_json
+from holdfast.scene.formats.source import MAX_BYTES, PlainMap, Source, from_json
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.meshes import glb
 from holdfast.scene.meshes.read import SUFFIXES
@@ -112,12 +112,8 @@ def read(
     return scene_of(bodies, surfaces.table(FLOOR if floor else None), gravity, name, notes)
 
 
-@dataclass
-class _Keys:
-    """A map of a file with its place; keys that are not known are noted."""
-
-    values: dict[str, Any]
-    where: str
+class _Keys(PlainMap):
+    """A map whose keys that are not known are noted."""
 
     def __init__(self, values: Any, where: str, known: Collection[str], notes: list[str]) -> None:  # noqa: ANN401
         if not isinstance(values, dict):
@@ -126,13 +122,6 @@ class _Keys:
         unread = [key for key in values if key not in known and values[key] not in ([], {}, None)]
         if unread:
             notes.append(f"{where}: not read, though it may matter: {listed(unread, 6)}")
-
-    def fail(self, problem: str, remedy: str) -> NoReturn:
-        raise SceneError(message(self.where, problem, remedy))
-
-    def text(self, key: str) -> str:
-        value = self.values.get(key)
-        return value if isinstance(value, str) and value else self.fail(f"{key} is {quoted(value)}", "needs a text")
 
     def number(self, key: str, usual: float) -> float:
         return checked_number(self.values.get(key, usual), f"{self.where}: {key}", above=0, within=SCALE)

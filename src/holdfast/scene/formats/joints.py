@@ -37,10 +37,12 @@ def check_within(where: str, position: float, low: float, high: float, *, turnin
     if not high > low or low - slack <= position <= high + slack:
         return
     if turning:
-        unit, remedy = "rad", f"positions are radians: {position:g} degrees are {np.radians(position):.4g} rad"
+        symbol, remedy = "rad", f"positions are radians: {position:g} degrees are {np.radians(position):.4g} rad"
     else:
-        unit, remedy = "m", f"positions are metres: {position:g} mm are {1e-3 * position:.4g} m"
-    raise SceneError(message(where, f"{position:g} {unit} is outside its limits {low:g} to {high:g} {unit}", remedy))
+        symbol, remedy = "m", f"positions are metres: {position:g} mm are {1e-3 * position:.4g} m"
+    raise SceneError(
+        message(where, f"{position:g} {symbol} is outside its limits {low:g} to {high:g} {symbol}", remedy)
+    )
 
 
 class Motors:

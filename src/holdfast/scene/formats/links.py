@@ -169,16 +169,18 @@ def rigid_body(
 ) -> Body:
     """Return a body of these pieces at ``pose`` (4, 4), body frame to world; a single mesh is moved in it."""
     materials = {piece.material for piece in pieces}
-    return Body(
-        name,
-        _shape(pieces),
-        mass=None if inertial is None else inertial.mass,
-        pose=pose,
-        com=None if inertial is None else inertial.com,
-        inertia=None if inertial is None else (inertial.inertia + inertial.inertia.T) / 2,
-        material=materials.pop() if len(materials) == 1 else None,
-        fixed=fixed,
-    )
+    material = materials.pop() if len(materials) == 1 else None
+    return weighed_body(name, _shape(pieces), inertial, pose=pose, material=material, fixed=fixed)
+
+
+def weighed_body(
+    name: str, shape: Shape, inertial: Inertial | None, *, pose: Float, material: str | None, fixed: bool
+) -> Body:
+    """Return a body with a mass as it was summed: its inertia is made symmetric, which rounding may have spoiled."""
+    if inertial is None:
+        return Body(name, shape, pose=pose, material=material, fixed=fixed)
+    inertia = (inertial.inertia + inertial.inertia.T) / 2
+    return Body(name, shape, inertial.mass, None, pose, inertial.com, inertia, material, fixed)
 
 
 def bodies_of_links(

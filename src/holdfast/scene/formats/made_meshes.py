@@ -24,6 +24,7 @@ from holdfast.scene.formats.references import References
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.meshes import glb
 from holdfast.scene.shapes import MassProperties, Mesh
+from holdfast.scene.xml import Element
 
 CONE_SIDES = 64  # of the prism that stands for a round side
 ROUNDED = 1e-6  # share of an outline's size within which a point is one of its own, rounded
@@ -67,6 +68,14 @@ def extruded(outlines: Sequence[Float], height: float, where: str) -> Mesh:
     near = away < ROUNDED * np.ptp(known, axis=0).max()
     vertices[near, :2] = known[nearest[near]]
     return Mesh(vertices, np.array(found.tri_verts), label=where)
+
+
+def factors_of(element: Element, scale: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return the three factors of the mesh of an element; raises SceneError if they mirror it."""
+    x, y, z = scale
+    if min(x, y, z) < 0:
+        element.fail(f"scale = {x:g} {y:g} {z:g} mirrors the mesh", "needs factors > 0: mirror it in its file")
+    return x, y, z
 
 
 def hull_of(mesh: Mesh) -> Mesh:

@@ -128,7 +128,7 @@ def settled_schema() -> dict[str, Any]:
 def read_settled(source: Source) -> Scene:
     """Return the scene; as the format prescribes, the friction of a pair is the larger of its two values.
 
-    Keys that are not read_settled are noted. Raises SceneError if the file is not a valid settled scene.
+    Keys that are not read are noted. Raises SceneError if the file is not a valid settled scene.
     """
     path = source.path
     model = validated(SettledModel, source.data, path, "settled")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import re
 from codecs import BOM_UTF8
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import yaml
 
@@ -154,6 +154,22 @@ class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[mi
 _Dumper.add_representer(list, _Dumper.represent_list)
 _Dumper.add_multi_representer(str, lambda dumper, text: dumper.represent_str(str(text)))  # of NumPy, for example
 _Dumper.add_implicit_resolver(_FLOAT, _DECIMAL, list("-+.0123456789"))  # so that a name such as 1e3 gets quotes
+
+
+class PlainMap:
+    """A map in a file: its keys and values, and its place for messages."""
+
+    values: Mapping[str, Any]
+    where: str
+
+    def fail(self, problem: str, remedy: str) -> NoReturn:
+        """Raise SceneError about this map."""
+        raise SceneError(message(self.where, problem, remedy))
+
+    def text(self, key: str) -> str:
+        """Return a text; raises SceneError if it is missing."""
+        value = self.values.get(key)
+        return value if isinstance(value, str) and value else self.fail(f"{key} is {quoted(value)}", "needs a text")
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -31,7 +30,7 @@ from holdfast.scene.formats.robots.urdf_links import ATTRIBUTES as URDF_ATTRIBUT
 from holdfast.scene.formats.robots.urdf_links import KNOWN as URDF_KNOWN
 from holdfast.scene.formats.robots.urdf_links import UrdfLinks
 from holdfast.scene.formats.robots.urdf_links import groups_of as urdf_groups
-from holdfast.scene.formats.source import Source, from_yaml
+from holdfast.scene.formats.source import PlainMap, Source, from_yaml
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.xml import MAX_BYTES, Element, parsed
 
@@ -52,7 +51,7 @@ WORLD = "world"
 
 
 @dataclass(frozen=True)
-class Directive:
+class Directive(PlainMap):
     """One directive: its ``kind``, its keys and values, the namespace in which its names are, and its place."""
 
     kind: str
@@ -60,15 +59,6 @@ class Directive:
     namespace: str
     where: str
     references: References
-
-    def fail(self, problem: str, remedy: str) -> NoReturn:
-        """Raise SceneError about this directive."""
-        raise SceneError(message(self.where, problem, remedy))
-
-    def text(self, key: str) -> str:
-        """Return a text; raises SceneError if it is missing."""
-        value = self.values.get(key)
-        return value if isinstance(value, str) and value else self.fail(f"{key} is {quoted(value)}", "needs a text")
 
     def names(self, key: str) -> list[str]:
         """Return a list of texts, by default empty."""
@@ -239,7 +229,7 @@ class ModelReader:
         if root.tag == "sdf":
             self._sdf(root, name, references, directive)
         elif root.tag == "robot":
-            self._urdf(root, name, references, directive, path)
+            self._urdf(root, name, references, directive)
         else:
             directive.fail(f"{quoted(path.name)} is a <{root.tag}>", "reads SDF (<sdf>) and URDF (<robot>) models")
         if len(self.clumps) == before:
@@ -297,7 +287,7 @@ class ModelReader:
                     pose = np.linalg.inv(frames.of(*key)) @ frames.named(scope, last, scope.element)
                     self.frames[full(scope, last)] = At(at.clump, at.pose @ pose)
 
-    def _urdf(self, root: Element, name: str, references: References, directive: Directive, path: Path) -> None:
+    def _urdf(self, root: Element, name: str, references: References, directive: Directive) -> None:
         positions = {}
         for joint, value in directive.map("default_joint_positions").items():
             given = _list(value)
@@ -312,7 +302,7 @@ class ModelReader:
             clump = Clump([], group.pose, group.top == WORLD and not links[WORLD].children)
             for link, pose in group.links.items():
                 own = f"{name}::{link}"
-                clump.members.append(Member(own, pose, _urdf_link(reader, links[link], self.density, directive)))
+                clump.members.append(Member(own, pose, _urdf_link(reader, links[link], self.density)))
                 self.frames[own] = At(clump, pose)
             self.clumps.append(clump)
 
@@ -321,9 +311,7 @@ def _list(value: object) -> list[object]:
     return value if isinstance(value, list) else [value]
 
 
-def _urdf_link(
-    reader: UrdfLinks, link: Element, density: float | None, directive: Directive
-) -> Callable[[bool], LinkContent]:
+def _urdf_link(reader: UrdfLinks, link: Element, density: float | None) -> Callable[[bool], LinkContent]:
     def read(fixed: bool) -> LinkContent:
         pieces = reader.pieces(link)
         inertial = None if fixed else reader.inertial(link, pieces, density)

@@ -55,17 +55,19 @@ def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) 
         for joint in scope.named.values():
             if joint.tag != "joint":
                 continue
-            tags = [joint.needed(tag) for tag in ("parent", "child")]
-            ends = [carrier(scope, tag.text.strip(), tag) for tag in tags]
+            ends = []
+            for tag in ("parent", "child"):
+                end = joint.needed(tag)
+                ends.append(carrier(scope, end.text.strip(), end))
             if joint.attribute("type") == "fixed" or rigid:
                 weld(
                     group,
-                    [None if end is None else group[end] for end in ends],
+                    [None if key is None else group[key] for key in ends],
                     lambda place: (place.scope, place.element),
                 )
             if joint.attribute("type") != "fixed":
                 movable.append((scope, joint, ends))
-    loose = [(s, j) for s, j, ends in movable if not all(end is None or group[end].fixed for end in ends)]
+    loose = [(s, j) for s, j, ends in movable if not all(key is None or group[key].fixed for key in ends)]
     paths = [f"{scope.path}::{joint.attribute('name')}" for scope, joint in loose]
     named = listed(
         [f"{quoted(path)} ({joint.attribute('type')})" for path, (_, joint) in zip(paths, loose, strict=True)]

@@ -14,7 +14,7 @@ from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.scene.compound import Inertial, Solid, together
 from holdfast.scene.formats.links import BodyPiece, LinkContent, Notes, ball
-from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded
+from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded, factors_of
 from holdfast.scene.formats.robots.scopes import Scope, posed, truth
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
 from holdfast.scene.halfspace import HalfSpace
@@ -87,13 +87,9 @@ def solid_of(
             if element.child("submesh") is not None:
                 element.fail("takes one of several meshes of its file", "give that one a file of its own")
             uri, scale = element.needed("uri"), element.child("scale")
-            sx, sy, sz = (1.0, 1.0, 1.0) if scale is None else scale.values(3)
-            if min(sx, sy, sz) < 0:
-                element.fail(
-                    f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file"
-                )
+            factors = factors_of(element, (1.0, 1.0, 1.0) if scale is None else scale.values(3))
             path = scope.references.file(uri.text.strip(), uri.place)
-            return meshes.read(path, (sx, sy, sz), notes, scope.path, link), None
+            return meshes.read(path, factors, notes, scope.path, link), None
     return element.fail(
         "is not read", "reads box, sphere, cylinder, capsule, ellipsoid, cone, polyline, plane and mesh"
     )

@@ -15,7 +15,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.joints import check_within
 from holdfast.scene.formats.links import BodyPiece, Notes, ball, filled, pose_of
-from holdfast.scene.formats.made_meshes import MeshRules
+from holdfast.scene.formats.made_meshes import MeshRules, factors_of
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
@@ -311,13 +311,9 @@ class UrdfLinks:
                 case "drake:ellipsoid":
                     return Ellipsoid([shape.number(axis) for axis in ("a", "b", "c")])
                 case "mesh":
-                    sx, sy, sz = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
-                    if min(sx, sy, sz) < 0:
-                        shape.fail(
-                            f"scale = {sx:g} {sy:g} {sz:g} mirrors the mesh", "needs factors > 0: mirror it in its file"
-                        )
+                    factors = factors_of(shape, shape.numbers("scale", 3, (1.0, 1.0, 1.0)))
                     path = self.references.file(shape.attribute("filename"), shape.place)
-                    return self.meshes.read(path, (sx, sy, sz), self.notes, link.attribute("name"))
+                    return self.meshes.read(path, factors, self.notes, link.attribute("name"))
         return shape.fail("is unknown", "reads box, sphere, cylinder, capsule, drake:ellipsoid and mesh")
 
     def _mu(self, link: Element, element: Element) -> float:

@@ -21,7 +21,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Inertial, Part, Shape, together
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.links import SAME_FRAME, BodyParts, BodyPiece, Welded, kept_apart, weld
+from holdfast.scene.formats.links import SAME_FRAME, BodyParts, BodyPiece, Welded, kept_apart, weighed_body, weld
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.shapes import Mesh
 
@@ -235,10 +235,7 @@ def body_of(name: str, pose: Float, colliders: Sequence[BodyPiece], inertial: In
         shape = compound(
             tuple(Part(each.shape, each.pose, None if each.material == usual else each.material) for each in colliders)
         )
-    if inertial is None:
-        return Body(name, shape, pose=pose, material=usual, fixed=True)
-    inertia = (inertial.inertia + inertial.inertia.T) / 2
-    return Body(name, shape, inertial.mass, pose=pose, com=inertial.com, inertia=inertia, material=usual)
+    return weighed_body(name, shape, inertial, pose=pose, material=usual, fixed=inertial is None)
 
 
 def world_of(world: int | None, count: int, what: str) -> int:

@@ -162,6 +162,8 @@ def _body(
     notes: list[str],
 ) -> Body | None:
     """Return the body of a group; None if it has no collider."""
+    from pxr import UsdShade
+
     if not group.colliders:
         notes.append(f"{group.prim.GetPath()}: has no collider, so it is left out")
         return None
@@ -171,8 +173,6 @@ def _body(
     for (prim, colliders), (own, stretch) in zip(group.members, frames, strict=True):
         shapes = []
         for each in colliders:
-            from pxr import UsdShade
-
             found = UsdShade.MaterialBindingAPI(each).ComputeBoundMaterial("physics")[0]
             material = found.GetPrim() if found else None
             material = material if material is not None and has(material, "PhysicsMaterialAPI") else None

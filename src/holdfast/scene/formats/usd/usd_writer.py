@@ -36,7 +36,7 @@ def write(scene: Scene, path: Path) -> bytes:
     Bodies that never move are kinematic rigid bodies. Raises SceneError for a package, which holds files, and for
     friction of pairs that no rule of PhysX makes of a coefficient for each surface.
     """
-    from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
+    from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
     if path.suffix.lower() == ".usdz":
         raise SceneError(message(str(path), "is a package", "write .usda or .usdc, and pack it with USD's own tools"))
@@ -53,8 +53,6 @@ def write(scene: Scene, path: Path) -> bytes:
     materials = _materials(stage, scene)
     prims: dict[End, Any] = {}
     for number, body in enumerate(scene.bodies):
-        from pxr import Tf
-
         where = f"{ROOT}/{Tf.MakeValidIdentifier(body.name)!s}"
         free = not stage.GetPrimAtPath(where)
         _write_body(stage, body, where if free else f"{where}_{number}", materials, prims)
@@ -124,7 +122,7 @@ def _write_body(
     prims: dict[End, Any],
 ) -> None:
     """Write a body with its colliders, and enter their prims."""
-    from pxr import UsdGeom, UsdPhysics
+    from pxr import Gf, UsdGeom, UsdPhysics
 
     if isinstance(body.shape, HalfSpace):
         plane = UsdGeom.Plane.Define(stage, where)
@@ -141,8 +139,6 @@ def _write_body(
     if body.fixed:
         rigid.CreateKinematicEnabledAttr(True)
     else:
-        from pxr import Gf, UsdPhysics
-
         moments, axes = np.linalg.eigh(body.inertia_com)
         w, x, y, z = quaternion_of(axes * [1.0, 1.0, float(np.linalg.det(axes))]).tolist()
         weight = UsdPhysics.MassAPI.Apply(prim)
