@@ -209,12 +209,6 @@ def test_where_a_path_ends(now: core.Progress, event: Event) -> None:
     assert core.appraise(now) == event
 
 
-def test_far_out_the_rise_still_to_come_is_stated() -> None:
-    now = at(length=1e9, at_peak=1e9, slope=1e-12)
-    assert core.appraise(now) == Event.FAR
-    assert now.lacking == pytest.approx(1e-3)
-
-
 class Stopped(KeyboardInterrupt):
     """The user has had enough."""
 

@@ -51,12 +51,11 @@ class PathResult(NamedTuple):
 
     ``outcome`` (k,) of PathOutcome; ``peak`` (k,) the largest s found, inf where the path is endless, that of the last
     point where it was not followed further; ``first`` (k,) the first maximum of s from which it dipped before it rose
-    to the peak, the peak if there was none; ``before`` (k,) the largest s, at most the peak, before contacts have
-    slid far (SLID); ``sharpest`` (k,) the largest correction of a point after the first, as a share
-    of its step; ``last`` (k,) s where it ended (residual strength); ``short`` (k,) by how much s of the peak may be too
-    low; ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of endless paths under the load alone;
-    ``motion`` (k, n) what begins to move above the peak, 0 where the path was lost and nothing does; ``plane`` (k, n)
-    across which the peak was found.
+    to the peak, the peak if there was none; ``before`` (k,) the largest s, at most the peak, before contacts have slid
+    far (SLID); ``sharpest`` (k,) the largest correction of a point after the first, as a share of its step; ``last``
+    (k,) s where it ended (residual strength); ``systems`` (k,) linear systems solved; ``q`` (k, n) at the peak, of
+    endless paths under the load alone; ``motion`` (k, n) what begins to move above the peak, 0 where the path was lost
+    and nothing does; ``plane`` (k, n) across which the peak was found.
     """
 
     outcome: Int
@@ -65,7 +64,6 @@ class PathResult(NamedTuple):
     before: Float
     sharpest: Float
     last: Float
-    short: Float
     systems: Int
     q: Float
     motion: Float

@@ -29,13 +29,13 @@ constexpr double TINY = 0.02;     // share of a Newton step below which the sear
 // What k load paths gave, among n = 6J displacements; ``elastic/path.py`` says what each array is
 struct PathResult {
     Ints outcome;
-    Vec peak, first, before, sharpest, last, lacking;
+    Vec peak, first, before, sharpest, last;
     Ints systems;
     Mat q, motion, plane;
     static constexpr auto fields =
-        std::tuple{&PathResult::outcome,  &PathResult::peak,   &PathResult::first,   &PathResult::before,
-                   &PathResult::sharpest, &PathResult::last,   &PathResult::lacking, &PathResult::systems,
-                   &PathResult::q,        &PathResult::motion, &PathResult::plane};
+        std::tuple{&PathResult::outcome,  &PathResult::peak, &PathResult::first,   &PathResult::before,
+                   &PathResult::sharpest, &PathResult::last, &PathResult::systems, &PathResult::q,
+                   &PathResult::motion,   &PathResult::plane};
 };
 
 // Aim at the mean of the points ``x`` ahead of one end of the bracket and ``back`` from the other, by ``share``
@@ -86,8 +86,7 @@ inline void refine(const Elastic& m, Work& work, Stepper& stepper, const Fronts*
         if (!now.closed || apart <= 0 || failed > MOST_FAILURES) break;
         const double falling = along > 0 ? now.falling_slope / along : 0.0;
         const auto [place, estimate] = summit(now.rising_s, now.rising_slope * apart, now.falling_s, falling * apart);
-        now.lacking = std::max(estimate - now.highest, 0.0);
-        if (now.lacking <= REFINED * now.highest) break;
+        if (estimate - now.highest <= REFINED * now.highest) break;
         const double x = std::min(std::max(place, 0.1), 0.9) * apart * std::pow(CLOSER, failed);
         const double share = failed == 0 ? x / apart : 0.0, back = along > 0 ? (apart - x) / along : 0.0;
         aim_between(stepper, share, x, back);
@@ -172,7 +171,6 @@ inline void follow(const Elastic& m, Work& work, Stepper& stepper, In start, In 
     into.first[row] = now.first > 0 ? now.first : into.peak[row];
     into.sharpest[row] = now.sharpest;
     into.last[row] = now.last;
-    into.lacking[row] = now.lacking;
     into.systems[row] = now.systems;
     into.before[row] = now.slid > SLID ? std::min(now.before, into.peak[row]) : into.peak[row];
 }

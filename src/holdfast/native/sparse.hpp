@@ -1,4 +1,4 @@
-// The entries of the stiffness of large models, and how far bodies move at rest (``elastic/system.py``).
+// The entries of the stiffness of a model (``elastic/model.py``), and how far bodies move at rest.
 
 #pragma once
 

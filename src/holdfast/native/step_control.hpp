@@ -59,12 +59,12 @@ struct StepControl {
 // (``rises``).
 //
 // Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
-// points since (``late``); what may be ``lacking`` of it; the maximum from which s has ``dipped``, and the ``first``
-// one above which it has risen after that, 0 if there was none; the ``crest``, the highest s between points, as
-// estimated, and the lowest point since, the ``trough``; whether the last step ``topped`` what was highest, and whether
-// it hid a maximum (``peaked``). The peak lies between a point where s rises (``rising_s``, ``rising_slope``) and one
-// where it does not (``falling_s``, ``falling_slope``), once the latter is known: ``closed``. The load ``stored`` of a
-// point on the way to it, 0 if there is none.
+// points since (``late``); the maximum from which s has ``dipped``, and the ``first`` one above which it has risen
+// after that, 0 if there was none; the ``crest``, the highest s between points, as estimated, and the lowest point
+// since, the ``trough``; whether the last step ``topped`` what was highest, and whether it hid a maximum (``peaked``).
+// The peak lies between a point where s rises (``rising_s``, ``rising_slope``) and one where it does not
+// (``falling_s``, ``falling_slope``), once the latter is known: ``closed``. The load ``stored`` of a point on the way
+// to it, 0 if there is none.
 //
 // Of what was reached before contacts have slid far (SLID): how far they had ``slid`` at the last point, or where that
 // first was far, and the highest s ``before`` that.
@@ -83,7 +83,7 @@ struct Progress {
     Int doubted = 0;
     double highest = 0.0, noted = 0.0, at_peak = 0.0;
     Int late = 0;
-    double lacking = 0.0, dipped = 0.0, first = 0.0, crest = 0.0, trough = 0.0;
+    double dipped = 0.0, first = 0.0, crest = 0.0, trough = 0.0;
     double rising_s = 0.0, rising_slope = 0.0, falling_s = 0.0, falling_slope = 0.0;
     bool closed = false;
     double stored = 0.0;
@@ -198,10 +198,7 @@ inline Event appraise(Progress& now) {
         now.similar_since = INF;
     }
     const double carried = now.rest + SPRING_SHARE * std::max(1.0, now.strength * std::abs(s));
-    if (length > FARTHEST * elastic || now.by_springs > carried) {
-        now.lacking = s >= now.highest ? std::max(slope * length, 0.0) : 0.0;
-        return Event::FAR;
-    }
+    if (length > FARTHEST * elastic || now.by_springs > carried) return Event::FAR;
     return Event::ADVANCED;
 }
 

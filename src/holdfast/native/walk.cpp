@@ -37,7 +37,7 @@ void expect_rows(const Elastic& m, InMat one, Int count) {
 
 void expect_result(const Elastic& m, const PathResult& into, Int count) {
     expect(into.outcome.size() == count && into.systems.size() == count, "a number for each load");
-    for (const Vec& one : {into.peak, into.first, into.before, into.sharpest, into.last, into.lacking}) {
+    for (const Vec& one : {into.peak, into.first, into.before, into.sharpest, into.last}) {
         expect(one.size() == count, "a number for each load");
     }
     for (const Mat& one : {into.q, into.motion, into.plane}) expect_rows(m, one, count);
@@ -96,7 +96,6 @@ void bind_progress(nb::module_& m) {
         .def_rw("noted", &Progress::noted)
         .def_rw("at_peak", &Progress::at_peak)
         .def_rw("late", &Progress::late)
-        .def_rw("lacking", &Progress::lacking)
         .def_rw("dipped", &Progress::dipped)
         .def_rw("first", &Progress::first)
         .def_rw("crest", &Progress::crest)

@@ -23,7 +23,7 @@ from holdfast.engines.compliant.refinement import Bounded
 from holdfast.engines.contract import EXACT
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
-from holdfast.scene.shipped.blocks import at
+from holdfast.scene.shipped.blocks import at, prism
 
 PUSH = ("cube1", (-0.05, 0.01, 0.05), (1.0, 0.2, -0.1))
 
@@ -76,6 +76,31 @@ def test_what_is_lost_where_limit_analysis_proves_motion_has_come_to_its_peak(
     assert (found.status[0] is hf.Status.FINITE) is known
     assert found.force[0] == pytest.approx(reached * upper if known else 0.0, rel=1e-9)
     assert found.lower[0] == 0.0  # finer nodes were lost at once
+
+
+def keystone(taper: float) -> hf.answers.Assembly:
+    """A wedge of 2 kg between two fixed stones, whose joints lean outwards by ``taper``."""
+    low, high, end, top = 0.05, 0.05 + 0.2 * taper, 0.3, 0.2
+    outlines = {
+        "left": [(-end, 0), (-low, 0), (-high, top), (-end, top)],
+        "right": [(low, 0), (end, 0), (end, top), (high, top)],
+        "key": [(-low, 0), (low, 0), (high, top), (-high, top)],
+    }
+    body: dict[str, dict[str, object]] = {"left": {"fixed": True}, "right": {"fixed": True}, "key": {"mass": 2.0}}
+    parts = [prism(name, np.array(outline), 0.2, 1, **body[name]) for name, outline in outlines.items()]
+    return hf.assemble(hf.Scene(parts, 0.6))
+
+
+@pytest.mark.parametrize("taper", [0.05, 0.1, 0.3])
+def test_a_keystone_is_lifted_by_its_weight(taper: float) -> None:
+    """There all joints open at once and the path is lost; limit analysis, in which they may jam, knows no end."""
+    assembly, lift = keystone(taper), ("key", (0.0, 0.0, 0.2), (0.0, 0.0, 1.0))
+    found = hf.robustness(assembly, *lift)
+    assert found.status[0] is hf.Status.FINITE
+    assert found.force[0] == pytest.approx(2 * 9.81, rel=1e-6)
+    assert 0 < found.lower[0] <= 2 * 9.81
+    assert found.moving[0] == ("key",)
+    assert hf.robustness(assembly, *lift, engine="limit").status[0] is hf.Status.INFINITE
 
 
 def test_a_path_that_is_lost_on_few_nodes_is_followed_on_more(monkeypatch: pytest.MonkeyPatch) -> None:

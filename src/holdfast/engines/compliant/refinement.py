@@ -176,7 +176,7 @@ class Refined:
         Where some bodies are held, a path on which another comes to be only balanced, too, is followed with every body
         held (a push on a messy wall of the bench). A path is taken from the next finer grid if it is not lost there and
         leads at least as far as on this one (pushes on the arch, and on a pallet of ten boxes). Otherwise one that came
-        to where limit analysis proves that bodies move has its peak there, and its lower bound is what it reached on
+        to where bodies move by ``_with_proved_peaks`` has its peak there, and its lower bound is what it reached on
         both grids; all others stay lost.
         """
         peaks, reached = Bounded.unbounded(lost), lost.peak.copy()
@@ -323,25 +323,24 @@ def _alike(contacts: Bool) -> tuple[Bool, list[Int]]:
 
 
 def _with_proved_peaks(grid: Grid, W: Float, lost: PathResult) -> PathResult:
-    """Return ``lost`` paths of columns W (6J, k), with a peak where they came as far as limit analysis lets any come.
+    """Return ``lost`` paths of columns W (6J, k), with a peak where they came as far as bodies bear the load.
 
-    That is where glue tears: a cube that hangs by it is carried to the last digit, and no state lies beyond. An
-    acceleration of three bodies on a slope is lost 1 % before. The peak may be too low by COARSE, but never too high.
-    Bodies move as they begin to there or, where all that begins is resisted, as limit analysis says. Where that knows
-    no end, as of a keystone that is lifted from between two held stones, a path has its peak where bodies do not come
-    to rest any more under a little more load, but drift.
+    That is where limit analysis proves that they move: glue tears there, as a cube that hangs by it is carried to the
+    last digit, and no state lies beyond. An acceleration of three bodies on a slope is lost 1 % before. Bodies move as
+    they begin to there or, where all that begins is resisted, as limit analysis says. Where that knows no end, as of a
+    keystone that is lifted from between two held stones, it is where they do not come to rest any more under a little
+    more load, but drift. The peak is what the path reached: it may be too low by COARSE.
     """
-    if grid.settled.outcome is not RestOutcome.RESTS or not len(lost.peak):
+    begun = lost.peak > 0
+    if grid.settled.outcome is not RestOutcome.RESTS or not begun.any():
         return lost
     certain = grid.certain.load_factor(W)
-    there = np.flatnonzero((lost.peak > 0) & (np.abs(certain.upper - lost.peak) <= COARSE * lost.peak))
     outcome, motion = lost.outcome.copy(), lost.motion.copy()
-    outcome[there] = PathOutcome.PEAK
-    for k in there.tolist():
-        mechanism = certain.mechanism[k]
+    for k in np.flatnonzero(begun & (np.abs(certain.upper - lost.peak) <= COARSE * lost.peak)).tolist():
+        outcome[k], mechanism = PathOutcome.PEAK, certain.mechanism[k]
         if not motion[k].any() and mechanism is not None:
             motion[k] = motion_row(grid.assembly, mechanism.twists)
-    for k in np.flatnonzero((lost.peak > 0) & np.isinf(certain.upper)).tolist():
+    for k in np.flatnonzero(begun & np.isinf(certain.upper)).tolist():
         more = (1 + BEYOND) * lost.peak[k] * grid.loads(W[:, [k]])[0]
         end = grid.system.under(grid.system.model.wrench + more).come_to_rest(near=lost.q[k])
         if end.outcome is RestOutcome.DRIFTS:
