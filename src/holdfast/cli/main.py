@@ -42,7 +42,7 @@ COMMANDS = {  # the module and the function of each command, which is imported w
     "assess": ("ask_commands:assess", "Decide whether a scene stands, and explain why."),
     "push": ("ask_commands:push", "Compute how hard a body can be pushed at a point before anything moves."),
     "map": ("ask_commands:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
-    "calibrate": ("ask_commands:calibrate", "Find the friction of pairs of bodies from measured pushes."),
+    "calibrate": ("calibrate_command:calibrate", "Find the friction of pairs of bodies from measured pushes."),
     "view": ("view_command:view", "Open a live view of a scene: push, play and edit it in the browser."),
     "place": ("pose_commands:place", "Find places for objects where everything stands."),
     "firmer": ("pose_commands:firmer", "Move bodies a little, to where the least push that moves something is larger."),
