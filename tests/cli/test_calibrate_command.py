@@ -10,7 +10,7 @@ import pytest
 from calling import command
 
 import holdfast as hf
-from holdfast.cli.ask_commands import measured_pushes
+from holdfast.cli.calibrate_command import measured_pushes
 
 calibrate = command("calibrate")
 HEAD = "body,x,y,z,dx,dy,dz,force,moved\n"

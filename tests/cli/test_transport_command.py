@@ -11,8 +11,8 @@ import pytest
 from calling import command
 
 import holdfast as hf
-from holdfast.cli import carrier_commands as module
 from holdfast.cli import shared_options
+from holdfast.cli import transport_command as module
 from holdfast.report import carrier_report
 
 transport = command("transport")

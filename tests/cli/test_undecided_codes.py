@@ -12,7 +12,7 @@ from retold import REASON, retold, unknown
 
 import holdfast as hf
 from holdfast.applications import transport as transports
-from holdfast.cli import ask_commands, carrier_commands, shared_options
+from holdfast.cli import ask_commands, shared_options, transport_command
 from holdfast.queries import map as maps
 
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE
@@ -28,7 +28,7 @@ def holdfast(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     def call(*arguments: str, change: Callable[[Any], Any] = lambda found: found) -> tuple[int, str, str]:
         monkeypatch.setattr(ask_commands, "robustness_map", lambda *a, **k: change(maps.robustness_map(*a, **k)))
         monkeypatch.setattr(
-            carrier_commands, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k))
+            transport_command, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k))
         )
         return called(monkeypatch, capsys, *arguments)
 

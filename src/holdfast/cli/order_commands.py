@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from typing import Annotated, Any, NoReturn
 
 import typer
 
-from holdfast.applications.disassembly.build import PUSHES, build_order
-from holdfast.applications.disassembly.order import SOLVES, can_remove, disassembly_order
+from holdfast.applications.disassembly.build import PUSHES, BuildOrder, build_order
+from holdfast.applications.disassembly.order import SOLVES, Disassembly, can_remove, disassembly_order
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
@@ -15,6 +16,7 @@ from holdfast.cli.shared_options import (
     EXIT,
     EngineName,
     File,
+    Files,
     Hands,
     Nodes,
     Proof,
@@ -29,6 +31,7 @@ from holdfast.cli.shared_options import (
 )
 from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.report.description import Report
 from holdfast.report.order_report import build_report, disassembly_report, removal_report
 
 STATUS = {Answer.SAFE: Status.STABLE, Answer.UNSAFE: Status.UNSTABLE, Answer.UNDECIDED: Status.UNDECIDED}
@@ -74,9 +77,7 @@ def disassemble(
     with progress():
         assembly = scene.assembled()
         result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, solves=solves, hands=hands)
-    code, files = order_exit_code(reached=result.reached, proven=result.proven), [(png, result.save_png)]
-    notes = assembly.scene.notes
-    tell(result, disassembly_report, code, as_json=as_json, notes=notes, files=files, certificate=certificate)
+    _tell_order(result, disassembly_report, [(png, result.save_png)], as_json=as_json, certificate=certificate)
 
 
 @takes_scene
@@ -97,6 +98,17 @@ def build(
     with progress():
         assembly = scene.assembled()
         result = build_order(assembly, lift=lift, pushes=pushes, solves=solves, engine=method, hands=hands)
-    code, files = order_exit_code(reached=result.reached, proven=result.proven), [(save, result.save)]
-    notes = assembly.scene.notes
-    tell(result, build_report, code, as_json=as_json, notes=notes, files=files, certificate=certificate)
+    _tell_order(result, build_report, [(save, result.save)], as_json=as_json, certificate=certificate)
+
+
+def _tell_order(
+    result: Disassembly | BuildOrder,
+    report: Callable[[Any], Report],
+    files: Files,
+    *,
+    as_json: bool,
+    certificate: File,
+) -> NoReturn:
+    """Tell the answer of a search for an order, with the notes of its scene, and exit with its code."""
+    code, notes = order_exit_code(reached=result.reached, proven=result.proven), result.assembly.scene.notes
+    tell(result, report, code, as_json=as_json, notes=notes, files=files, certificate=certificate)

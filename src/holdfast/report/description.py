@@ -18,6 +18,7 @@ from holdfast.engines.verdict import Status, Verdict
 from holdfast.queries.result import NAMED, Columns
 
 MOST_ROWS = 60  # largest number of rows in a table
+MOST_FRAMES = 24  # largest number of states in a strip of removals or of poses
 LONGEST_CELL = 120  # largest number of characters in a cell of a table
 LONGEST_REASON = 2000  # largest number of characters of a reason or a note
 SHOWN = 5  # largest number of names in a cell

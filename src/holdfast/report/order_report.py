@@ -15,13 +15,12 @@ from holdfast.applications.pushing.result import Effect, SafePushes
 from holdfast.base.public import number
 from holdfast.base.text import listed
 from holdfast.drawing.panel_sheets import StateFrame, StateSequence, write_sequence
-from holdfast.report.description import MOST_ROWS, STYLES, Headline, Line, Report, ReportTable, by_engine
+from holdfast.report.description import MOST_FRAMES, MOST_ROWS, STYLES, Headline, Line, Report, ReportTable, by_engine
 from holdfast.report.map_picture import solids_of
 
 if TYPE_CHECKING:
     from holdfast.applications.placement.result import Placements
 
-MOST_FRAMES = 24  # largest number of states in a strip of removals or of poses
 MOST_PUT = 12  # largest number of states in a strip of objects that are put down
 OUTCOMES = {  # of a removal, with the style on the terminal
     Answer.SAFE: ("may be taken out", "bold green"),

@@ -16,9 +16,8 @@ from holdfast.drawing.panel_sheets import PointsPanel, StateFrame, StateSequence
 from holdfast.drawing.picture import Arrow
 from holdfast.engines.verdict import Status
 from holdfast.queries.result import vector_text
-from holdfast.report.description import STYLES, Headline, Line, Report, ReportTable, by_engine, what_moves
+from holdfast.report.description import MOST_FRAMES, STYLES, Headline, Line, Report, ReportTable, by_engine, what_moves
 from holdfast.report.map_picture import bare_picture, solids_of
-from holdfast.report.order_report import MOST_FRAMES
 
 if TYPE_CHECKING:
     from holdfast.applications.calibration.measured_friction import MeasuredFriction

@@ -1,4 +1,4 @@
-"""The commands that change the poses of a scene: place, settle and firmer."""
+"""The command ``place``."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
-from holdfast.applications.firmer.freedom import Moves
 from holdfast.applications.placement.conditions import Approach, Search, Where, with_own
 from holdfast.applications.placement.plan import place_all, plan_placement
-from holdfast.applications.settled import settle as settle_scene
 from holdfast.assembly.caution import doubts
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.assignments import of_all_and_each
@@ -25,9 +23,7 @@ from holdfast.cli.shared_options import (
     EngineName,
     File,
     Files,
-    Nodes,
     Png,
-    SaveAnswer,
     Several,
     check_suffix,
     engine_with,
@@ -38,14 +34,13 @@ from holdfast.cli.shared_options import (
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.contact_report import placement_data
 from holdfast.report.order_report import placements_report
-from holdfast.report.pose_report import firmer_report, placement_report, settled_report
+from holdfast.report.pose_report import placement_report
 from holdfast.scene.body import Body
 from holdfast.scene.formats.registry import save_scene
 from holdfast.scene.meshes.read import SUFFIXES as MESH_SUFFIXES
 from holdfast.scene.scene import Scene, with_notes
 from holdfast.scene.shapes import Mesh
 
-TURN = 15.0  # [deg] default of --turn-degrees of settle
 THINGS = (
     "a mesh file (with --mass), FILE:BODY of another scene, or a body of SCENE to move; if there are several, their "
     "order is chosen"
@@ -129,76 +124,3 @@ def _taken(scene: Scene, things: Sequence[str], mass: float | None, material: st
             bodies.append(scene.body(thing))
     moved = [thing for thing in things if Path(thing) not in meshes and ":" not in thing]
     return scene.without(moved) if moved else scene, bodies
-
-
-@takes_scene
-def settle(
-    scene: SceneGiven,
-    output: Annotated[
-        File, option(f"write the scene at rest to this file: {WRITTEN_SUFFIXES}", "--output", "-o")
-    ] = None,
-    travel: Annotated[float, option("a body that goes farther than this in m falls")] = 0.03,
-    turn_degrees: Annotated[float, option("a body that turns by more than this in degrees falls")] = TURN,
-    known: Annotated[Several, option("a body whose pose is exact (may be repeated)")] = None,
-    upright: Annotated[Several, option("a body that stands upright (may be repeated)")] = None,
-    pose_sigma: Annotated[float | None, option("standard deviation of the positions in m")] = None,
-    png: Png = None,
-    engine: EngineName = DEFAULT_ENGINE,
-    gap: Annotated[float | None, option("contact tolerance of the verdict in m; default: by pair")] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Bring a perceived or authored scene to rest near its poses, and say what moved and what falls."""
-    check_suffix(png, ".png")
-    method = engine_with(engine)
-    remarks = [f"--turn-degrees: what turns by more than {turn_degrees:g}° falls"] if turn_degrees != TURN else []
-    with progress():
-        result = settle_scene(
-            with_notes(scene.read(), remarks),
-            travel=travel,
-            turn_degrees=turn_degrees,
-            known=known or (),
-            upright=upright or (),
-            pose_sigma=pose_sigma,
-            gap=gap,
-            engine=method,
-        )
-    files: Files = [(png, result.save_png), (output, partial(save_scene, result.scene))]
-    report = partial(settled_report, scene=result.given.name or scene.scene)
-    tell(result, report, EXIT[result.status], as_json=as_json, files=files)
-
-
-@takes_scene
-def firmer(
-    scene: AssemblyGiven,
-    bodies: Annotated[list[str], typer.Argument(help="the bodies that may be moved")],
-    slide: Annotated[float, option("how far each may slide on what it stands on, in m")] = Moves.slide,
-    turn_degrees: Annotated[float, option("how far each may be turned, in degrees")] = Moves.turn_degrees,
-    apart: Annotated[float, option("distance to keep from others, in m")] = Moves.apart,
-    nearer_edges: Annotated[bool, option("they may come nearer to edges", "--nearer-edges")] = False,
-    profile: Annotated[str | None, option("a motion, as for carry, in place of pushes")] = None,
-    seconds: Annotated[float | None, option("longest time of the search, in s")] = None,
-    png: Annotated[File, option("write a PNG of the scene before and after to this file")] = None,
-    scene_out: Annotated[
-        File, option(f"write the firmer scene to this file ({WRITTEN_SUFFIXES})", "--scene-out")
-    ] = None,
-    engine: EngineName = DEFAULT_ENGINE,
-    save: SaveAnswer = None,
-    nodes: Nodes = None,
-    as_json: AsJson = False,
-) -> None:
-    """Move bodies a little, to where the least push that moves something is larger."""
-    from holdfast.applications.firmer.firmer import firmer as make_firmer  # here, as it takes long to import
-
-    check_suffix(png, ".png")
-    moves = Moves(slide=slide, turn_degrees=turn_degrees, apart=apart, nearer_edges=nearer_edges)
-    method = engine_with(engine, nodes=nodes)
-    with progress():
-        assembly = scene.assembled()
-        result = make_firmer(assembly, bodies, moves=moves, motion=profile, engine=method, seconds=seconds)
-    files: Files = [
-        (png, result.save_png),
-        (scene_out, partial(save_scene, result.assembly.scene)),
-        (save, result.save),
-    ]
-    code = exit_code(result.verdict.status, result.answers)
-    tell(result, firmer_report, code, as_json=as_json, notes=result.notes, files=files)
