@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from holdfast.base import archive
 from holdfast.base.archive import archived, load, save, to_dict
 from holdfast.base.arrays import Float, Objects
 from holdfast.base.errors import HoldfastError
@@ -123,14 +124,20 @@ def test_a_record_tells_what_its_parts_know_and_has_no_truth() -> None:
         bool(crate)
 
 
-def test_a_field_that_an_older_file_lacks_takes_its_default(tmp_path: Path) -> None:
+def test_a_field_that_a_file_lacks_is_refused_unless_older_files_have_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Then it takes its default; to take one elsewhere would read a damaged file as if it said so."""
     path = tmp_path / "value.json"
     save(whole(), path)
     data = json.loads(path.read_text())
-    del data["value"]["fields"]["flags"]
+    del data["value"]["fields"]["flags"]  # which has a default
     path.write_text(json.dumps(data))
+    with pytest.raises(HoldfastError, match="other fields"):
+        load(path)
+    monkeypatch.setitem(archive.NEW, "Whole", {"flags"})
     assert load(path) == whole()
-    del data["value"]["fields"]["name"]  # which has no default
+    del data["value"]["fields"]["name"]
     path.write_text(json.dumps(data))
     with pytest.raises(HoldfastError, match="other fields"):
         load(path)

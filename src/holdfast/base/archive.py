@@ -19,7 +19,7 @@ import sys
 import types
 import typing
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -39,6 +39,7 @@ SMALL = 64  # arrays of at most this many numbers are written into the JSON text
 MOST_PACKED = 1100  # bytes to which one byte of an archive may unpack; no compression does better
 # Fields that earlier versions saved, of answers that were interpolated between others; files that have them are read
 GONE = {"Answers": {"solved", "error"}, "MapPoint": {"solved", "error"}}
+NEW = {"Step": {"found"}, "Constraint": {"above", "above_by"}}  # fields that older files lack: they have their default
 LARGEST = 1e100  # largest finite number that a value may hold; no force, length or mass is larger
 OPEN = 2  # arrays at most this many levels deep are entries of the .npz file, so that other programs can read them
 
@@ -266,9 +267,10 @@ class _Reader:
 
     def built(self, cls: type, data: Mapping[str, Any]) -> Any:  # noqa: ANN401
         parts = {name: self.value(part) for name, part in data.items()}  # of all, for later ones may refer to them
-        state = {entry.name: parts.pop(entry.name, entry.default) for entry in fields(cls)}
-        lacking = any(part is MISSING for part in state.values())  # older files lack fields that have a default
-        if lacking or parts.keys() - GONE.get(cls.__name__, set()):
+        new = NEW.get(cls.__name__, set())
+        older = {entry.name: entry.default for entry in fields(cls) if entry.name in new}
+        state = older | {entry.name: parts.pop(entry.name) for entry in fields(cls) if entry.name in parts}
+        if len(state) < len(fields(cls)) or parts.keys() - GONE.get(cls.__name__, set()):
             raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
         wrong = misfit(cls, state)
         if wrong:
