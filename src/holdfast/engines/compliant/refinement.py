@@ -345,7 +345,7 @@ def _with_proved_peaks(grid: Grid, W: Float, lost: PathResult) -> PathResult:
         end = grid.system.under(grid.system.model.wrench + more).come_to_rest(near=lost.q[k])
         if end.outcome is RestOutcome.DRIFTS:
             outcome[k], motion[k] = PathOutcome.PEAK, end.drift
-    return lost._replace(outcome=outcome, first=lost.peak, before=lost.peak, motion=motion).sealed()
+    return lost._replace(outcome=outcome, motion=motion).sealed()
 
 
 def _below(peak: Float, load: Float) -> Float:
