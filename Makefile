@@ -86,10 +86,9 @@ test-kernels: $(VENV)/.bench
 	done; done
 
 # The compiled core, built to stop at wrong addresses and undefined behaviour, under the tests that use it most and the
-# fuzzer's scenes and files. The questions of golden answers are asked, not compared: products and sums are not fused
-# here, so answers round otherwise. Needs a compiler of this machine: the preloaded library is its own
+# fuzzer's scenes and files. Needs a compiler of this machine: the preloaded library is its own
 SANITIZED := $(OUT)/sanitized
-CORE := elastic engines/trees geometry contacts settling closed_form drawing native fuzz/test_found.py
+CORE := elastic engines/trees geometry contacts settling closed_form drawing native golden fuzz/test_found.py
 test-sanitized: $(VENV)/.bench
 	@rm -rf $(SANITIZED); mkdir -p $(SANITIZED); cp -r src $(SANITIZED)/src; rm -f $(SANITIZED)/src/holdfast/native/*.so
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt cmake ninja nanobind
@@ -99,7 +98,6 @@ test-sanitized: $(VENV)/.bench
 	export PYTHONPATH=$(abspath $(SANITIZED)/src):tests ASAN_OPTIONS=detect_leaks=0 PYTHONMALLOC=malloc OPENBLAS_NUM_THREADS=1 \
 	  LD_PRELOAD="$$(c++ -print-file-name=libasan.so) $$(c++ -print-file-name=libubsan.so) $$(c++ -print-file-name=libstdc++.so)"; \
 	$(BIN)/pytest -n auto --dist worksteal -m "not slow and not referee" $(addprefix tests/,$(CORE)) && \
-	$(BIN)/python tools/golden.py save $(SANITIZED)/golden.json && \
 	$(BIN)/python -m fuzz $(N) --seed $(SEED) --folder $(SANITIZED)/fuzz
 
 # Wheel and sdist in a clean environment of every Python at hand; PYTHONS names more, separated by colons

@@ -55,8 +55,8 @@ struct StepControl {
 // last regular point; ``turned``, the last correction as a share of its step, and the ``sharpest``, the largest of all
 // points but the first; ``points`` found, linear ``systems`` solved, node ``changes`` crossed; how often this step
 // failed and was ``shortened``, and how often it was ``doubted``; the ``fastest`` growth of the step for now; whether
-// a ``corner`` lies just behind the step, and the step to be tried ``beyond`` it; whether the path began to rise
-// (``rises``).
+// a ``corner`` lies just behind the step, and the step to be tried ``beyond`` it; whether its beginning was sought from
+// the load (``set_out``); whether the path began to rise (``rises``).
 //
 // Of the peak: ``highest`` s; ``noted``, the last s that counted as a new peak, at the length ``at_peak``, and the
 // points since (``late``); the maximum from which s has ``dipped``, and the ``first`` one above which it has risen
@@ -79,7 +79,7 @@ struct Progress {
     double turned = 0.0, sharpest = 0.0;
     Int points = 0, systems = 0, changes = 0, shortened = 0;
     double fastest, beyond = 0.0;
-    bool corner = false;
+    bool corner = false, set_out = false;
     Int doubted = 0;
     double highest = 0.0, noted = 0.0, at_peak = 0.0;
     Int late = 0;

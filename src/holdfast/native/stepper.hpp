@@ -31,6 +31,7 @@ constexpr double CAREFUL = 1.0;   // largest growth after a step that failed
 constexpr Int MOST_NEWTON = 16;   // largest number of Newton steps for one point
 constexpr Int EASY = 8;           // number up to which a point counts as found easily
 constexpr Int FIRST_NEWTON = 60;  // largest number for the first point: which idle faces part is still open
+constexpr double FIRST_LOAD = 0.1;    // its largest component, of each body's own weight and size
 constexpr double FIRST_SHARE = 0.01;  // least share of one step there
 constexpr double AWAY = 0.7;  // distance from where the directions at both ends lead, as a share of the motion, that
                               // hints at a branch
@@ -129,7 +130,7 @@ inline Event begin(const Elastic& m, Work& work, Stepper& stepper, In start, In 
     now.systems = 1;
     now.orientation = work.rhs(q.size(), 1) > 0 ? rest.sign : -rest.sign;
     now.slope = turn(work, rest.sign, now.orientation, stepper.tangent);
-    now.step = now.slope > 0 ? std::min(0.1 / (now.strength * now.slope), 10 * now.elastic) : 1e-3 * now.elastic;
+    now.step = now.slope > 0 ? std::min(FIRST_LOAD / (now.strength * now.slope), 10 * now.elastic) : 1e-3 * now.elastic;
     before_peak(work, stepper);
     put(stepper.peak_plane, work.c);
     now.rising_s = now.falling_s = now.falling_slope = 0.0;
@@ -188,6 +189,28 @@ inline void lead(Work& work, Stepper& stepper, double s) {
     set_column(work.rhs, 1, tangent);
     work.rhs(tangent.size(), 1) = s - stepper.now.s;
     stepper.now.slope = turn(work, 1.0, 1.0, tangent);
+}
+
+// Let the path begin towards the state that balances a small part of the load, sought without a plane across the path;
+// whether there is one.
+//
+// Which faces that touch without force press or part at rest is up to rounding, and with them where the path seems to
+// lead: planes across a wrong direction are met behind the state of rest, or nowhere.
+inline bool set_out(const Elastic& m, Work& work, Stepper& stepper, const Fronts* fronts, Breath& breath) {
+    Progress& now = stepper.now;
+    const Balance held{1.0, 0.0, 1.0, stepper.path.anchor};
+    const double s = FIRST_LOAD / now.strength;
+    put(stepper.trial, stepper.q);
+    put(stepper.scratch, work.c);
+    work.c.fill(0.0);
+    const Iteration point =
+        newton(m, work, held, stepper.trial, s, 0.0, TOLERANCE, FIRST_NEWTON, FIRST_SHARE, fronts, breath);
+    now.systems += point.systems;
+    put(work.c, stepper.scratch);
+    if (!point.converged) return false;
+    lead(work, stepper, s);
+    now.step = s / now.slope;
+    return true;
 }
 
 // Shorten a step that failed: to just before the next change of a node if that may be why, else by a factor.
@@ -259,6 +282,10 @@ inline Event advance(const Elastic& m, Work& work, Stepper& stepper, const Front
     if (point.converged && backward && now.shortened > 0 && straight(work, stepper.tangent)) {
         now.orientation = -now.orientation;  // another branch leaves the path, which goes on
         backward = false;
+    }
+    if (first && !now.set_out && now.slope > 0 && (!point.converged || backward || point.s <= now.s)) {
+        now.set_out = true;
+        if (set_out(m, work, stepper, fronts, breath)) return Event::TORN;
     }
     if (point.converged && !backward && now.doubted < DOUBTS && doubtful(m, work, stepper, point)) {
         ++now.doubted;

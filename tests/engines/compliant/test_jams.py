@@ -60,9 +60,12 @@ def row(gap: float) -> hf.answers.Assembly:
     return assemble(Scene([floor, *boxes], 0.4))
 
 
-@pytest.mark.parametrize("gap", [1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("gap", [5e-7, 1e-6, 2e-6, 3e-6, 1e-5, 1e-4])
 def test_no_push_leans_on_a_neighbour_across_air(gap: float) -> None:
-    """One box slides at 3.924 N, both at twice that; the force is that of the contacts as detected."""
+    """One box slides at 3.924 N, both at twice that; the force is that of the contacts as detected.
+
+    Whether the faces between them press at rest is up to rounding, and a tenth of such paths was lost at the beginning.
+    """
     found = hf.robustness(row(gap), "b0", (-0.1, 0, 0.01), (1, 0, 0))
     assert found.force[0] == pytest.approx(2 * 0.4 * 9.81, rel=1e-3)
     assert 0.98 * 0.4 * 9.81 < found.lower[0] <= 0.4 * 9.81
