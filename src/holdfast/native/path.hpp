@@ -32,10 +32,9 @@ struct PathResult {
     Vec peak, first, before, sharpest, last;
     Ints systems;
     Mat q, motion, plane;
-    static constexpr auto fields =
-        std::tuple{&PathResult::outcome,  &PathResult::peak, &PathResult::first,   &PathResult::before,
-                   &PathResult::sharpest, &PathResult::last, &PathResult::systems, &PathResult::q,
-                   &PathResult::motion,   &PathResult::plane};
+    static constexpr auto fields = std::tuple{
+        &PathResult::outcome, &PathResult::peak,    &PathResult::first, &PathResult::before, &PathResult::sharpest,
+        &PathResult::last,    &PathResult::systems, &PathResult::q,     &PathResult::motion, &PathResult::plane};
 };
 
 // Aim at the mean of the points ``x`` ahead of one end of the bracket and ``back`` from the other, by ``share``
@@ -127,7 +126,8 @@ inline Event walk(const Elastic& m, Work& work, Stepper& stepper, In start, In l
     while (goes_on(event) && now.points < now.most) {
         event = advance(m, work, stepper, fronts, breath);
         if (event == Event::STUCK) {
-            event = cross_change(m, work, stepper, fronts);
+            const bool begins = set_out(m, work, stepper, fronts, breath);
+            event = begins ? Event::TORN : cross_change(m, work, stepper, fronts);
         } else if (event == Event::ADVANCED) {
             event = now.s < most ? appraise(now) : Event::REACHED;
             if (event == Event::ADVANCED && fell_from_crest(m, work, stepper, fronts, breath)) event = Event::FALLEN;

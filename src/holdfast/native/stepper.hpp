@@ -191,13 +191,15 @@ inline void lead(Work& work, Stepper& stepper, double s) {
     stepper.now.slope = turn(work, 1.0, 1.0, tangent);
 }
 
-// Let the path begin towards the state that balances a small part of the load, sought without a plane across the path;
-// whether there is one.
+// Let the path begin, once, towards the state that balances a small part of the load, sought without a plane across
+// the path; whether there is one.
 //
 // Which faces that touch without force press or part at rest is up to rounding, and with them where the path seems to
 // lead: planes across a wrong direction are met behind the state of rest, or nowhere.
 inline bool set_out(const Elastic& m, Work& work, Stepper& stepper, const Fronts* fronts, Breath& breath) {
     Progress& now = stepper.now;
+    if (now.points > 0 || now.set_out) return false;
+    now.set_out = true;
     const Balance held{1.0, 0.0, 1.0, stepper.path.anchor};
     const double s = FIRST_LOAD / now.strength;
     put(stepper.trial, stepper.q);
@@ -210,6 +212,7 @@ inline bool set_out(const Elastic& m, Work& work, Stepper& stepper, const Fronts
     if (!point.converged) return false;
     lead(work, stepper, s);
     now.step = s / now.slope;
+    now.shortened = 0;
     return true;
 }
 
@@ -282,10 +285,6 @@ inline Event advance(const Elastic& m, Work& work, Stepper& stepper, const Front
     if (point.converged && backward && now.shortened > 0 && straight(work, stepper.tangent)) {
         now.orientation = -now.orientation;  // another branch leaves the path, which goes on
         backward = false;
-    }
-    if (first && !now.set_out && now.slope > 0 && (!point.converged || backward || point.s <= now.s)) {
-        now.set_out = true;
-        if (set_out(m, work, stepper, fronts, breath)) return Event::TORN;
     }
     if (point.converged && !backward && now.doubted < DOUBTS && doubtful(m, work, stepper, point)) {
         ++now.doubted;
