@@ -34,6 +34,7 @@ from holdfast.engines.joint_answers import Smallest, joint, without_negligible
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
 from holdfast.engines.self_stress import self_stressed
+from holdfast.engines.trees.tree_state import with_trees
 from holdfast.engines.verdict import ContactForces, GroupVerdict, Status, Verdict
 from holdfast.scene.hold import held_names, refuse_holds
 
@@ -96,16 +97,15 @@ class Groups:
         """Return one group, prepared."""
         with self._preparing:
             if number not in self._known:
-                self._known.update(self._with_doubts(number))
+                self._known.update(self._with_doubts(number, self._as_found(number)))
             return self._known[number]
 
-    def _with_doubts(self, number: int) -> dict[int, PreparedGroup]:
+    def _with_doubts(self, number: int, group: PreparedGroup) -> dict[int, PreparedGroup]:
         """Return a group, and all that its verdict depends on, with verdicts that allow for poses a little off.
 
         What overlaps more deeply than its tolerance is not known to stand, and what falls by less than its reach is not
         known to fall.
         """
-        group = self._as_found(number)
         if group.verdict.status is Status.STABLE:
             deep = [o.text for o in self.assembly.overlaps if not set(group.names).isdisjoint(o.bodies)]
             if not deep:
@@ -125,9 +125,23 @@ class Groups:
 
     def _as_found(self, number: int) -> PreparedGroup:
         """Return one group, prepared, with the verdict that follows from its contacts as they were found."""
-        if number not in self._by_contacts:
-            self._by_contacts[number] = self._prepare(self.assembly.groups[number])
-        return self._by_contacts[number]
+        if number in self._by_contacts:
+            return self._by_contacts[number]
+        names = self.assembly.groups[number]
+        if frozenset(names) in self._hanging:
+            key = ("hanging", Same(self.assembly), names, self._wrench.tobytes())
+            fall = self.assembly.memory.recalled(key, 1, lambda: hanging(self.assembly, [names], self._wrench))
+            group = PreparedGroup(names, fall)
+        else:
+            part = part_of(self.assembly, names)
+            own = self._own(part)
+            certain = all(interface.certain for interface in part.assembly.interfaces)
+            prepare = with_trees if certain else doubtful_contacts.prepared
+            make = partial(prepare, self.engine, part.assembly, own, self.acceleration)
+            state = self._recalled(make, part.content, own, len(part.members))
+            group = PreparedGroup(names, self._checked(part, state.verdict()), part, state)
+        self._by_contacts[number] = group
+        return group
 
     @cached_property
     def _reach(self) -> Reach:
@@ -252,7 +266,7 @@ class Groups:
         count = W.shape[1]
         loaded = (W.reshape(len(W) // 6, 6, count) != 0).any(1)
         numbers = self._groups_of(np.flatnonzero(loaded.any(1)))
-        groups = [self.group(number) for number in reported("rest", numbers)]
+        groups = list(map(self.group, reported("rest", numbers)))
         if len(groups) == 1 and loaded.any(0).all():
             found = self._answers(groups[0], W, accuracy)
             notes = joined_notes([self._said, found.notes, _reasons(groups)])
@@ -323,18 +337,6 @@ class Groups:
         each = {id(m): m for m in found.mechanism}  # rows share mechanisms
         whole = {key: None if m is None else self._whole(part, m) for key, m in each.items()}
         return replace(found, mechanism=objects([whole[id(m)] for m in found.mechanism]))
-
-    def _prepare(self, names: tuple[str, ...]) -> PreparedGroup:
-        if frozenset(names) in self._hanging:
-            key = ("hanging", Same(self.assembly), names, self._wrench.tobytes())
-            return PreparedGroup(
-                names, self.assembly.memory.recalled(key, 1, lambda: hanging(self.assembly, [names], self._wrench))
-            )
-        part = part_of(self.assembly, names)
-        own = self._own(part)
-        make = partial(doubtful_contacts.prepared, self.engine, part.assembly, own, self.acceleration)
-        state = self._recalled(make, part.content, own, len(part.members))
-        return PreparedGroup(names, self._checked(part, state.verdict()), part, state)
 
     def _own(self, part: Part) -> Float | None:
         """Return the standing loads on the bodies of a part, or None if there are none."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -41,7 +42,7 @@ class LoadQuestion:
     paths: Bounded
     leans: Bool
 
-    @property
+    @cached_property
     def bounded(self) -> bool:
         """Whether lower bounds are wanted."""
         return not isinstance(self.accuracy, ForcesOnly)
@@ -78,18 +79,14 @@ class Amendment(ABC):
     name: ClassVar[str]
     why: ClassVar[str]
 
-    @property
+    @cached_property
     def grid(self) -> Grid:
         """The grid from which answers are taken."""
         return self.state.grid
 
     @abstractmethod
-    def applies(self, asked: LoadQuestion) -> bool:
-        """Tell whether anything may have to be amended; it is cheap."""
-
-    @abstractmethod
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
-        """Return the answers ``found`` as amended."""
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
+        """Return the answers ``found`` as amended, or None if they are none of its business, which is cheap to tell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,15 +96,11 @@ class OpenContacts(Amendment):
     name: ClassVar[str] = "contacts that are open at rest"
     why: ClassVar[str] = "contacts that are open and carry nothing at rest may never close, so lower is without them"
 
-    def applies(self, asked: LoadQuestion) -> bool:
-        """Tell whether such contacts carry some of a load at its peak."""
-        return asked.bounded and bool(asked.leans.any()) and self.state.without_idle is not None
-
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
         """Return the answers; of those that lean on contacts idle at rest, ``lower`` is as without all of these."""
-        bare, leaning = self.state.without_idle, asked.loaded[asked.leans]
-        if bare is None:
-            return found
+        if not asked.bounded or not asked.leans.any() or (bare := self.state.without_idle) is None:
+            return None
+        leaning = asked.loaded[asked.leans]
         there, lower = bare.load_factor(asked.W[:, leaning], asked.accuracy), np.array(found.lower)
         least = np.minimum(lower[leaning], there.lower)
         telling = int((least < (1 - MATTERS) * lower[leaning]).sum())
@@ -127,22 +120,19 @@ class Sliding(Amendment):
     name: ClassVar[str] = "sliding far"
     why: ClassVar[str] = f"what holds only after sliding {core.SLID:g} times as far as contacts give is not promised"
 
-    def applies(self, asked: LoadQuestion) -> bool:
-        """Tell whether some path slides far before its bound is reached.
-
-        Of faces that touch at high points only, what bonded contacts give is far too little; the ideal ones are asked.
-        """
-        ideal = self.grid.springs.faces is None
-        return asked.bounded and ideal and bool((asked.paths.before < asked.paths.lower).any())
-
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
         """Return the answers with ``lower`` at most what is reached before contacts have slid far.
 
-        A path that turned out to have left its branch, as the answer has no end, tells nothing.
+        A path that turned out to have left its branch, as the answer has no end, tells nothing. Of faces that touch at
+        high points only, what bonded contacts give is far too little; the ideal ones are asked.
         """
+        if not asked.bounded or self.grid.springs.faces is not None:
+            return None
         before, loaded = asked.paths.before, asked.loaded
-        ends = np.isfinite(found.force[loaded]) | np.isinf(asked.paths.paths.factor)
-        slides = (before < asked.paths.lower) & ends
+        far_before = before < asked.paths.lower
+        if not far_before.any():
+            return None
+        slides = far_before & (np.isfinite(found.force[loaded]) | np.isinf(asked.paths.paths.factor))
         if not slides.any():
             return found
         most = np.minimum(found.lower[loaded], np.where(slides, before, np.inf))

@@ -91,7 +91,7 @@ class RestingState:
     _asking: RLock = field(default_factory=RLock, init=False, repr=False)  # searches for rest work in the grids' memory
     _begun: Event = field(default_factory=Event, init=False, repr=False)  # what lower bounds need
 
-    @property
+    @cached_property
     def grid(self) -> Grid:
         """The grid from which answers are taken unless it is too coarse."""
         return self.refined.grid
@@ -130,8 +130,8 @@ class RestingState:
         asked = LoadQuestion(W, accuracy, loaded, solved, leans)
         found = _told(asked, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
         for amendment in self._amendments:
-            if amendment.applies(asked):
-                found = amendment.amend(found, asked).after(amendment.name, amendment.why)
+            amended = amendment.amend(found, asked)
+            found = found if amended is None else amended.after(amendment.name, amendment.why)
         return found
 
     @cached_property

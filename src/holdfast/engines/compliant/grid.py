@@ -198,7 +198,7 @@ class Grid:
         """The weight of the lightest body, in the model's unit of force."""
         return float(np.linalg.norm(self.wrench.reshape(-1, 6)[:, :3], axis=1).min() / self.unit)
 
-    @property
+    @cached_property
     def unit(self) -> float:
         """The model's unit of force [N]."""
         return force_unit(self.assembly, self.wrench)

@@ -47,10 +47,6 @@ class LimitReview(Amendment):
     name: ClassVar[str] = "limit analysis"
     why: ClassVar[str] = "limit analysis proves when something moves at the latest, and which loads have no end"
 
-    def applies(self, asked: LoadQuestion) -> bool:
-        """Say that answers have to be looked at."""
-        return True
-
     def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
         """Return the answers ``found``, mended where limit analysis proves more.
 

@@ -92,16 +92,15 @@ class SelfStressed(Amendment):
         """Whether some answers depend on stiffness, whatever the load."""
         return self.possible or bool(self.near)
 
-    def applies(self, asked: LoadQuestion) -> bool:
-        """Tell whether bounds are wanted; springs of imperfect faces are a sample already, and are left alone."""
-        return asked.bounded and self.grid.springs.faces is None
-
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
         """Return ``found`` with lower bounds that also hold on other springs and nodes.
 
         A path that is lost on one of them counts as far as it was followed. An answer without an end keeps its status,
-        but its lower bound is finite where others end within HUGE times the weight.
+        but its lower bound is finite where others end within HUGE times the weight. Springs of imperfect faces are a
+        sample already, and are left alone.
         """
+        if not asked.bounded or self.grid.springs.faces is not None:
+            return None
         rows = np.flatnonzero((found.force > 0) & asked.W.any(axis=0))
         if not len(rows):
             return found

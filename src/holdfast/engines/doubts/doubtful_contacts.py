@@ -20,7 +20,6 @@ from holdfast.engines.doubts.absent_contacts import Absences, Absent
 from holdfast.engines.doubts.pose_allowance import Allowance
 from holdfast.engines.limit_engine import Limit
 from holdfast.engines.mechanism import Mechanism
-from holdfast.engines.trees.tree_state import with_trees
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.friction import NOTHING
 
@@ -35,12 +34,9 @@ def prepared(
 ) -> State:
     """Prepare ``engine`` for an assembly of which some contacts may not exist (``Interface.certain`` is False).
 
-    The arguments are those of ``Engine.prepare``. If all contacts are certain, the state is the engine's own. Otherwise
-    it answers for the scene as detected, and its ``lower`` and ``upper`` are the least and the greatest over all sets
-    of contacts that may be absent together (absent_contacts.py).
+    The arguments are those of ``Engine.prepare``. The state answers for the scene as detected, and its ``lower`` and
+    ``upper`` are the least and the greatest over all sets of contacts that may be absent together (absent_contacts.py).
     """
-    if all(interface.certain for interface in assembly.interfaces):
-        return with_trees(engine, assembly, standing, acceleration)
     absences = Absences(engine, assembly, standing, acceleration)
     state = absences.state(frozenset())
     return state if state.verdict().status is Status.UNSTABLE else Doubtful(state, absences)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -180,10 +180,7 @@ WHY = "equilibrium alone says what each carries; an even bed says what it can"
 
 def with_trees(engine: Engine, assembly: Assembly, standing: Float | None, acceleration: Float | None) -> State:
     """Prepare ``engine``, whose place trees take where they decide and it ``takes_trees``; see ``Engine.prepare``."""
-
-    def make() -> State:
-        return engine.prepare(assembly, standing, acceleration)
-
+    make = partial(engine.prepare, assembly, standing, acceleration)
     if not getattr(engine, "takes_trees", False) or assembly.hanging:
         return make()
     wrench = assembly.weight_wrench(acceleration)
