@@ -12,8 +12,7 @@ import pytest
 import holdfast as hf
 from holdfast.assembly.assembly import Assembly
 from holdfast.engines.contract import EXACT, FORCES_ONLY
-from holdfast.engines.doubts.absent_contacts import Absences
-from holdfast.engines.doubts.doubtful_contacts import prepared
+from holdfast.engines.doubts.doubtful_contacts import Absences, prepared
 from holdfast.engines.limit_engine import Limit
 from holdfast.scene.shipped.blocks import at, box, floor
 

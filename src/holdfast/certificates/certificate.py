@@ -26,9 +26,8 @@ from holdfast.certificates.verify_certificate import FORMAT, Certificate, Refuse
 from holdfast.engines.contract import State
 from holdfast.engines.doubts.doubtful_contacts import as_detected
 from holdfast.engines.groups import PreparedGroup, prepared
-from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.limit_state import LimitState
-from holdfast.engines.limit.proof import UNKNOWN
+from holdfast.engines.limit.proof import UNKNOWN, LoadLimit
 from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.body import Body

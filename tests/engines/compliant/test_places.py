@@ -9,8 +9,7 @@ from engine_scenes import shipped
 import holdfast as hf
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.contacts.interface import Patch
-from holdfast.engines.compliant.elastic_model import elastic_model
-from holdfast.engines.compliant.places import Places, sheets_of
+from holdfast.engines.compliant.elastic_model import Places, elastic_model, sheets_of
 from holdfast.scene.shipped.blocks import at
 
 

@@ -15,8 +15,7 @@ from holdfast import Limit
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.engines.answers import Bound
-from holdfast.engines.limit.balance import Balance, _factor, _solved
-from holdfast.engines.limit.rounding import Equilibrium, inner
+from holdfast.engines.limit.balance import Balance, Equilibrium, _factor, _solved, inner
 from holdfast.scene.shipped.blocks import at
 
 SCENES = ["cube", "slope_two", "v_groove"]

@@ -15,8 +15,7 @@ from limit_scenes import columns
 
 from holdfast.base.arrays import Float
 from holdfast.engines.contract import Within
-from holdfast.engines.limit.gauge import LoadLimit
-from holdfast.engines.limit.proof import LoadProgram, Solved
+from holdfast.engines.limit.proof import LoadLimit, LoadProgram, Solved
 from holdfast.engines.limit_engine import Limit
 
 T = TypeVar("T")

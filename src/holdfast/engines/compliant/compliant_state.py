@@ -26,7 +26,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import begin, free_threads
-from holdfast.elastic.path import PathOutcome, PathResult
+from holdfast.elastic.system import PathOutcome, PathResult
 from holdfast.engines.answers import Answers, Bound, Claim, Step
 from holdfast.engines.compliant.amendment import Amendment, LoadQuestion, OpenContacts, Sliding
 from holdfast.engines.compliant.balanced import Neutral

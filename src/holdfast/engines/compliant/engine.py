@@ -12,7 +12,7 @@ from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, checked_number, checked_whole
 from holdfast.base.public import Record
 from holdfast.base.ranges import STIFFNESS
-from holdfast.elastic.path import RestOutcome
+from holdfast.elastic.system import RestOutcome
 from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import Neutral, neutral_at
 from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, RestingState, Unpushable

@@ -25,11 +25,9 @@ from holdfast.base.progress import reported
 from holdfast.contacts.flags import EXACT
 from holdfast.contacts.interface import Interface
 from holdfast.elastic.model import WEAKEST_SPRING, Elastic, held
-from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
-from holdfast.elastic.system import RestSearch, System
-from holdfast.engines.compliant.elastic_model import Springs, force_unit, own_rows, world_rows
+from holdfast.elastic.system import PathOutcome, PathResult, RestOutcome, RestSearch, System
+from holdfast.engines.compliant.elastic_model import Places, Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing
-from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.limit_state import LimitState, balanced_under
 from holdfast.engines.mechanism import Mechanism, describe_all, modes_of, without_slight
 from holdfast.native import core

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from holdfast.base.arrays import Float
-from holdfast.elastic.path import PathOutcome
+from holdfast.elastic.system import PathOutcome
 from holdfast.engines.answers import Answers, only_balanced
 from holdfast.engines.compliant.amendment import Amendment, LoadQuestion
 from holdfast.engines.compliant.load_bearing import HUGE, rests_alone

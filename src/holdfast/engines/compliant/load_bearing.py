@@ -18,8 +18,7 @@ from scipy.sparse.csgraph import breadth_first_order
 from holdfast.base.arrays import Bool, Float
 from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.elastic.model import WEAKEST_SPRING, Elastic, Runs, held
-from holdfast.elastic.path import RestOutcome
-from holdfast.elastic.system import System
+from holdfast.elastic.system import RestOutcome, System
 from holdfast.native import core
 
 HUGE = 10.0  # a weight is expected not to count any more beside a load of this many times its size

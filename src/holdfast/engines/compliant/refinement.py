@@ -10,8 +10,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import answers_in_parallel, free_threads
-from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
-from holdfast.elastic.system import STAGE
+from holdfast.elastic.system import STAGE, PathOutcome, PathResult, RestOutcome
 from holdfast.engines.compliant.elastic_model import motion_row
 from holdfast.engines.compliant.grid import FINER, Grid
 

@@ -22,12 +22,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.model import Elastic, unresisted_motion
-from holdfast.elastic.path import RestOutcome
-from holdfast.elastic.system import RestSearch
+from holdfast.elastic.system import RestOutcome, RestSearch
 from holdfast.engines.compliant.balanced import on_an_edge
-from holdfast.engines.compliant.elastic_model import world_rows
+from holdfast.engines.compliant.elastic_model import Places, world_rows
 from holdfast.engines.compliant.grid import FINER, Grid
-from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict

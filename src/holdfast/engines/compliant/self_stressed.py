@@ -22,7 +22,7 @@ import numpy as np
 from holdfast.assembly.assembly import body_forces
 from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.arrays import Float, Int
-from holdfast.elastic.path import PathOutcome
+from holdfast.elastic.system import PathOutcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.amendment import MATTERS, Amendment, LoadQuestion
 from holdfast.engines.compliant.elastic_model import Springs

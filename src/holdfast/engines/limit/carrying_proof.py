@@ -24,8 +24,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.conic.solve import ConeKind, ConeProgram, solve
 from holdfast.engines.forces import FrictionCone
-from holdfast.engines.limit.balance import Balance
-from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, usual_forces
+from holdfast.engines.limit.balance import DOWN, UP, Balance, Equilibrium, usual_forces
 from holdfast.engines.rest import Rest, contact_forces
 from holdfast.engines.verdict import Status, Verdict
 

@@ -26,13 +26,11 @@ from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict,
 from holdfast.engines.contract import EXACT, Accuracy, Gradient, LoadHull, LoadSet, Within
 from holdfast.engines.forces import EXACT as EXACT_CONE
 from holdfast.engines.forces import FrictionCone
+from holdfast.engines.limit.balance import DOWN, UP
 from holdfast.engines.limit.carrying_proof import proved_rest
-from holdfast.engines.limit.certified import certify
-from holdfast.engines.limit.family import Family, Support
-from holdfast.engines.limit.gauge import FLAT_GROUP, CuttingPlanes, LoadLimit, by_body
-from holdfast.engines.limit.load_sets import find_hull, find_set
-from holdfast.engines.limit.proof import SOLVED, TOLERANCE, LoadProgram, Proofs
-from holdfast.engines.limit.rounding import DOWN, UP
+from holdfast.engines.limit.certified import FLAT_GROUP, CuttingPlanes, by_body, certify
+from holdfast.engines.limit.load_sets import Family, Support, find_hull, find_set
+from holdfast.engines.limit.proof import SOLVED, TOLERANCE, LoadLimit, LoadProgram, Proofs
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of, relative_velocity
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict

@@ -20,10 +20,9 @@ from holdfast.base.entries import Entries, together
 from holdfast.base.progress import answers_in_parallel, free_threads, reported
 from holdfast.conic.solve import ConeProgram, Outcome, Prepared
 from holdfast.engines.forces import FrictionCone, size_of
+from holdfast.engines.limit.balance import Equilibrium, Scales, usual_forces
 from holdfast.engines.limit.carrying_proof import CarryingProof, Mixture
-from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.repair import Repair
-from holdfast.engines.limit.rounding import Equilibrium, Scales, usual_forces
 from holdfast.engines.rest import Rest
 from holdfast.engines.verdict import Status
 
@@ -109,6 +108,29 @@ class LoadProgram:
         self._idle.append(prepared)
         forces, motion = self.scales.force * solution.x[:-1], self.scales.motion * solution.z[: len(load)]
         return Solved(solution.outcome, forces, float(solution.x[-1]) / size, motion, solution.residual)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadLimit:
+    """The largest ``factor`` of one load, with its bounds ``lower`` and ``upper``, its ``status`` and the evidence.
+
+    Finite: the dual ``twists`` (6J,) of the movable bodies, scaled so that the load does work at unit power, and
+    ``proof`` (6J,), the same motion mended (repair.py) so that it proves ``upper`` and a cutting plane for all other
+    loads. Where it cannot be mended, ``proof`` is None and ``upper`` infinite. Infinite: the ``ray`` (I, 3) [N], world
+    axes: forces on each node's second body that balance the load alone, so that any multiple of it is carried.
+    ``certain`` says whether ``lower`` is proved. ``slope`` (6J,): where the ray is proved with room to spare, any
+    multiple of the load and of a wrench w with the sum of slope |w| <= 1 is carried together.
+    """
+
+    factor: float
+    lower: float
+    upper: float
+    status: Status
+    twists: Float | None
+    proof: Float | None = None
+    ray: Float | None = None
+    certain: bool = False
+    slope: Float | None = None
 
 
 MARGIN = 1e-7  # share of an estimated bound by which it is moved outwards, for the error of the solver

@@ -27,8 +27,7 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.base.entries import Entries, diagonal
 from holdfast.conic.solve import ConeProgram, solve
 from holdfast.engines.forces import FrictionCone
-from holdfast.engines.limit.balance import Balance
-from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner
+from holdfast.engines.limit.balance import DOWN, EXTENDED, LEAST, UP, Balance, Equilibrium, gamma, inner
 from holdfast.engines.mechanism import moving_bodies
 
 TIGHT = 5e-7  # a bound that mending raises by a smaller share needs no better motion
