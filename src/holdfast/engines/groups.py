@@ -30,10 +30,10 @@ from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import EXACT, Accuracy, Engine, Judging, Loadable, State, fresh, held_by
 from holdfast.engines.doubts import doubtful_contacts
 from holdfast.engines.doubts.near_falls import Reach
+from holdfast.engines.forces import self_stressed
 from holdfast.engines.joint_answers import Smallest, joint, without_negligible
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
-from holdfast.engines.self_stress import self_stressed
 from holdfast.engines.trees.tree_state import with_trees
 from holdfast.engines.verdict import ContactForces, GroupVerdict, Status, Verdict
 from holdfast.scene.hold import held_names, refuse_holds
@@ -385,7 +385,9 @@ class Groups:
                 verdict, doubt = replace(firm, steps=verdict.steps), ""
         if verdict.status is Status.STABLE:
             return verdict.with_evidence(
-                lambda: self._forces(part, verdict), lambda: verdict.residual, lambda: self_stressed(part.assembly)
+                lambda: self._forces(part, verdict),
+                lambda: verdict.residual,
+                lambda: self_stressed(part.assembly, corner_nodes(part.assembly).contacts),
             )
         mechanism, reason = None, verdict.reason
         if verdict.mechanism is not None:

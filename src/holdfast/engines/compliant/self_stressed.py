@@ -29,8 +29,7 @@ from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.rest_verdict import TAKEN_ALONG
-from holdfast.engines.forces import EXACT
-from holdfast.engines.self_stress import clampable, self_stressed_nodes
+from holdfast.engines.forces import clampable, self_stressed
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
 # Nodes along a side of coarse grids, on which pressure is concentrated at edges. The pile of pipes of finding T3 holds
@@ -66,8 +65,7 @@ class SelfStressed(Amendment):
             begins[places.sheets.first[:-1]] = True
             if not clampable(places.nodes.chosen(begins)).any():
                 return False
-        pressed = self_stressed_nodes(assembly, contact_nodes(assembly, CORNERS, "corners"), EXACT)
-        return pressed is None or bool(pressed.any())
+        return self_stressed(assembly, contact_nodes(assembly, CORNERS, "corners")) is not False
 
     @cached_property
     def near(self) -> frozenset[str]:
