@@ -162,7 +162,7 @@ class _Exact:
         if mechanism is None:
             return None
         motion = mechanism.twists.ravel()[self.rows]
-        mended = motion if self.state is None else self.state.proofs.fall(motion)
+        mended = motion if self.state is None else self.state.proofs.repair.gaining(motion)
         for twists in () if mended is None else self._unbraked(mended):
             if _power(self.standing, twists) > 0:
                 return twists
@@ -173,7 +173,7 @@ class _Exact:
         opening: Float | None = None
         for share in (0.0, *OPENED):
             if share and opening is None:
-                opening = None if self.state is None else self.state.proofs.opened(motion)
+                opening = None if self.state is None else self.state.proofs.repair.opened(motion)
                 if opening is None:
                     return
                 opening = opening / np.abs(opening).max() * np.abs(motion).max()

@@ -11,19 +11,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.text import listed
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant.balanced import Neutral
 from holdfast.engines.compliant.grid import Grid, open_pair
 from holdfast.engines.compliant.refinement import Bounded
-from holdfast.engines.contract import Accuracy, ForcesOnly, State
+from holdfast.engines.contract import Accuracy, ForcesOnly
 from holdfast.engines.mechanism import NAMED
 from holdfast.native import core
+
+if TYPE_CHECKING:
+    from holdfast.engines.compliant.compliant_state import RestingState
 
 MATTERS = 0.05  # relative change of an answer above which a note tells of an amendment
 
@@ -48,25 +50,6 @@ class LoadQuestion:
         return not isinstance(self.accuracy, ForcesOnly)
 
 
-class ElasticRest(Protocol):
-    """An assembly at rest on elastic contacts, as amendments see it."""
-
-    @property
-    def grid(self) -> Grid:
-        """The grid from which answers are taken."""
-        ...
-
-    @property
-    def neutral(self) -> Neutral | None:
-        """The motions that no contact resists, of bodies that are only balanced; None if nothing may have any."""
-        ...
-
-    @property
-    def without_idle(self) -> State | None:
-        """The same state without contacts that are open and carry nothing at rest; None if there are none."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
 class Amendment(ABC):
     """One amendment of the answers about an assembly at rest, ``state``.
@@ -74,7 +57,7 @@ class Amendment(ABC):
     ``name`` says in the words of an explanation what it looks at, and ``why`` what it does and for which reason.
     """
 
-    state: ElasticRest
+    state: RestingState
 
     name: ClassVar[str]
     why: ClassVar[str]

@@ -20,7 +20,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Event, RLock
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -56,14 +56,11 @@ class Unpushable:
 
     decided: Verdict
 
+    notes: ClassVar[tuple[str, ...]] = ()  # the claim of the engine already states what the answers rest on
+
     def verdict(self) -> Verdict:
         """Say whether the assembly comes to rest."""
         return self.decided
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """No notes: the claim of the engine already states what the answers rest on."""
-        return ()
 
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Answer for each column of W (6J, n) without a load path.
@@ -88,6 +85,9 @@ class RestingState:
     decided: Verdict
     refined: Refined
     neutral: Neutral | None = None
+
+    notes: ClassVar[tuple[str, ...]] = ()  # as of ``Unpushable``
+
     _asking: RLock = field(default_factory=RLock, init=False, repr=False)  # searches for rest work in the grids' memory
     _begun: Event = field(default_factory=Event, init=False, repr=False)  # what lower bounds need
 
@@ -100,11 +100,6 @@ class RestingState:
         """Say that the assembly comes to rest, with the contact forces."""
         return self.decided
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """No notes: the claim of the engine already states what the answers rest on."""
-        return ()
-
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Find the peak of the load path of each column of W (6J, n) [N, N m].
 
@@ -113,26 +108,23 @@ class RestingState:
         ``lower`` is 0 and no finer grid is needed. Of several threads that ask, one waits for the other.
         """
         with self._asking:
-            return self._load_factor(W, accuracy)
-
-    def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
-        loaded, bounds = _loaded(W), not isinstance(accuracy, ForcesOnly)
-        if not len(loaded):
-            solved = Bounded.unbounded(PathResult.lost(0, len(W)))
-        else:
-            # lower bounds begin while the first long path is followed, which leaves a processor idle
-            if bounds and self.grid.system.long and free_threads() > 1 and not self._begun.is_set():
-                self._begun.set()
-                begin(lambda: (self.grid.finer, self._self_stressed.by_stiffness))
-            solved = self.refined.answers(W[:, loaded], bounds=bounds)
-        leans = self.grid.leans(W[:, loaded], solved.paths)
-        peaks = solved.paths.outcome == PathOutcome.PEAK
-        asked = LoadQuestion(W, accuracy, loaded, solved, leans)
-        found = _told(asked, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
-        for amendment in self._amendments:
-            amended = amendment.amend(found, asked)
-            found = found if amended is None else amended.after(amendment.name, amendment.why)
-        return found
+            loaded, bounds = _loaded(W), not isinstance(accuracy, ForcesOnly)
+            if not len(loaded):
+                solved = Bounded.unbounded(PathResult.lost(0, len(W)))
+            else:
+                # lower bounds begin while the first long path is followed, which leaves a processor idle
+                if bounds and self.grid.system.long and free_threads() > 1 and not self._begun.is_set():
+                    self._begun.set()
+                    begin(lambda: (self.grid.finer, self._self_stressed.by_stiffness))
+                solved = self.refined.answers(W[:, loaded], bounds=bounds)
+            leans = self.grid.leans(W[:, loaded], solved.paths)
+            peaks = solved.paths.outcome == PathOutcome.PEAK
+            asked = LoadQuestion(W, accuracy, loaded, solved, leans)
+            found = _told(asked, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
+            for amendment in self._amendments:
+                amended = amendment.amend(found, asked)
+                found = found if amended is None else amended.after(amendment.name, amendment.why)
+            return found
 
     @cached_property
     def without_idle(self) -> RestingState | None:
@@ -202,7 +194,11 @@ def _told(asked: LoadQuestion, verdict: Verdict, mechanisms: Iterable[Mechanism]
         status[column] = STATUS[PathOutcome(outcome)]
     for column, one in zip(loaded[paths.outcome == PathOutcome.PEAK].tolist(), mechanisms, strict=True):
         mechanism[column] = one
-    first = Step("load path on the first grid", "the load at which its path from rest has a peak", raw, np.zeros(count))
+    lower = np.minimum(lower, force)
+    steps = (
+        Step("load path on the first grid", "the load at which its path from rest has a peak", raw, np.zeros(count)),
+        Step("finer grids", "lower is less by twice the change from one grid to the next and by 0.2 %", force, lower),
+    )
     return Answers.of(
         engine=NAME,
         claim=CLAIM,
@@ -212,5 +208,5 @@ def _told(asked: LoadQuestion, verdict: Verdict, mechanisms: Iterable[Mechanism]
         status=status,
         mechanism=mechanism,
         lower_bound=Bound.ESTIMATED if asked.bounded else Bound.NONE,
-        steps=(first,),
-    ).after("finer grids", "lower is less by twice the change from one grid to the next and by 0.2 %")
+        steps=steps,
+    )

@@ -13,7 +13,7 @@ The stiffness of contacts per area is one number for all of them, or one for eac
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
@@ -236,10 +236,6 @@ class Springs:
     ratio: float = 1.0
     stiffness: Stiffness = None
     faces: RandomFaces | None = None
-
-    def finer(self, times: int) -> Springs:
-        """Return the same springs with ``times`` as many nodes along each side."""
-        return replace(self, nodes=times * self.nodes)
 
     def model(self, places: Places, wrench: Float) -> Elastic:
         """Return the elastic model of an assembly on these ``places`` under ``wrench`` (6J,) [N, N m].

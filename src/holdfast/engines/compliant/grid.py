@@ -89,6 +89,7 @@ class Grid:
     system: System
     hold: Bool | None = None
     _rest: list[RestSearch] = field(default_factory=list, init=False, repr=False)
+    _finer: list[Grid] = field(default_factory=list, init=False, repr=False)
     _local: dict[tuple[bytes, int, int], Grid] = field(default_factory=dict, init=False, repr=False)
     _making: RLock = field(default_factory=RLock, init=False, repr=False)  # of finer grids, and of rest
 
@@ -144,11 +145,10 @@ class Grid:
     def finer(self) -> Grid:
         """The grid with FINER times as many nodes along a side."""
         with self._making:  # threads that ask at the same time share one
-            return self._finer
-
-    @cached_property
-    def _finer(self) -> Grid:
-        return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER), hold=self.hold)
+            if not self._finer:
+                springs = replace(self.springs, nodes=FINER * self.springs.nodes)
+                self._finer.append(Grid.of(self.assembly, self.wrench, springs, hold=self.hold))
+            return self._finer[0]
 
     def with_more(self, contacts: Int, more: int, times: int = 1) -> Grid:
         """Return the grid with ``more`` nodes along a side at these ``contacts``, ``times`` as many at all others.

@@ -128,7 +128,7 @@ class LimitState:
             mechanism = self.rest.verdict.mechanism
             falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
             motion = self.rest.fall if mechanism is None or self.rest.fall is not None else mechanism.twists.ravel()
-            proved = motion is None or not falls or self.proofs.fall(motion) is not None
+            proved = motion is None or not falls or self.proofs.repair.gaining(motion) is not None
             return Answers.not_standing(count, **self._known(lower=True, upper=proved))
         W = self.rest.nodes.beside(W)
         if not isinstance(accuracy, Within) or not (groups := by_body(W, FLAT_GROUP)):

@@ -202,7 +202,7 @@ class Proofs:
 
         They are 0 where nothing is proved. The forces are those of a solver, at the factor 1; they may be wrong.
         """
-        return self._carried.lower(forces, np.ones(loads.shape[1]), loads)
+        return self.carrying.lower(forces, np.ones(loads.shape[1]), loads)
 
     @cached_property
     def slope(self) -> Float:
@@ -210,38 +210,30 @@ class Proofs:
 
         The interior forces at rest change by less than their room if the wrench is small.
         """
-        reference = self._carried.reference
+        reference = self.carrying.reference
         return np.zeros(len(self.wrench)) if reference is None else reference.slope
 
     @property
     def certain(self) -> bool:
         """Whether anything can be proved to be carried: forces inside all friction cones are known."""
-        return self._carried.reference is not None
+        return self.carrying.reference is not None
 
     @property
     def loose(self) -> Bool:
         """Which bodies (J,) are only balanced, to within rounding; ``lower`` is proved as if they stayed so."""
-        reference = self._carried.reference
+        reference = self.carrying.reference
         return np.zeros(len(self.wrench) // 6, dtype=bool) if reference is None else reference.balance.loose
 
     @property
     def resting(self) -> Float | None:
         """Contact forces (3I,) [N] inside all cones that balance the wrench up to rounding, if any are proved."""
-        return None if self._carried.reference is None else self._carried.reference.forces
+        return None if self.carrying.reference is None else self.carrying.reference.forces
 
     def mixed(self, load: Float) -> Iterator[tuple[Mixture, Mixture, float]]:
         """Yield what proves that a load (6J,) is carried up to its ``lower``; see ``CarryingProof.mixed``."""
         solved = self.program.maximise(load)
         if solved.outcome in SOLVED and np.isfinite(solved.forces).all() and solved.factor > 0:
-            yield from self._carried.mixed(solved.forces, solved.factor, load)
-
-    def fall(self, motion: Float) -> Float | None:
-        """Return a motion (6J,), mended, if it proves for certain that nothing balances the wrench; else None."""
-        return self._repair.gaining(motion)
-
-    def opened(self, motion: Float) -> Float | None:
-        """Return a motion (6J,) that opens all nodes of the bodies that ``motion`` (6J,) moves, if there is one."""
-        return self._repair.opened(motion)
+            yield from self.carrying.mixed(solved.forces, solved.factor, load)
 
     def _bounded(self, solved: Sequence[Solved], loads: Float) -> list[LoadLimit]:
         """Bounds from both sides: forces that are brought into balance, and motions brought into the dual cone."""
@@ -252,8 +244,8 @@ class Proofs:
             primal = np.maximum([s.factor for s in solved], 0.0)
             dual = np.maximum(-(self.wrench @ twists), 0.0)
             estimate = np.maximum(np.minimum(primal, dual) - MARGIN * np.maximum(primal, dual), 0.0)
-        lower = self._carried.lower(forces, primal, loads)
-        upper, proofs = self._repair.upper(twists, loads)
+        lower = self.carrying.lower(forces, primal, loads)
+        upper, proofs = self.repair.upper(twists, loads)
         certain = self.certain
         lower = lower if certain else np.where(np.isfinite(estimate), np.minimum(estimate, upper), 0.0)
         known = np.isfinite(primal) & (power > 0) & np.isfinite(twists).all(0)
@@ -281,7 +273,7 @@ class Proofs:
             return UNKNOWN
         ray = found.forces / found.factor
         certain = self.certain
-        lower, slope = self._carried.endless(ray, load) if certain else (np.inf, None)
+        lower, slope = self.carrying.endless(ray, load) if certain else (np.inf, None)
         if not (certain and lower == np.inf) and not self._supports(ray, load):
             return UNKNOWN
         world = self.rest.nodes.world(ray.reshape(-1, 3))
@@ -311,14 +303,16 @@ class Proofs:
         return usual_forces(self.assembly, self.rest)
 
     @cached_property
-    def _carried(self) -> CarryingProof:
+    def carrying(self) -> CarryingProof:
+        """What proves that loads are carried."""
         resting = self.rest.forces.ravel()
         return CarryingProof(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
 
     @cached_property
-    def _repair(self) -> Repair:
+    def repair(self) -> Repair:
+        """What proves that motions move bodies."""
         motion = self.program.scales.motion
-        balance = self._carried.balance
+        balance = self.carrying.balance
         return Repair(self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion, balance)
 
 
