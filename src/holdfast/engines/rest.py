@@ -112,7 +112,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
         fall = None if given or solution.forces is not None else _fall(assembly, points, wrench, solution.twists)
         if fall is not None:
             slow = Rest(points, np.zeros((len(points), 3)), *fall)
-            if not _hardlyfalls_by(slow.verdict, wrench[: 6 * len(assembly.movable)]):
+            if not _hardly_falls(slow.verdict, wrench[: 6 * len(assembly.movable)]):
                 return slow
             continue  # forces may balance all but what an accepted residual may be, as on a ball a nanometre off
         shown = "" if np.isinf(solution.residual) else f", residual {solution.residual:.1e} of the weight"
@@ -292,7 +292,7 @@ def falls_by(assembly: Assembly, nodes: ContactNodes, wrench: Float, whole: Floa
     return unstable(f"no {forces} balance every body: {mechanism.text}", mechanism, certificate), motion.ravel()
 
 
-def _hardlyfalls_by(verdict: Verdict, wrench: Float) -> bool:
+def _hardly_falls(verdict: Verdict, wrench: Float) -> bool:
     """Say whether the weights gain less power in a fall than forces with an accepted residual may leave them."""
     if verdict.status is not Status.UNSTABLE or verdict.mechanism is None or verdict.certificate is None:
         return False

@@ -211,15 +211,6 @@ def check_stiffness(assembly: Assembly, stiffness: Stiffness) -> None:
         check_known(stiffness, known, WHAT)
 
 
-def stiffness_of(assembly: Assembly, stiffness: Stiffness) -> Float:
-    """Return the stiffness per area (interfaces,), relative to that of interfaces that are not named."""
-    if not isinstance(stiffness, Mapping):
-        return np.ones(len(assembly.interfaces))
-    materials = assembly.scene.materials
-    found = [number_between(stiffness, *interface.bodies, materials) for interface in assembly.interfaces]
-    return np.array([1.0 if value is None else value for value in found])
-
-
 ROUGHEST = 1e3  # flatness, in compressions under the weight, beyond which bodies rest on three nodes of a patch anyway
 
 
@@ -244,7 +235,11 @@ class Springs:
         contacts together.
         """
         assembly, sheets = places.assembly, places.sheets
-        stiffness = stiffness_of(assembly, self.stiffness)
+        stiffness = np.ones(len(assembly.interfaces))  # per area, relative to that of interfaces that are not named
+        if isinstance(self.stiffness, Mapping):
+            materials = assembly.scene.materials
+            named = [number_between(self.stiffness, *each.bodies, materials) for each in assembly.interfaces]
+            stiffness = np.array([1.0 if value is None else value for value in named])
         if self.faces is None:
             return elastic_model(places, wrench, self.ratio, stiffness)
         refuse_joined(assembly, "imperfect faces", "leave out tension and cohesion, or imperfect=")

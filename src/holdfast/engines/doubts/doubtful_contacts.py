@@ -249,32 +249,29 @@ class Doubtful:
         waits for the other.
         """
         with self._asking:
-            return self._load_factor(W, accuracy)
-
-    def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
-        found = self.detected.load_factor(W, accuracy)
-        if isinstance(accuracy, ForcesOnly):
+            found = self.detected.load_factor(W, accuracy)
+            if isinstance(accuracy, ForcesOnly):
+                return replace(
+                    found,
+                    lower=np.zeros(len(found)),
+                    upper=np.full(len(found), np.inf),
+                    lower_bound=Bound.NONE,
+                    upper_bound=Bound.NONE,
+                    notes=self.notes,
+                )
+            cases = [(absent, self._case(absent, W, accuracy)) for absent in self._tried]
+            greatest = self._greatest(found, W, accuracy)
+            known_cases = [np.where(case.status == Status.UNDECIDED, 0.0, case.upper) for _, case in cases]
             return replace(
                 found,
-                lower=np.zeros(len(found)),
-                upper=np.full(len(found), np.inf),
-                lower_bound=Bound.NONE,
-                upper_bound=Bound.NONE,
-                notes=self.notes,
-            )
-        cases = [(absent, self._case(absent, W, accuracy)) for absent in self._tried]
-        greatest = self._greatest(found, W, accuracy)
-        known_cases = [np.where(case.status == Status.UNDECIDED, 0.0, case.upper) for _, case in cases]
-        return replace(
-            found,
-            lower=np.minimum.reduce([found.lower, found.force, *(case.lower for _, case in cases)]),
-            upper=np.maximum.reduce([found.upper, found.force, greatest.upper, *known_cases]),
-            lower_bound=weakest_bound([found.lower_bound, *(case.lower_bound for _, case in cases)]),
-            upper_bound=weakest_bound(
-                [found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
-            ),
-            notes=(*found.notes, *self._notes_on(found, cases)),
-        ).after("contacts that may not exist", "lower is the least over all sets of contacts that may be absent")
+                lower=np.minimum.reduce([found.lower, found.force, *(case.lower for _, case in cases)]),
+                upper=np.maximum.reduce([found.upper, found.force, greatest.upper, *known_cases]),
+                lower_bound=weakest_bound([found.lower_bound, *(case.lower_bound for _, case in cases)]),
+                upper_bound=weakest_bound(
+                    [found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
+                ),
+                notes=(*found.notes, *self._notes_on(found, cases)),
+            ).after("contacts that may not exist", "lower is the least over all sets of contacts that may be absent")
 
     @cached_property
     def _tried(self) -> tuple[Absent, ...]:

@@ -48,11 +48,6 @@ def flat_groups(loads: Float) -> tuple[list[Int], Int]:
     return groups, np.flatnonzero(size[group] < FLAT_GROUP)
 
 
-def moment_frame(force: Float) -> Float:
-    """Return two unit axes (2, 3) normal to ``force`` (3,). They span the moments of all pushes along the force."""
-    return np.array(tangents(force / np.linalg.norm(force)))
-
-
 @dataclass
 class CuttingPlanes:
     """Lower bounds for loads on single bodies: γ(w) >= row @ w for each of ``rows`` (6J,) and any such w (6J,).
@@ -227,7 +222,7 @@ class _Face:
     def of(cls, members: Int, loads: Float) -> _Face:
         """The pushes ``loads`` (n, 6), in a square whose corners are solved next."""
         force = loads[0, :3]
-        frame = moment_frame(force)
+        frame = np.array(tangents(force / np.linalg.norm(force)))  # axes of the moments of all pushes along the force
         chart = loads[:, 3:] @ frame.T
         low, high = chart.min(0), chart.max(0)
         pad = 1e-6 * max(float((high - low).max()), 1e-12)

@@ -29,7 +29,7 @@ from holdfast.engines.forces import FrictionCone
 from holdfast.engines.limit.balance import DOWN, UP
 from holdfast.engines.limit.carrying_proof import proved_rest
 from holdfast.engines.limit.certified import FLAT_GROUP, CuttingPlanes, by_body, certify
-from holdfast.engines.limit.load_sets import Family, Support, find_hull, find_set
+from holdfast.engines.limit.load_sets import Family, find_hull, find_set
 from holdfast.engines.limit.proof import SOLVED, TOLERANCE, LoadLimit, LoadProgram, Proofs
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of, relative_velocity
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
@@ -226,8 +226,7 @@ class LimitState:
 
     def load_hull(self, columns: Float, near: Float, accuracy: float, solves: int, where: str) -> LoadHull:
         """Points of the set of x (d,) for which ``columns`` @ x is carried, whose hull is close to it for most."""
-        family = self._family(columns, where)
-        return find_hull(family, Support(self.proofs.program, family.columns), near, accuracy, solves)
+        return find_hull(self._family(columns, where), near, accuracy, solves)
 
     def _family(self, columns: Float, where: str) -> Family:
         return Family(where, self.proofs, self.rest.nodes.beside(columns))

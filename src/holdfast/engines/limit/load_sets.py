@@ -6,7 +6,7 @@ A mechanism limits every load: it is a half-space, one row of the outer polyhedr
 Where only points inside are wanted (``find_hull``), they are known points whose combinations come close to the set
 where it matters. The hull of points that are carried is itself carried. Its gauge at a load (geometry/hull.py) is
 a small linear program, whose multiplier is the facet of the hull that the ray of the load goes through. The corner of
-the true set farthest beyond that facet is one cone program away (``Support``): if it is not beyond it at all, the facet
+the true set farthest beyond that facet is a cone program away (``farthest``): if it is not beyond it at all, the facet
 lies on the border of the true set, for all loads whose rays go through it; if it is, it becomes a known point. This is
 column generation, after Dantzig and Wolfe (Operations Research 8, 1960), and few points are needed because they are
 corners. How far the true set reaches beyond a facet also bounds it from outside, everywhere: no load that is carried
@@ -30,7 +30,7 @@ from holdfast.base.progress import report
 from holdfast.conic.solve import ConeProgram, Prepared
 from holdfast.engines.contract import LoadHull, LoadSet
 from holdfast.engines.limit.balance import DOWN, UP, gamma
-from holdfast.engines.limit.proof import TOLERANCE, LoadLimit, LoadProgram, Proofs
+from holdfast.engines.limit.proof import TOLERANCE, LoadLimit, Proofs
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import hull_gauge, largest_row, qhull
 
@@ -46,46 +46,6 @@ class ExtremeLoad:
     forces: Float
 
 
-class Support:
-    """The program max y·x  s.t.  G f + wrench + ``columns`` x = 0, f in the friction cones, |x_k| <= 1, for any y.
-
-    ``program`` has G, the wrench and the cones; ``columns`` (6J, d) are loads.
-    """
-
-    def __init__(self, program: LoadProgram, columns: Float) -> None:
-        self._program, self._columns = program, columns
-
-    def farthest(self, direction: Float) -> ExtremeLoad | None:
-        """Return the x (d,) that goes farthest along ``direction`` (d,), or None if the solver fails."""
-        size, count = len(direction), self._cone_program.A.shape[1]
-        q = np.zeros(count)
-        q[count - size :] = -direction / np.abs(direction).max()
-        self._prepared.aim(q)
-        found = self._prepared.solve()
-        x, forces = found.x[count - size :], self._program.scales.force * found.x[: count - size]
-        return ExtremeLoad(x, forces) if np.isfinite(found.x).all() and x.any() else None
-
-    @cached_property
-    def _prepared(self) -> Prepared:
-        return Prepared(self._cone_program, tolerance=TOLERANCE)
-
-    @cached_property
-    def _cone_program(self) -> ConeProgram:
-        """The program of single loads, with d columns in the place of one, and the box."""
-        single, motion = self._program.cone_program, self._program.scales.motion
-        size, forces = self._columns.shape[1], single.A.shape[1] - 1
-        loads = sparse.csc_matrix(motion[:, None] * self._columns)
-        below = sparse.csc_matrix((single.A.shape[0] - len(motion), size))
-        walls = sparse.vstack([sparse.eye(size), -sparse.eye(size)])
-        inside = sparse.hstack([sparse.csc_matrix((2 * size, forces)), walls])
-        A = sparse.vstack([sparse.hstack([single.A[:, :forces], sparse.vstack([loads, below])]), inside])
-        b = np.concatenate([single.b, np.ones(2 * size)])
-        none = sparse.csc_matrix((forces + size, forces + size))
-        return ConeProgram(
-            none, np.zeros(forces + size), sparse.csc_matrix(A), b, (*single.cones, ("nonnegative", 2 * size))
-        )
-
-
 SMALLEST = 1e-6  # share of the box: a set that reaches less far along an axis counts as flat
 ENOUGH = 0.999  # share of a corner, up to which it has to be proved to be carried
 
@@ -96,14 +56,12 @@ class Ray:
 
     All its points up to ``reach`` times the direction are carried; ``reach`` is 0 where the solver found no answer, and
     then ``decided`` is False. ``row`` (d,) is a half-space row·x <= 1 that holds for every x that is carried, or None.
-    ``twists`` (6J,) is the motion that limits the ray, if it was solved for and has an end.
     """
 
     direction: Float
     reach: float
     decided: bool
     row: Float | None
-    twists: Float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +116,40 @@ class Family:
                 raise HoldfastError(message(self.where, f"0 is not inside the set: {share}", remedy))
         return found
 
+    def farthest(self, direction: Float) -> ExtremeLoad | None:
+        """Return the x (d,) that is carried and goes farthest along ``direction`` (d,), or None if the solver fails.
+
+        It is an extreme point of the set of loads that are carried: max y·x  s.t.  G f + wrench + ``columns`` x = 0, f
+        in the friction cones, |x_k| <= 1.
+        """
+        size, count = len(direction), self._box_program.A.shape[1]
+        q = np.zeros(count)
+        q[count - size :] = -direction / np.abs(direction).max()
+        self._prepared.aim(q)
+        found = self._prepared.solve()
+        x, forces = found.x[count - size :], self.proofs.program.scales.force * found.x[: count - size]
+        return ExtremeLoad(x, forces) if np.isfinite(found.x).all() and x.any() else None
+
+    @cached_property
+    def _prepared(self) -> Prepared:
+        return Prepared(self._box_program, tolerance=TOLERANCE)
+
+    @cached_property
+    def _box_program(self) -> ConeProgram:
+        """The program of single loads, with d columns in the place of one, and the box."""
+        single, motion = self.proofs.program.cone_program, self.proofs.program.scales.motion
+        size, forces = self.dimension, single.A.shape[1] - 1
+        loads = sparse.csc_matrix(motion[:, None] * self.columns)
+        below = sparse.csc_matrix((single.A.shape[0] - len(motion), size))
+        walls = sparse.vstack([sparse.eye(size), -sparse.eye(size)])
+        inside = sparse.hstack([sparse.csc_matrix((2 * size, forces)), walls])
+        A = sparse.vstack([sparse.hstack([single.A[:, :forces], sparse.vstack([loads, below])]), inside])
+        b = np.concatenate([single.b, np.ones(2 * size)])
+        none = sparse.csc_matrix((forces + size, forces + size))
+        return ConeProgram(
+            none, np.zeros(forces + size), sparse.csc_matrix(A), b, (*single.cones, ("nonnegative", 2 * size))
+        )
+
     def _ray(self, direction: Float, limit: LoadLimit) -> Ray:
         if limit.status is Status.UNDECIDED:
             return Ray(direction, 0.0, decided=False, row=None)
@@ -165,7 +157,7 @@ class Family:
         if limit.proof is not None:
             unknown = gamma(len(limit.proof)) * float((np.abs(self.columns.T) @ np.abs(limit.proof)).sum())
             row = self.columns.T @ limit.proof / (limit.upper + unknown)
-        return Ray(direction, self._certain(limit.lower, direction), decided=True, row=row, twists=limit.twists)
+        return Ray(direction, self._certain(limit.lower, direction), decided=True, row=row)
 
     def _certain(self, lower: float, direction: Float) -> float:
         """The reach along a direction, less what rounding of the load and of the point may take from ``lower``."""
@@ -298,12 +290,12 @@ DIGITS = 6  # number of digits to which two facets must agree to be the same
 FINER = 0.25  # a ray whose gap is this share of the wanted one is left as it is
 
 
-def find_hull(family: Family, support: Support, near: Float, accuracy: float, solves: int) -> LoadHull:
+def find_hull(family: Family, near: Float, accuracy: float, solves: int) -> LoadHull:
     """Find points that the ``family`` carries, until half of the loads drawn are within ``accuracy`` of the set.
 
     Half of the loads that are drawn point anywhere, and half are among ``near`` (n, d). ``solves`` bounds the solves.
     """
-    search = _Growth(family, support, near, np.random.default_rng(0))
+    search = _Growth(family, near, np.random.default_rng(0))
     gaps = search.run(accuracy, solves)
     reached, most = np.quantile(gaps, (0.5, MOST)).tolist()
     return LoadHull(np.array(search.known), np.array(search.price), reached, most, search.solves)
@@ -319,7 +311,6 @@ class _Growth:
     """
 
     family: Family
-    support: Support
     near: Float
     rng: np.random.Generator
     known: list[Float] = field(default_factory=list)
@@ -366,7 +357,7 @@ class _Growth:
             seen.add(key)
             self.solves += 1
             aim = facet * (1 + TILT * self.rng.normal(size=len(facet)))
-            corner = self.support.farthest(aim)
+            corner = self.family.farthest(aim)
             if corner is None:
                 continue
             reach = float(aim @ corner.x)
