@@ -29,9 +29,9 @@ from holdfast.engines.answers import Answers, joined_notes
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import EXACT, Accuracy, Engine, Judging, Loadable, State, fresh, held_by
 from holdfast.engines.doubts import doubtful_contacts
-from holdfast.engines.doubts.near_falls import Reach
+from holdfast.engines.doubts.near_falls import SupportsInReach
 from holdfast.engines.forces import self_stressed
-from holdfast.engines.joint_answers import Smallest, joint, without_negligible
+from holdfast.engines.joint_answers import SmallestAnswers, joint, without_negligible
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
 from holdfast.engines.trees.tree_state import with_trees
@@ -75,7 +75,7 @@ class PreparedGroup:
     state: State | None = None
 
     @property
-    def said(self) -> GroupVerdict:
+    def named_verdict(self) -> GroupVerdict:
         """The verdict alone, with the names of the bodies."""
         return GroupVerdict(bodies=self.names, verdict=self.verdict)
 
@@ -144,11 +144,11 @@ class Groups:
         return group
 
     @cached_property
-    def _reach(self) -> Reach:
-        return Reach(self.engine, self.assembly)
+    def _reach(self) -> SupportsInReach:
+        return SupportsInReach(self.engine, self.assembly)
 
     def _remarks(self, number: int) -> dict[int, str]:
-        """Return what ``Reach.remarks`` says of a group that falls, kept with the assembly if the engine is a value."""
+        """Return the remarks of ``SupportsInReach`` on a group that falls, kept with it if the engine is a value."""
 
         def make() -> dict[int, str]:
             return self._reach.remarks(number, lambda k: self._as_found(k).verdict)
@@ -196,7 +196,7 @@ class Groups:
 
     def _judged(self, number: int) -> GroupVerdict:
         """Return the verdict on one group, prepared only if equilibrium alone does not settle that it rests."""
-        return self._firm[number] if number in self._firm else self.group(number).said
+        return self._firm[number] if number in self._firm else self.group(number).named_verdict
 
     def group_with(self, body: int) -> PreparedGroup:
         """Return the group, prepared, that holds the movable body with this number."""
@@ -210,7 +210,7 @@ class Groups:
         equilibrium is known to exist there.
         """
         groups = [self.group(number) for number in self._groups_of(bodies)]
-        verdict = joint([group.said for group in groups])
+        verdict = joint([group.named_verdict for group in groups])
         if not verdict.equilibrium_exists:
             raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
         if len(groups) == 1 and groups[0].part is not None and groups[0].state is not None:
@@ -269,17 +269,17 @@ class Groups:
         groups = list(map(self.group, reported("rest", numbers)))
         if len(groups) == 1 and loaded.any(0).all():
             found = self._answers(groups[0], W, accuracy)
-            notes = joined_notes([self._said, found.notes, _reasons(groups)])
-            return replace(found, verdict=joint([group.said for group in groups]), notes=notes)
-        table = Smallest(count)
+            notes = joined_notes([self._scene_notes, found.notes, _reasons(groups)])
+            return replace(found, verdict=joint([group.named_verdict for group in groups]), notes=notes)
+        table = SmallestAnswers(count)
         for number, group in zip(numbers, groups, strict=True):
             columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
             table.add(columns, self._answers(group, W[:, columns], accuracy))
-        found = table.answers(self.engine, joint([group.said for group in groups]), _reasons(groups))
-        return replace(found, notes=joined_notes([self._said, found.notes]))
+        found = table.answers(self.engine, joint([group.named_verdict for group in groups]), _reasons(groups))
+        return replace(found, notes=joined_notes([self._scene_notes, found.notes]))
 
     @property
-    def _said(self) -> tuple[str, ...]:
+    def _scene_notes(self) -> tuple[str, ...]:
         """What answers for loads say of the scene: the notes of its reader, and that nobody looks at who is crushed."""
         return (*self.assembly.scene.notes, *unchecked_limits(self.assembly.bodies))
 

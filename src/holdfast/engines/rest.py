@@ -17,11 +17,10 @@ from holdfast.assembly.hold_nodes import with_holds
 from holdfast.assembly.one_group import part_of
 from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
-from holdfast.base.rigid import shift_twist
 from holdfast.base.text import listed
 from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, EXACT, FrictionCone, scaled_operator, scaled_wrench, solve_forces
-from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
+from holdfast.engines.mechanism import Kinematics, Mechanism, about_origin, describe, modes_of, relative_velocity
 from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 
 NEGLIGIBLE = 1e-6  # error of a motion; a body that is slower than that, relative to the fastest one, stands still
@@ -311,15 +310,12 @@ def doubt_of(assembly: Assembly, twists: Float, judged: Collection[str] = ()) ->
     any motion of one relative to the other counts; at a sharp contact, one that some force of it resists. Pairs of
     bodies that are both ``judged`` are left out.
     """
-    still, fastest = np.zeros(6), np.abs(twists).max(initial=0.0)
+    fastest = np.abs(twists).max(initial=0.0)
     for overlap in assembly.overlaps:
         if all(name in judged for name in overlap.bodies):
             continue
-        at_origin = [
-            still if k < 0 else shift_twist(twists[k], assembly.com[k], np.zeros(3))
-            for k in (assembly.index[name] for name in overlap.bodies)
-        ]
-        if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * fastest):
+        of_first, of_second = about_origin(assembly, twists, overlap.bodies)
+        if not np.allclose(of_first, of_second, atol=1e-9 * fastest):
             return overlap.text
     sharp = assembly.sharpened
     added = range(len(assembly.interfaces), len(sharp.interfaces))

@@ -34,14 +34,14 @@ MATTERS = 0.05  # relative change of an answer above which a note tells of an am
 class LoadQuestion:
     """The question that answers belong to: the load columns W (6J, n) [N, N m] and the ``accuracy`` asked for.
 
-    ``paths`` are the load paths of the columns ``loaded`` (k,), those that are not zero. ``leans`` (k,) is True where
+    ``solved`` are the load paths of the columns ``loaded`` (k,), those that are not zero. ``leans`` (k,) is True where
     contacts that are open at rest take part at the peak.
     """
 
     W: Float
     accuracy: Accuracy
     loaded: Int
-    paths: Bounded
+    solved: Bounded
     leans: Bool
 
     @cached_property
@@ -111,11 +111,11 @@ class Sliding(Amendment):
         """
         if not asked.bounded or self.grid.springs.faces is not None:
             return None
-        before, loaded = asked.paths.before, asked.loaded
-        far_before = before < asked.paths.lower
+        before, loaded = asked.solved.before, asked.loaded
+        far_before = before < asked.solved.lower
         if not far_before.any():
             return None
-        slides = far_before & (np.isfinite(found.force[loaded]) | np.isinf(asked.paths.paths.factor))
+        slides = far_before & (np.isfinite(found.force[loaded]) | np.isinf(asked.solved.paths.factor))
         if not slides.any():
             return found
         most = np.minimum(found.lower[loaded], np.where(slides, before, np.inf))

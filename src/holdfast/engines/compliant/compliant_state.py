@@ -186,9 +186,9 @@ def _loaded(W: Float) -> Int:
 
 def _told(asked: LoadQuestion, verdict: Verdict, mechanisms: Iterable[Mechanism]) -> Answers:
     """Return the answers that load paths give, INFINITE to loads of zero; ``mechanisms`` are of paths with a peak."""
-    count, loaded, paths = asked.W.shape[1], asked.loaded, asked.paths.paths
+    count, loaded, paths = asked.W.shape[1], asked.loaded, asked.solved.paths
     force, lower, raw = np.full((3, count), np.inf)
-    force[loaded], lower[loaded], raw[loaded] = paths.factor, asked.paths.lower, asked.paths.raw
+    force[loaded], lower[loaded], raw[loaded] = paths.factor, asked.solved.lower, asked.solved.raw
     status, mechanism = [Status.INFINITE] * count, list[Mechanism | None]([None] * count)
     for column, outcome in zip(loaded.tolist(), paths.outcome.tolist(), strict=True):
         status[column] = STATUS[PathOutcome(outcome)]

@@ -12,15 +12,15 @@ import numpy as np
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.strengths import strengths_of, with_pull
 from holdfast.base.arrays import Float
-from holdfast.base.rigid import cross, shift_twist
+from holdfast.base.rigid import cross
 from holdfast.base.text import listed
 from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers, Bound, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State, fresh
-from holdfast.engines.doubts.pose_allowance import Allowance
+from holdfast.engines.doubts.pose_allowance import PoseAllowance
 from holdfast.engines.forces import solve_forces
 from holdfast.engines.limit_engine import Limit
-from holdfast.engines.mechanism import Mechanism
+from holdfast.engines.mechanism import Mechanism, about_origin
 from holdfast.engines.rest import corner_nodes
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.friction import NOTHING
@@ -212,7 +212,7 @@ class Doubtful:
 
     detected: State
     absences: Absences
-    _allowances: dict[tuple[Absent, bool], tuple[Allowance, State]] = field(
+    _allowances: dict[tuple[Absent, bool], tuple[PoseAllowance, State]] = field(
         default_factory=dict, init=False, repr=False
     )
     _asking: RLock = field(default_factory=RLock, init=False, repr=False)
@@ -307,11 +307,11 @@ class Doubtful:
         upper = allowance.raised(case.upper, W, accuracy)
         return replace(case, upper=upper, upper_bound=weakest_bound([case.upper_bound, Bound.ESTIMATED]))
 
-    def _allowed(self, absent: Absent, *, wider: bool) -> tuple[Allowance, State]:
+    def _allowed(self, absent: Absent, *, wider: bool) -> tuple[PoseAllowance, State]:
         known, key = self.absences, (absent, wider)
         if key not in self._allowances:
             loads = known.standing, known.acceleration
-            allowance = Allowance.of(known.part(absent), *loads, wider=wider)
+            allowance = PoseAllowance.of(known.part(absent), *loads, wider=wider)
             own = isinstance(known.engine, Limit) and known.engine == Limit()
             self._allowances[key] = (
                 allowance,
@@ -347,9 +347,9 @@ class Doubtful:
         """Tell whether a contact would resist a motion: its bodies slide there or press, or move at all if joined."""
         assembly = self.absences.assembly
         joined = strengths_of(assembly)[number] != NOTHING
-        interface, ends = assembly.interfaces[number], assembly.ends[number]
-        twists = [np.zeros(6) if k < 0 else shift_twist(motion.twists[k], assembly.com[k], np.zeros(3)) for k in ends]
-        relative = twists[1] - twists[0]
+        interface = assembly.interfaces[number]
+        of_first, of_second = about_origin(assembly, motion.twists, interface.bodies)
+        relative = of_second - of_first
         for patch in interface.patches:
             points = patch.polygon if patch.spots is None else patch.spots.points
             normals = patch.normals_at(points)

@@ -207,14 +207,14 @@ TANGENTIAL = float(np.sqrt(2)) * UP  # f_n and f_t / μ change together by no mo
 
 
 @dataclass(frozen=True, eq=False)
-class Combined:
+class CombinedEquations:
     """Combinations of n equations: those that contacts resist, ``resisted`` (p, n), and others, ``free`` (n - p, n)."""
 
     resisted: sparse.csr_matrix
     free: sparse.csr_matrix
 
     @classmethod
-    def of(cls, square: Float, body: Int) -> Combined | None:
+    def of(cls, square: Float, body: Int) -> CombinedEquations | None:
         """Combine equations, each of one ``body`` (n,), with A Aᵀ = ``square`` (n, n); None if all are resisted."""
         turn, idle = np.eye(len(body)), np.zeros(len(body), dtype=bool)
         for one in np.unique(body):
@@ -242,7 +242,7 @@ class Balance:
     silent: Bool
     rows: Bool
     share: Float
-    combined: Combined | None
+    combined: CombinedEquations | None
     scaled: Matrix
     factor: Float
     least: float
@@ -262,7 +262,7 @@ class Balance:
         square, combined = _square(A), None
         found = _proved(A, unknown, square)
         if found is None:
-            combined = Combined.of(square, np.flatnonzero(rows) // 6)
+            combined = CombinedEquations.of(square, np.flatnonzero(rows) // 6)
             if combined is None:
                 return None
             sizes: Matrix = np.abs(A) if isinstance(A, np.ndarray) else sparse.csr_matrix(abs(A))

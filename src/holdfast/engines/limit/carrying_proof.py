@@ -129,7 +129,7 @@ PRESSING = 1e-7  # share of the largest force of a ray below which a node does n
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class InteriorForces:
     """Forces inside the cones that balance a load at one ``factor``, and the ``room`` (I,) [N] of each node.
 
     ``forces`` (3I,) [N] balance the load but for what ``balance`` takes away; ``room`` is proved to remain then.
@@ -173,7 +173,7 @@ class CarryingProof:
     tau: Float
 
     @cached_property
-    def reference(self) -> Reference | None:
+    def reference(self) -> InteriorForces | None:
         """Forces inside all cones at the factor 0, or None if no such forces are proved to exist.
 
         They are the forces at rest if these are inside all cones, else such forces are sought: by a program where there
@@ -189,7 +189,7 @@ class CarryingProof:
             found = self._checked(*inside, np.zeros(len(self.wrench)))
         return found
 
-    def _deep(self, forces: Float | None) -> Reference | None:
+    def _deep(self, forces: Float | None) -> InteriorForces | None:
         """Return forces (3I,) as a reference at the factor 0, if there are any and all nodes have much room."""
         if forces is None:
             return None
@@ -220,7 +220,7 @@ class CarryingProof:
                     found[one] = np.maximum(found[one], self._mixed(own, forces[:, one], factors[one], loads[:, one]))
         return found
 
-    def _mixed(self, reference: Reference, forces: Float, factors: Float, loads: Float) -> Float:
+    def _mixed(self, reference: InteriorForces, forces: Float, factors: Float, loads: Float) -> Float:
         """Return the factors (k,) that forces are proved to carry when they are mixed with those of the reference."""
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             forces, change = reference.balance.balanced(forces, self.wrench, loads, factors)
@@ -245,7 +245,7 @@ class CarryingProof:
             share = np.divide(short, short + reference.room, out=np.zeros(len(short)), where=short > 0).max(initial=0.0)
             yield Mixture(balanced[:, 0], factor), Mixture(reference.forces, reference.factor), float(share)
 
-    def _own_reference(self, load: Float) -> Reference | None:
+    def _own_reference(self, load: Float) -> InteriorForces | None:
         return self._checked(*interior_forces(self.equilibrium, self.wrench, self.mu, self.tau, load), load)
 
     def endless(self, forces: Float, load: Float) -> tuple[float, Float | None]:
@@ -277,7 +277,7 @@ class CarryingProof:
             lacking = change - self.cone.room(self.mu, force)
         return np.where(np.isnan(lacking), np.inf, lacking)
 
-    def _checked(self, forces: Float, factor: float, tau: Float, load: Float) -> Reference | None:
+    def _checked(self, forces: Float, factor: float, tau: Float, load: Float) -> InteriorForces | None:
         """Return forces (3I,) as a reference, if all nodes with a usual force ``tau`` (I,) are proved to have room."""
         balance = self.balance if tau is self.tau else Balance.of(self.equilibrium, self.mu, tau)
         if balance is None:
@@ -285,7 +285,7 @@ class CarryingProof:
         forces, change = balance.balanced(forces[:, None], self.wrench, load[:, None], np.array([factor]))
         room = -self._short(forces, change)[:, 0]
         alive = tau > 0
-        found = Reference(balance, np.where(alive, room, 0.0), factor, forces[:, 0])
+        found = InteriorForces(balance, np.where(alive, room, 0.0), factor, forces[:, 0])
         return found if (room[alive] > 0).all() else None
 
 

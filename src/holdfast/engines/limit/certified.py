@@ -85,7 +85,7 @@ class CuttingPlanes:
 
 
 @dataclass
-class Field:
+class GaugeBounds:
     """Bounds ``low`` (n,) and ``high`` (n,) of γ at ``loads`` (n, 6) on one body.
 
     The body's rows of a load column (6J,) start at ``first``. ``plane`` (n,) is the number of the cutting plane that
@@ -141,7 +141,7 @@ Elsewhere = Callable[[Float], tuple[Float, Float, Bool]]  # of loads (m, 6): val
 
 def certify(
     columns: Float, first: int, solve: Solve, planes: CuttingPlanes, accuracy: float, lever: float, slope: Float
-) -> Field:
+) -> GaugeBounds:
     """Bounds for load columns (6J, n) that load one body, at rows ``first`` to ``first + 6``, within ``accuracy``.
 
     ``lever`` [m] makes torques comparable with forces. ``slope`` (6,) bounds γ of any wrench r on the body by the sum
@@ -149,7 +149,7 @@ def certify(
     """
     count = columns.shape[1]
     loads = np.ascontiguousarray(columns[first : first + 6].T)
-    bounds = Field(
+    bounds = GaugeBounds(
         loads,
         first,
         planes,
@@ -239,7 +239,7 @@ class _Face:
             np.empty(0, dtype=bool),
         )
 
-    def lowered(self, bounds: Field, accuracy: float, slope: Float) -> Int:
+    def lowered(self, bounds: GaugeBounds, accuracy: float, slope: Float) -> Int:
         """Interpolate over the face; returns one of its doubtful pushes for each facet that has any, as places (k,)."""
         doubtful = np.flatnonzero(bounds.doubtful(self.members, accuracy))
         undone, facet = self.members[doubtful], np.arange(len(doubtful))
@@ -293,7 +293,7 @@ class _Face:
         proved = made & (summed == 0) & held.any(0)
         return np.where(proved, 0.0, above), made, best
 
-    def learn(self, bounds: Field, chosen: Int) -> None:
+    def learn(self, bounds: GaugeBounds, chosen: Int) -> None:
         """Take the pushes at places ``chosen`` (k,) as corners of facets, now that they are solved."""
         solved = self.members[chosen]
         self.places = np.vstack([self.places, self.points[chosen]])
@@ -304,7 +304,12 @@ class _Face:
 
 
 def _flat(
-    bounds: Field, groups: list[Int], at: Callable[[Int], None], elsewhere: Elsewhere, accuracy: float, slope: Float
+    bounds: GaugeBounds,
+    groups: list[Int],
+    at: Callable[[Int], None],
+    elsewhere: Elsewhere,
+    accuracy: float,
+    slope: Float,
 ) -> None:
     """Pushes of one direction each: γ is convex over the plane of their moments; refine a triangulation of it.
 
@@ -336,7 +341,7 @@ def _paid(slope: Float, missing: Float) -> Float:
 
 
 def _curved(
-    bounds: Field, members: Int, at: Callable[[Int], None], elsewhere: Elsewhere, accuracy: float, lever: float
+    bounds: GaugeBounds, members: Int, at: Callable[[Int], None], elsewhere: Elsewhere, accuracy: float, lever: float
 ) -> None:
     """Pushes in many directions: non-negative combinations of the nearest solved loads."""
     loads = bounds.loads[members]

@@ -29,8 +29,8 @@ from holdfast.engines.forces import FrictionCone
 from holdfast.engines.limit.balance import DOWN, UP
 from holdfast.engines.limit.carrying_proof import proved_rest
 from holdfast.engines.limit.certified import FLAT_GROUP, CuttingPlanes, by_body, certify
-from holdfast.engines.limit.load_sets import Family, find_hull, find_set
-from holdfast.engines.limit.proof import SOLVED, TOLERANCE, LoadLimit, LoadProgram, Proofs
+from holdfast.engines.limit.load_sets import LoadFamily, find_hull, find_set
+from holdfast.engines.limit.proof import SOLVED, TOLERANCE, LoadLimit, LoadProgram, LoadProofs
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of, relative_velocity
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
@@ -228,8 +228,8 @@ class LimitState:
         """Points of the set of x (d,) for which ``columns`` @ x is carried, whose hull is close to it for most."""
         return find_hull(self._family(columns, where), near, accuracy, solves)
 
-    def _family(self, columns: Float, where: str) -> Family:
-        return Family(where, self.proofs, self.rest.nodes.beside(columns))
+    def _family(self, columns: Float, where: str) -> LoadFamily:
+        return LoadFamily(where, self.proofs, self.rest.nodes.beside(columns))
 
     @cached_property
     def planes(self) -> CuttingPlanes:
@@ -237,9 +237,9 @@ class LimitState:
         return CuttingPlanes(self.proofs.program.scales.motion)
 
     @cached_property
-    def proofs(self) -> Proofs:
+    def proofs(self) -> LoadProofs:
         """The program, and the proofs of bounds."""
-        return Proofs(self.assembly, self.rest, self.wrench, self.cone)
+        return LoadProofs(self.assembly, self.rest, self.wrench, self.cone)
 
     @cached_property
     def _sharp(self) -> LoadProgram:
@@ -271,7 +271,7 @@ def factors_on(assembly: Assembly, wrench: Float, loads: Float) -> Float:
     """
     nodes = corner_nodes(assembly)
     rest = Rest(nodes, np.zeros((len(nodes), 3)), undecided("not asked"))
-    program = replace(Proofs(assembly, rest, wrench, EXACT_CONE).program, tolerance=SHARP)
+    program = replace(LoadProofs(assembly, rest, wrench, EXACT_CONE).program, tolerance=SHARP)
     found = [program.maximise(loads[:, k]) for k in range(loads.shape[1])]
     return np.array(
         [one.factor if one.outcome in SOLVED else np.inf if one.outcome is Outcome.UNBOUNDED else 0.0 for one in found]

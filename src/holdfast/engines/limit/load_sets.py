@@ -30,7 +30,7 @@ from holdfast.base.progress import report
 from holdfast.conic.solve import ConeProgram, Prepared
 from holdfast.engines.contract import LoadHull, LoadSet
 from holdfast.engines.limit.balance import DOWN, UP, gamma
-from holdfast.engines.limit.proof import TOLERANCE, LoadLimit, Proofs
+from holdfast.engines.limit.proof import TOLERANCE, LoadLimit, LoadProofs
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import hull_gauge, largest_row, qhull
 
@@ -65,11 +65,11 @@ class Ray:
 
 
 @dataclass(frozen=True, eq=False)
-class Family:
+class LoadFamily:
     """The loads ``columns`` (6J, d) @ x on an assembly whose bounds are ``proofs``; ``where`` names the query."""
 
     where: str
-    proofs: Proofs
+    proofs: LoadProofs
     columns: Float
 
     @property
@@ -178,7 +178,7 @@ BATCH = {3: 6, 6: 40}  # solves by dimension before both polyhedra are computed 
 ALIKE = 0.995  # two rays with a larger cosine are too close for one batch
 
 
-def find_set(family: Family, accuracy: float, solves: int | None = None) -> LoadSet:
+def find_set(family: LoadFamily, accuracy: float, solves: int | None = None) -> LoadSet:
     """The x (d,) in the box |x_k| <= 1 for which the load of the ``family`` is carried, within ``accuracy`` if it can.
 
     ``solves`` bounds the solves; None stands for BUDGET.
@@ -197,7 +197,7 @@ class _Search:
     because the inner gauge is convex: a solve along that vertex either confirms it or cuts it off.
     """
 
-    family: Family
+    family: LoadFamily
     points: list[Float] = field(default_factory=list)
     planes: list[Float] = field(default_factory=list)
     failed: list[Float] = field(default_factory=list)
@@ -290,7 +290,7 @@ DIGITS = 6  # number of digits to which two facets must agree to be the same
 FINER = 0.25  # a ray whose gap is this share of the wanted one is left as it is
 
 
-def find_hull(family: Family, near: Float, accuracy: float, solves: int) -> LoadHull:
+def find_hull(family: LoadFamily, near: Float, accuracy: float, solves: int) -> LoadHull:
     """Find points that the ``family`` carries, until half of the loads drawn are within ``accuracy`` of the set.
 
     Half of the loads that are drawn point anywhere, and half are among ``near`` (n, d). ``solves`` bounds the solves.
@@ -310,7 +310,7 @@ class _Growth:
     for every x that is carried, as far as the solver is right: gaps are measured by them, and no point depends on them.
     """
 
-    family: Family
+    family: LoadFamily
     near: Float
     rng: np.random.Generator
     known: list[Float] = field(default_factory=list)

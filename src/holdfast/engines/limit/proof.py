@@ -22,7 +22,7 @@ from holdfast.conic.solve import ConeProgram, Outcome, Prepared
 from holdfast.engines.forces import FrictionCone, size_of
 from holdfast.engines.limit.balance import Equilibrium, Scales, usual_forces
 from holdfast.engines.limit.carrying_proof import CarryingProof, Mixture
-from holdfast.engines.limit.repair import Repair
+from holdfast.engines.limit.repair import MotionRepair
 from holdfast.engines.rest import Rest
 from holdfast.engines.verdict import Status
 
@@ -32,7 +32,7 @@ TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class SolvedLoad:
     """What the solver found for one load: ``forces`` (3I,) [N], the ``factor`` of the load, and the ``motion`` (6J,).
 
     ``residual`` is the largest error of equations and cones, in the units of ``Scales``. If the outcome is UNBOUNDED,
@@ -92,7 +92,7 @@ class LoadProgram:
         """Return the factor at which a load (6J,) is as large as usual forces."""
         return 1 / float(np.abs(self.scales.motion * load).max())
 
-    def maximise(self, load: Float, around: float | None = None) -> Solved:
+    def maximise(self, load: Float, around: float | None = None) -> SolvedLoad:
         """Solve the program for one ``load`` (6J,) [N, N m], which must not be zero.
 
         The factor is found to a share of that at which the load is as large as usual forces, or of ``around``.
@@ -107,7 +107,7 @@ class LoadProgram:
         solution = prepared.solve()
         self._idle.append(prepared)
         forces, motion = self.scales.force * solution.x[:-1], self.scales.motion * solution.z[: len(load)]
-        return Solved(solution.outcome, forces, float(solution.x[-1]) / size, motion, solution.residual)
+        return SolvedLoad(solution.outcome, forces, float(solution.x[-1]) / size, motion, solution.residual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +146,7 @@ SOLVED = (Outcome.SOLVED, Outcome.ALMOST_SOLVED)
 
 
 @dataclass(frozen=True, eq=False)
-class Proofs:
+class LoadProofs:
     """Bounds for loads on one assembly under ``wrench`` (6J,), whose contact nodes and forces at rest are ``rest``."""
 
     assembly: Assembly
@@ -164,7 +164,7 @@ class Proofs:
             answers[k] = self._again(answer, loads[:, k]) if wide else answer
         return answers
 
-    def _solved(self, loads: Float) -> list[Solved]:
+    def _solved(self, loads: Float) -> list[SolvedLoad]:
         """What the solver finds for each of the loads (6J, k); many are shared among threads."""
         count = loads.shape[1]
         threads = min(free_threads(), count // LEAST_LOADS)
@@ -182,7 +182,7 @@ class Proofs:
             return answer
         return other
 
-    def judged(self, solved: Sequence[Solved], loads: Float) -> list[LoadLimit]:
+    def judged(self, solved: Sequence[SolvedLoad], loads: Float) -> list[LoadLimit]:
         """Return the answers for the loads (6J, k) from what the solver found for each of them."""
         answers = [UNKNOWN] * len(solved)
         finite = []
@@ -235,7 +235,7 @@ class Proofs:
         if solved.outcome in SOLVED and np.isfinite(solved.forces).all() and solved.factor > 0:
             yield from self.carrying.mixed(solved.forces, solved.factor, load)
 
-    def _bounded(self, solved: Sequence[Solved], loads: Float) -> list[LoadLimit]:
+    def _bounded(self, solved: Sequence[SolvedLoad], loads: Float) -> list[LoadLimit]:
         """Bounds from both sides: forces that are brought into balance, and motions brought into the dual cone."""
         forces, motions = np.column_stack([s.forces for s in solved]), np.column_stack([s.motion for s in solved])
         with np.errstate(all="ignore"):
@@ -267,7 +267,7 @@ class Proofs:
             for k in range(len(solved))
         ]
 
-    def _endless(self, found: Solved, load: Float) -> LoadLimit:
+    def _endless(self, found: SolvedLoad, load: Float) -> LoadLimit:
         """The answer of a ray, that is of contact forces that balance the load alone, if they do."""
         if not found.factor > 0 or not np.isfinite(found.forces).all():
             return UNKNOWN
@@ -309,11 +309,11 @@ class Proofs:
         return CarryingProof(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
 
     @cached_property
-    def repair(self) -> Repair:
+    def repair(self) -> MotionRepair:
         """What proves that motions move bodies."""
         motion = self.program.scales.motion
         balance = self.carrying.balance
-        return Repair(self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion, balance)
+        return MotionRepair(self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion, balance)
 
 
 UNKNOWN = LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None, certain=True)

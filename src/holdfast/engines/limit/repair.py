@@ -52,7 +52,7 @@ class Opening:
 
 
 @dataclass(frozen=True, eq=False)
-class Repair:
+class MotionRepair:
     """Upper bounds of the largest factors of loads under ``wrench`` (6J,), from motions (6J,) of a solver.
 
     ``tau`` (I,) [N] are the usual normal forces of the nodes, ``scale`` (6J,) units of the motion of every body.
