@@ -23,15 +23,14 @@ from scipy import sparse
 from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes, equilibrium_operator
 from holdfast.assembly.strengths import refuse_joined
-from holdfast.base.arrays import Bool, Float, Int, checked_number
+from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.memory import Same
-from holdfast.base.ranges import STIFFNESS
 from holdfast.base.rigid import snapped
 from holdfast.elastic.model import Elastic, Runs
 from holdfast.engines.imperfect import RandomFaces
 from holdfast.engines.mechanism import Kinematics, relative_velocity
 from holdfast.native import core
-from holdfast.scene.friction import check_known, checked_pairs, number_between
+from holdfast.scene.friction import check_known, number_between
 
 FLAT = 1e-9  # largest distance of a sheet's nodes from its plane, relative to the assembly's size
 
@@ -125,11 +124,6 @@ class Places:
         key = ("places", Same(assembly), side)
         return assembly.memory.recalled(key, len(assembly.movable), lambda: cls(assembly, side))
 
-    @classmethod
-    def with_more(cls, assembly: Assembly, side: int, contacts: Int, more: int) -> Places:
-        """Return the nodes as ``of`` does, but ``more`` along each side at these ``contacts``, by number."""
-        return cls(assembly, side, tuple(contacts.tolist()), more)
-
     @cached_property
     def nodes(self) -> ContactNodes:
         """The nodes."""
@@ -191,13 +185,6 @@ class Places:
 Stiffness: TypeAlias = float | Mapping[tuple[str, str], float] | None
 
 WHAT = "Compliant: stiffness"  # in error messages
-
-
-def checked_stiffness(stiffness: Stiffness) -> Stiffness:
-    """Return ``stiffness``, a mapping as a read-only table; raise SceneError if it makes no sense in any scene."""
-    if isinstance(stiffness, Mapping):
-        return checked_pairs(stiffness, WHAT, WHAT, above=0, within=STIFFNESS)
-    return None if stiffness is None else checked_number(stiffness, WHAT, above=0, within=STIFFNESS)
 
 
 def check_stiffness(assembly: Assembly, stiffness: Stiffness) -> None:

@@ -16,7 +16,7 @@ from holdfast.elastic.system import RestOutcome
 from holdfast.engines.answers import balanced_in_verdict
 from holdfast.engines.compliant.balanced import Neutral, neutral_at
 from holdfast.engines.compliant.compliant_state import CLAIM, NAME, CompliantState, RestingState, Unpushable
-from holdfast.engines.compliant.elastic_model import Springs, Stiffness, check_stiffness, checked_stiffness
+from holdfast.engines.compliant.elastic_model import WHAT, Springs, Stiffness, check_stiffness
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import REFINEMENTS, Refined
 from holdfast.engines.compliant.rest_verdict import at_rest, not_at_rest, overruled
@@ -25,6 +25,7 @@ from holdfast.engines.rest import find_rest
 from holdfast.engines.trees.forest import forest_of
 from holdfast.engines.trees.tree_state import FIRM
 from holdfast.engines.verdict import Status, Verdict
+from holdfast.scene.friction import checked_pairs
 
 FEWEST, MOST = 2, 100  # smallest and largest number of nodes along each side of a patch
 
@@ -62,7 +63,11 @@ class Compliant(Record):
     def __post_init__(self) -> None:
         checked_whole(self.nodes, "Compliant: nodes", FEWEST, MOST)
         checked_number(self.stiffness_ratio, "Compliant: stiffness_ratio", above=0, within=STIFFNESS)
-        object.__setattr__(self, "stiffness", checked_stiffness(self.stiffness))
+        if isinstance(self.stiffness, Mapping):
+            known: Stiffness = checked_pairs(self.stiffness, WHAT, WHAT, above=0, within=STIFFNESS)
+            object.__setattr__(self, "stiffness", known)
+        elif self.stiffness is not None:
+            object.__setattr__(self, "stiffness", checked_number(self.stiffness, WHAT, above=0, within=STIFFNESS))
 
     def prepare(
         self, assembly: Assembly, standing: Float | None = None, acceleration: Float | None = None

@@ -159,7 +159,7 @@ class Grid:
         with self._making:
             grid = self._local.pop(key, None)
         if grid is None:  # threads ask for grids of their own: none waits for another's
-            places = Places.with_more(self.assembly, times * self.springs.nodes, contacts, more)
+            places = Places(self.assembly, times * self.springs.nodes, tuple(contacts.tolist()), more)
             grid = Grid._on(places, self.wrench, self.springs, self.hold)
         with self._making:
             self._local[key] = grid

@@ -35,32 +35,6 @@ from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, mode
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
 
-
-def gradient(assembly: Assembly, nodes: ContactNodes, twists: Float, forces: Float, answers: Answers) -> Gradient:
-    """Return the derivatives of the largest factor of one solved load.
-
-    ``twists`` (6J,) is the dual motion that limits the load, ``forces`` (I, 3) [N] are those at the limit, along the
-    axes of the nodes, and ``answers`` is the table with the one row of this load.
-    """
-    motion = twists.reshape(-1, 6)
-    weights = assembly.mass[:, None] * assembly.scene.gravity
-    # |u_t|, the multiplier of the friction limit of a node, times f_n, for every pair of bodies
-    slip = np.linalg.norm(relative_velocity(nodes, assembly.com, motion)[:, 1:], axis=1)
-    d_mu = dict.fromkeys((interface.bodies for interface in assembly.interfaces), 0.0)
-    for k, share in zip(nodes.interface, slip * np.maximum(forces[:, 0], 0), strict=True):
-        d_mu[assembly.interfaces[k].bodies] += float(share)
-    return Gradient(
-        answers=answers,
-        assembly=assembly,
-        nodes=nodes,
-        forces=nodes.world(forces),
-        twists=motion,
-        d_mu=d_mu,
-        d_mass=-motion[:, :3] @ assembly.scene.gravity,
-        d_com=-np.cross(weights, motion[:, 3:]),
-    )
-
-
 # Tolerance of the solver for derivatives: forces and motions are less accurate than factors
 SHARP = TOLERANCE / 10_000
 NAME, CLAIM = "limit", Claim.EXISTS
@@ -216,9 +190,24 @@ class LimitState:
         if found is None or limit.twists is None:
             remedy = "there are derivatives only where a finite push moves something"
             raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
-        nodes, twists = self.rest.nodes.contacts, self.rest.nodes.moving(limit.twists[: len(load)])
+        assembly, nodes = self.assembly, self.rest.nodes.contacts
+        motion = self.rest.nodes.moving(limit.twists[: len(load)]).reshape(-1, 6)
         forces = found.forces.reshape(-1, 3)[: len(nodes)]
-        return gradient(self.assembly, nodes, twists, forces, self._answers([limit]))
+        # |u_t|, the multiplier of the friction limit of a node, times f_n, for every pair of bodies
+        slip = np.linalg.norm(relative_velocity(nodes, assembly.com, motion)[:, 1:], axis=1)
+        d_mu = dict.fromkeys((interface.bodies for interface in assembly.interfaces), 0.0)
+        for k, share in zip(nodes.interface, slip * np.maximum(forces[:, 0], 0), strict=True):
+            d_mu[assembly.interfaces[k].bodies] += float(share)
+        return Gradient(
+            answers=self._answers([limit]),
+            assembly=assembly,
+            nodes=nodes,
+            forces=nodes.world(forces),
+            twists=motion,
+            d_mu=d_mu,
+            d_mass=-motion[:, :3] @ assembly.scene.gravity,
+            d_com=-np.cross(assembly.mass[:, None] * assembly.scene.gravity, motion[:, 3:]),
+        )
 
     def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
