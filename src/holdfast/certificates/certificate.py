@@ -135,7 +135,7 @@ class _Exact:
 
     def _mixed(self, column: Float) -> Iterator[tuple[Float, float]]:
         assert self.state is not None
-        for forces, inside, share in self.state.proofs.mixed(column):
+        for forces, inside, share in self.state.proofs.mixtures(column):
             for given_up in GIVEN_UP:
                 rest = share + (1 - share) * given_up
                 mixed = (1 - rest) * forces.forces + rest * inside.forces

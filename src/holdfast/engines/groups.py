@@ -97,7 +97,7 @@ class Groups:
         """Return one group, prepared."""
         with self._preparing:
             if number not in self._known:
-                self._known.update(self._with_doubts(number, self._as_found(number)))
+                self._known.update(self._with_doubts(number, self._by_its_contacts(number)))
             return self._known[number]
 
     def _with_doubts(self, number: int, group: PreparedGroup) -> dict[int, PreparedGroup]:
@@ -116,14 +116,14 @@ class Groups:
             return {number: group}
         found = {}
         for k, text in self._remarks(number).items():
-            falls = self._as_found(k)
+            falls = self._by_its_contacts(k)
             reason = f"no contact within tolerance holds {listed(falls.names)}, but {text}"
             doubted = undecided(reason, mechanism=falls.verdict.mechanism)
             verdict = doubted.after("contacts just out of reach", before=falls.verdict)
             found[k] = replace(falls, verdict=verdict) if text else falls
         return found
 
-    def _as_found(self, number: int) -> PreparedGroup:
+    def _by_its_contacts(self, number: int) -> PreparedGroup:
         """Return one group, prepared, with the verdict that follows from its contacts as they were found."""
         if number in self._by_contacts:
             return self._by_contacts[number]
@@ -134,12 +134,12 @@ class Groups:
             group = PreparedGroup(names, fall)
         else:
             part = part_of(self.assembly, names)
-            own = self._own(part)
+            own = self._standing_on(part)
             certain = all(interface.certain for interface in part.assembly.interfaces)
             prepare = with_trees if certain else doubtful_contacts.prepared
             make = partial(prepare, self.engine, part.assembly, own, self.acceleration)
             state = self._recalled(make, part.content, own, len(part.members))
-            group = PreparedGroup(names, self._checked(part, state.verdict()), part, state)
+            group = PreparedGroup(names, self._in_terms_of_whole(part, state.verdict()), part, state)
         self._by_contacts[number] = group
         return group
 
@@ -151,7 +151,7 @@ class Groups:
         """Return the remarks of ``SupportsInReach`` on a group that falls, kept with it if the engine is a value."""
 
         def make() -> dict[int, str]:
-            return self._reach.remarks(number, lambda k: self._as_found(k).verdict)
+            return self._reach.remarks(number, lambda k: self._by_its_contacts(k).verdict)
 
         if not isinstance(self.engine, Value):
             return make()
@@ -174,7 +174,7 @@ class Groups:
         for number in np.flatnonzero(firm).tolist():
             names = self.assembly.groups[number]
             if doubtful.isdisjoint(names):
-                known[number] = GroupVerdict(bodies=names, verdict=self._evident(verdict, number))
+                known[number] = GroupVerdict(bodies=names, verdict=self._with_evidence_of_engine(verdict, number))
         return known
 
     @property
@@ -186,7 +186,7 @@ class Groups:
         found[self.assembly.group_of[thin]] = False
         return found
 
-    def _evident(self, verdict: Verdict, number: int) -> Verdict:
+    def _with_evidence_of_engine(self, verdict: Verdict, number: int) -> Verdict:
         """Return a verdict on a group with the evidence of the engine, worked out when it is read."""
         return verdict.with_evidence(
             lambda: self.group(number).verdict.forces,
@@ -194,7 +194,7 @@ class Groups:
             lambda: self.group(number).verdict.self_stress,
         )
 
-    def _judged(self, number: int) -> GroupVerdict:
+    def _verdict_of(self, number: int) -> GroupVerdict:
         """Return the verdict on one group, prepared only if equilibrium alone does not settle that it rests."""
         return self._firm[number] if number in self._firm else self.group(number).named_verdict
 
@@ -226,7 +226,7 @@ class Groups:
     @property
     def verdicts(self) -> tuple[GroupVerdict, ...]:
         """The verdict on each group, in the order of ``assembly.groups``."""
-        return tuple(self._judged(number) for number in range(len(self.assembly.groups)))
+        return tuple(self._verdict_of(number) for number in range(len(self.assembly.groups)))
 
     def verdicts_under(self, load: Float, numbers: Iterable[int]) -> tuple[GroupVerdict, ...]:
         """Return the verdicts on the groups with these ``numbers``, with the contact forces under ``load`` (6J,).
@@ -237,7 +237,7 @@ class Groups:
         for number in numbers:
             group = self.group(number)
             if group.part is None or group.state is None or not load[group.part.rows].any():
-                found.append(self._judged(number))
+                found.append(self._verdict_of(number))
                 continue
             state, own = doubtful_contacts.as_detected(group.state), load[group.part.rows]
             if isinstance(state, Loadable):
@@ -245,12 +245,12 @@ class Groups:
             else:
                 own = own if self.standing is None else own + self.standing[group.part.rows]
                 verdict = self.engine.prepare(group.part.assembly, own, self.acceleration).verdict()
-            found.append(GroupVerdict(bodies=group.names, verdict=self._checked(group.part, verdict)))
+            found.append(GroupVerdict(bodies=group.names, verdict=self._in_terms_of_whole(group.part, verdict)))
         return tuple(found)
 
     def verdict_on(self, bodies: Iterable[int]) -> Verdict:
         """Say whether the groups of these movable bodies stand, given by the numbers of the bodies."""
-        return joint([self._judged(number) for number in reported("rest", self._groups_of(bodies))])
+        return joint([self._verdict_of(number) for number in reported("rest", self._groups_of(bodies))])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -268,14 +268,14 @@ class Groups:
         numbers = self._groups_of(np.flatnonzero(loaded.any(1)))
         groups = list(map(self.group, reported("rest", numbers)))
         if len(groups) == 1 and loaded.any(0).all():
-            found = self._answers(groups[0], W, accuracy)
-            notes = joined_notes([self._scene_notes, found.notes, _reasons(groups)])
+            found = self._answers_of_group(groups[0], W, accuracy)
+            notes = joined_notes([self._scene_notes, found.notes, _why_no_answers(groups)])
             return replace(found, verdict=joint([group.named_verdict for group in groups]), notes=notes)
         table = SmallestAnswers(count)
         for number, group in zip(numbers, groups, strict=True):
             columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
-            table.add(columns, self._answers(group, W[:, columns], accuracy))
-        found = table.answers(self.engine, joint([group.named_verdict for group in groups]), _reasons(groups))
+            table.add(columns, self._answers_of_group(group, W[:, columns], accuracy))
+        found = table.answers(self.engine, joint([group.named_verdict for group in groups]), _why_no_answers(groups))
         return replace(found, notes=joined_notes([self._scene_notes, found.notes]))
 
     @property
@@ -303,7 +303,7 @@ class Groups:
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
         return sorted(set(self.assembly.group_of[list(bodies)].tolist()))
 
-    def _answers(self, group: PreparedGroup, W: Float, accuracy: Accuracy) -> Answers:
+    def _answers_of_group(self, group: PreparedGroup, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers of one group for columns W (6J, n), with mechanisms of the whole assembly."""
         if group.part is None or group.state is None:
             return Answers.not_standing(
@@ -316,7 +316,7 @@ class Groups:
         if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
             known = {"engine": found.engine, "claim": found.claim, "notes": found.notes}
             return Answers.not_standing(W.shape[1], verdict=group.verdict, **known)
-        return self._in_whole(group.part, without_negligible(found, W, group.part.assembly))
+        return self._answers_of_whole(group.part, without_negligible(found, W, group.part.assembly))
 
     @contextmanager
     def _stopped_anew(self, part: Part) -> Iterator[None]:
@@ -325,20 +325,20 @@ class Groups:
             yield
         except BaseException:
             if isinstance(self.engine, Value):
-                self.assembly.memory.forget(self._key("state", part.content, self._own(part)))
+                self.assembly.memory.forget(self._key("state", part.content, self._standing_on(part)))
             raise
 
     def in_whole(self, body: int, found: Answers) -> Answers:
         """Return answers of the state of one body's group with mechanisms of the whole assembly."""
         part = self.group_with(body).part
-        return found if part is None else self._in_whole(part, found)
+        return found if part is None else self._answers_of_whole(part, found)
 
-    def _in_whole(self, part: Part, found: Answers) -> Answers:
+    def _answers_of_whole(self, part: Part, found: Answers) -> Answers:
         each = {id(m): m for m in found.mechanism}  # rows share mechanisms
-        whole = {key: None if m is None else self._whole(part, m) for key, m in each.items()}
+        whole = {key: None if m is None else self._mechanism_of_whole(part, m) for key, m in each.items()}
         return replace(found, mechanism=objects([whole[id(m)] for m in found.mechanism]))
 
-    def _own(self, part: Part) -> Float | None:
+    def _standing_on(self, part: Part) -> Float | None:
         """Return the standing loads on the bodies of a part, or None if there are none."""
         own = None if self.standing is None else self.standing[part.rows]
         return None if own is None or not own.any() else own
@@ -371,34 +371,34 @@ class Groups:
         weight = self.assembly.weight_wrench(self.acceleration)
         return weight if self.standing is None else weight + self.standing
 
-    def _checked(self, part: Part, verdict: Verdict) -> Verdict:
+    def _in_terms_of_whole(self, part: Part, verdict: Verdict) -> Verdict:
         """Return a group's verdict in terms of the whole assembly.
 
         A fall that would press the group against another body, at a contact outside the model, is not certain.
         """
         doubt = ""
         if verdict.status is Status.UNSTABLE and verdict.mechanism is not None:
-            twists, judged = self._whole(part, verdict.mechanism).twists, part.assembly.index
+            twists, judged = self._mechanism_of_whole(part, verdict.mechanism).twists, part.assembly.index
             doubt = doubt_of(self.assembly, twists, judged)
             firm = self._firm_fall(part) if doubt else None
             if firm is not None:
                 verdict, doubt = replace(firm, steps=verdict.steps), ""
         if verdict.status is Status.STABLE:
             return verdict.with_evidence(
-                lambda: self._forces(part, verdict),
+                lambda: self._forces_of_whole(part, verdict),
                 lambda: verdict.residual,
                 lambda: self_stressed(part.assembly, corner_nodes(part.assembly).contacts),
             )
         mechanism, reason = None, verdict.reason
         if verdict.mechanism is not None:
-            mechanism = self._whole(part, verdict.mechanism)
+            mechanism = self._mechanism_of_whole(part, verdict.mechanism)
             reason = reason.replace(verdict.mechanism.text, mechanism.text)  # bodies and pairs in the scene's order
         if doubt:
             doubted = undecided(f"{reason}; but {doubt}", mechanism=mechanism)
             return doubted.after("bodies outside of the group", before=verdict)
-        return replace(verdict, reason=reason, mechanism=mechanism, forces=self._forces(part, verdict))
+        return replace(verdict, reason=reason, mechanism=mechanism, forces=self._forces_of_whole(part, verdict))
 
-    def _forces(self, part: Part, verdict: Verdict) -> ContactForces | None:
+    def _forces_of_whole(self, part: Part, verdict: Verdict) -> ContactForces | None:
         """Return the contact forces of a verdict on a part, at the interfaces of the whole assembly."""
         forces = verdict.forces
         if forces is None:
@@ -421,7 +421,7 @@ class Groups:
         verdict, _ = falls_by(part.assembly, nodes, nodes.under(wrench), motion[part.members])
         return verdict if verdict.status is Status.UNSTABLE else None
 
-    def _whole(self, part: Part, mechanism: Mechanism) -> Mechanism:
+    def _mechanism_of_whole(self, part: Part, mechanism: Mechanism) -> Mechanism:
         """Return a mechanism of one part as one of the whole assembly."""
         known = self._moved.get(id(mechanism.kinematics))
         if known is None or known[0] is not mechanism.kinematics:
@@ -435,7 +435,7 @@ class Groups:
 _WORDS = {Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}
 
 
-def _reasons(groups: Sequence[PreparedGroup]) -> tuple[str, ...]:
+def _why_no_answers(groups: Sequence[PreparedGroup]) -> tuple[str, ...]:
     """Say for each group that does not stand, or may not stand, why it has no answers."""
     return tuple(
         f"{listed(group.names)}: {_WORDS[group.verdict.status]}: {group.verdict.reason}"

@@ -98,7 +98,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
     nodes = corner_nodes(assembly) if nodes is None else with_holds(assembly, nodes)
     wrench, nothing = nodes.under(wrench), np.zeros((len(nodes), 3))
     if not assembly.movable:
-        return Rest(nodes, nothing, _stable(assembly, nodes, nothing, 0.0, 0.0))
+        return Rest(nodes, nothing, _balanced_verdict(assembly, nodes, nothing, 0.0, 0.0))
     if assembly.hanging:
         return Rest(nodes, nothing, hanging(assembly, assembly.hanging, wrench[: 6 * len(assembly.movable)]))
     tried: list[str] = []
@@ -107,8 +107,8 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
         solution = solve_forces(assembly, points, wrench, tolerance=tolerance, cone=cone)
         if solution.forces is not None and solution.residual <= ACCEPTED_RESIDUAL:
             forces, residual = solution.forces, solution.residual
-            return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))
-        fall = None if given or solution.forces is not None else _fall(assembly, points, wrench, solution.twists)
+            return Rest(points, forces, _balanced_verdict(assembly, points, forces, residual, solution.dilatancy))
+        fall = None if given or solution.forces is not None else _proved_fall(assembly, points, wrench, solution.twists)
         if fall is not None:
             slow = Rest(points, np.zeros((len(points), 3)), *fall)
             if not _hardly_falls(slow.verdict, wrench[: 6 * len(assembly.movable)]):
@@ -149,7 +149,9 @@ def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Co
     )
 
 
-def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float) -> Verdict:
+def _balanced_verdict(
+    assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float
+) -> Verdict:
     contact = contact_forces(assembly, nodes, forces)
     needs_none = dilatancy <= NO_DILATANCY
     forces_and = "contact forces and holds" if assembly.scene.holds else "contact forces"
@@ -198,7 +200,7 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
         members = [assembly.index[name] for name in group]
         force = wrench.reshape(-1, 6)[members, :3].sum(0)
         twists[members, :3] = force if np.linalg.norm(force) > 0 else assembly.scene.gravity
-        texts.append(_loose(assembly, group))
+        texts.append(_why_unsupported(assembly, group))
     corners = np.vstack([assembly.movable[k].surface_world.vertices for k in numbers])
     kinematics = Kinematics(
         names=names,
@@ -219,7 +221,7 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
     return unstable("; ".join(texts), mechanism, Certificate(power, 0.0))
 
 
-def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
+def _why_unsupported(assembly: Assembly, group: tuple[str, ...]) -> str:
     nearest = assembly.nearest_support(group) if assembly.detected else None
     text = f"unsupported: {listed(group)}: no chain of contacts leads to a fixed body"
     if nearest is None:
@@ -241,7 +243,9 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
     return f"{text}; {place} (the gap tolerance is {own.gap * 1e3:.3g} mm: {remedy})"
 
 
-def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> tuple[Verdict, Float] | None:
+def _proved_fall(
+    assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None
+) -> tuple[Verdict, Float] | None:
     """Return the verdict that a motion proves, and that motion: the least one, or ``twists`` (J + F, 6) of the program.
 
     The program for the forces may end in numerical trouble where bodies fall, as a rod on a slope that touches along a
@@ -249,14 +253,14 @@ def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float 
     a sharp contact, the least motion that such contacts cannot resist either is tried.
     """
     found = None
-    for motion in _motions(assembly, nodes, wrench, twists):
+    for motion in _motions_tried(assembly, nodes, wrench, twists):
         found = falls_by(assembly, nodes, wrench, motion)
         if found[0].status is Status.UNSTABLE:
             break
     return found
 
 
-def _motions(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> Iterator[Float]:
+def _motions_tried(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> Iterator[Float]:
     least, sharp = least_motion(assembly, nodes, wrench), assembly.sharpened
     if least is not None:
         yield least

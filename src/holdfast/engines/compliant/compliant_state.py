@@ -72,7 +72,9 @@ class Unpushable:
             return Answers.not_standing(W.shape[1], engine=NAME, claim=CLAIM, verdict=self.decided)
         loaded = _loaded(W)
         lost = Bounded.unbounded(PathResult.lost(len(loaded), 0))
-        return _told(LoadQuestion(W, accuracy, loaded, lost, np.zeros(len(loaded), dtype=bool)), self.decided, [])
+        return _answers_of_paths(
+            LoadQuestion(W, accuracy, loaded, lost, np.zeros(len(loaded), dtype=bool)), self.decided, []
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,7 @@ class RestingState:
             leans = self.grid.leans(W[:, loaded], solved.paths)
             peaks = solved.paths.outcome == PathOutcome.PEAK
             asked = LoadQuestion(W, accuracy, loaded, solved, leans)
-            found = _told(asked, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
+            found = _answers_of_paths(asked, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
             for amendment in self._amendments:
                 amended = amendment.amend(found, asked)
                 found = found if amended is None else amended.after(amendment.name, amendment.why)
@@ -184,7 +186,7 @@ def _loaded(W: Float) -> Int:
     return np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
 
 
-def _told(asked: LoadQuestion, verdict: Verdict, mechanisms: Iterable[Mechanism]) -> Answers:
+def _answers_of_paths(asked: LoadQuestion, verdict: Verdict, mechanisms: Iterable[Mechanism]) -> Answers:
     """Return the answers that load paths give, INFINITE to loads of zero; ``mechanisms`` are of paths with a peak."""
     count, loaded, paths = asked.W.shape[1], asked.loaded, asked.solved.paths
     force, lower, raw = np.full((3, count), np.inf)

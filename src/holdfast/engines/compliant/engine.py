@@ -122,19 +122,19 @@ def state_on(
     grid = Grid.of(assembly, wrench, springs, nodes)
     rest = at_rest(grid)
     if rest is None and grid.settled.outcome is not RestOutcome.LOST:
-        return Unpushable(not_at_rest(grid).after(_contacts(grid)))
+        return Unpushable(not_at_rest(grid).after(_grid_in_words(grid)))
     resting = rest or at_rest(grid.with_hold)
     if resting is None:
-        return Unpushable(not_at_rest(grid).after(_contacts(grid)))
+        return Unpushable(not_at_rest(grid).after(_grid_in_words(grid)))
     doubtful = resting.unstiff.any() or resting.on_an_edge.any()
     neutral = neutral_at(assembly, wrench) if doubtful else None
     held = resting.unstiff if neutral is None else resting.unstiff | neutral.bodies
     if rest is not None and not held.any():
-        return _standing(rest.verdict.after(_contacts(grid)), grid, refinements)
+        return _standing(rest.verdict.after(_grid_in_words(grid)), grid, refinements)
     names = () if neutral is None else neutral.named(assembly)
     found = "they come to rest" if rest is not None else _HELD
     said = resting.verdict.reason + balanced_in_verdict(names)
-    verdict = replace(resting.verdict, reason=said, balanced=names).after(_contacts(grid), found)
+    verdict = replace(resting.verdict, reason=said, balanced=names).after(_grid_in_words(grid), found)
     certain = find_rest(assembly, wrench).verdict
     if certain.status is Status.UNSTABLE:  # the balance holds to within a tolerance only, and the proof is exact
         return Unpushable(certain.after(_LIMIT, before=verdict))
@@ -152,7 +152,7 @@ _HELD = "they come to rest only if faint springs keep every body in its place"
 _LIMIT = "limit analysis, as some motions meet no resistance"
 
 
-def _contacts(grid: Grid) -> str:
+def _grid_in_words(grid: Grid) -> str:
     """What is looked at on a grid, in words."""
     given = grid.places.given is not None
     return "elastic contacts on " + ("the nodes given" if given else f"{grid.springs.nodes} nodes a side")

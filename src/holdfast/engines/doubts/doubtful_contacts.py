@@ -83,15 +83,15 @@ class Absences:
     @property
     def sets(self) -> tuple[Absent, ...]:
         """The largest sets that may be absent, at most SETS; none if everything is needed."""
-        return self._found[0]
+        return self._sets_found[0]
 
     @property
     def complete(self) -> bool:
         """Whether every interface that may be absent is so in one of the sets."""
-        return self._found[1]
+        return self._sets_found[1]
 
     @cached_property
-    def _found(self) -> tuple[tuple[Absent, ...], bool]:
+    def _sets_found(self) -> tuple[tuple[Absent, ...], bool]:
         """Find sets to which nothing can be added: first the widest gaps are opened, then the narrowest.
 
         Then every interface that no set holds yet comes first once. What stands without two sets together need not
@@ -148,7 +148,10 @@ class Absences:
 
     def stands(self, absent: Absent) -> bool:
         """Tell whether the engine finds the assembly at rest without these interfaces, as surely as with them."""
-        return not absent or self._seen(absent).status in (Status.STABLE, self._seen(frozenset()).status)
+        return not absent or self._verdict_without(absent).status in (
+            Status.STABLE,
+            self._verdict_without(frozenset()).status,
+        )
 
     def state(self, absent: Absent, *, loaded: bool = True) -> State:
         """Return the engine's state without these interfaces, under the weight and, if ``loaded``, all that acts."""
@@ -164,7 +167,7 @@ class Absences:
         """Whether rest is judged under the standing loads and the acceleration, too."""
         return self.state(frozenset(), loaded=False).verdict().status is Status.UNSTABLE
 
-    def _seen(self, absent: Absent) -> Verdict:
+    def _verdict_without(self, absent: Absent) -> Verdict:
         return self.state(absent, loaded=self._seen_loaded).verdict()
 
     def _may_rest(self, absent: Absent) -> bool:
@@ -224,7 +227,7 @@ class Doubtful:
         other.__dict__.update(_allowances=self._allowances, _asking=self._asking)
         return other
 
-    def _own(self, state: State) -> State:
+    def _asked_here(self, state: State) -> State:
         """Return a state of ``absences``, which remembers only what this object was asked."""
         return self._asked.setdefault(id(state), fresh(state))
 
@@ -259,8 +262,8 @@ class Doubtful:
                     upper_bound=Bound.NONE,
                     notes=self.notes,
                 )
-            cases = [(absent, self._case(absent, W, accuracy)) for absent in self._tried]
-            greatest = self._greatest(found, W, accuracy)
+            cases = [(absent, self._answers_without(absent, W, accuracy)) for absent in self._tried]
+            greatest = self._answers_at_most(found, W, accuracy)
             known_cases = [np.where(case.status == Status.UNDECIDED, 0.0, case.upper) for _, case in cases]
             return replace(
                 found,
@@ -280,34 +283,34 @@ class Doubtful:
         Seen poses tilt contacts, and a body may then seem to hang between its neighbours. Where poses are uncertain, a
         set counts only if everything stands in spite of what the poses may be off, unless that holds for none.
         """
-        if not self._posed:
+        if not self._poses_uncertain:
             return self.absences.sets
         every = self.absences.sets or (frozenset(),)
-        return tuple(absent for absent in every if self._allowed(absent, wider=False)[0].share > 0) or every
+        return tuple(absent for absent in every if self._allowance_for(absent, wider=False)[0].share > 0) or every
 
     @property
-    def _posed(self) -> bool:
+    def _poses_uncertain(self) -> bool:
         return self.absences.assembly.tolerances.capped
 
-    def _case(self, absent: Absent, W: Float, accuracy: Accuracy) -> Answers:
+    def _answers_without(self, absent: Absent, W: Float, accuracy: Accuracy) -> Answers:
         """Answer without these contacts; where poses are uncertain, with all that this takes from ``lower``."""
-        if not self._posed:
-            return self._own(self.absences.state(absent)).load_factor(W, accuracy)
-        allowance, state = self._allowed(absent, wider=False)
-        case = self._own(state).load_factor(W, accuracy)
+        if not self._poses_uncertain:
+            return self._asked_here(self.absences.state(absent)).load_factor(W, accuracy)
+        allowance, state = self._allowance_for(absent, wider=False)
+        case = self._asked_here(state).load_factor(W, accuracy)
         lower = allowance.lowered(case.lower, W, accuracy)
         return replace(case, lower=lower, lower_bound=weakest_bound([case.lower_bound, Bound.ESTIMATED]))
 
-    def _greatest(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
+    def _answers_at_most(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
         """Answer as detected; where poses are uncertain, with all that this adds to an ``upper`` that is known."""
-        if not self._posed or not np.isfinite(found.upper).any():
+        if not self._poses_uncertain or not np.isfinite(found.upper).any():
             return found
-        allowance, state = self._allowed(frozenset(), wider=True)
-        case = self._own(state).load_factor(W, accuracy)
+        allowance, state = self._allowance_for(frozenset(), wider=True)
+        case = self._asked_here(state).load_factor(W, accuracy)
         upper = allowance.raised(case.upper, W, accuracy)
         return replace(case, upper=upper, upper_bound=weakest_bound([case.upper_bound, Bound.ESTIMATED]))
 
-    def _allowed(self, absent: Absent, *, wider: bool) -> tuple[PoseAllowance, State]:
+    def _allowance_for(self, absent: Absent, *, wider: bool) -> tuple[PoseAllowance, State]:
         known, key = self.absences, (absent, wider)
         if key not in self._allowances:
             loads = known.standing, known.acceleration
@@ -321,7 +324,7 @@ class Doubtful:
 
     def _notes_on(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
         """Say on which of the contacts the answers lean, and what was not settled."""
-        notes = [LEVEL] if self._posed and not self.absences.assembly.tolerances.tilt else []
+        notes = [LEVEL] if self._poses_uncertain and not self.absences.assembly.tolerances.tilt else []
         met: set[int] = set()  # what motions without them run into; where no motion is known, all that was taken away
         for absent, case in cases:
             for row in np.flatnonzero(case.lower < found.lower * (1 - LEANS)):

@@ -97,12 +97,14 @@ class SupportsInReach:
             except TooFineError:
                 problem = f"whether it would rest on something within {gap * 1e3:g} mm was not searched"
                 return f"{problem}: too many faces are near each other there: settle, or give simpler meshes"
-            met = self._met(part, verdict, found, by_engine=by_engine)
+            met = self._contacts_met(part, verdict, found, by_engine=by_engine)
             if met:
                 return self._words(names, met, gap, wide=wide)
         return ""
 
-    def _met(self, part: Assembly, verdict: Verdict, found: Sequence[Interface], *, by_engine: bool) -> list[Interface]:
+    def _contacts_met(
+        self, part: Assembly, verdict: Verdict, found: Sequence[Interface], *, by_engine: bool
+    ) -> list[Interface]:
         """Return those of the contacts ``found`` that the fall meets until the part may stand; none if it falls on."""
         met: list[Interface] = []
         left = list(found)

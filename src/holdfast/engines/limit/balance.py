@@ -90,7 +90,7 @@ class Equilibrium:
             H.eliminate_zeros()
         most = np.count_nonzero(H, axis=1) if isinstance(H, np.ndarray) else np.diff(H.indptr)
         terms = max(int(most.max(initial=0)), 12) + 2
-        return cls(nodes, assembly.com, G, _turned(G), H, gamma(terms) * H, _turned(gamma(12) * H))
+        return cls(nodes, assembly.com, G, _transpose(G), H, gamma(terms) * H, _transpose(gamma(12) * H))
 
     def velocities(self, motions: Float) -> tuple[Float, Float]:
         """Return Gᵀ y (3I, k) for motions y (6J, k), and bounds (3I, k) of their errors.
@@ -152,7 +152,7 @@ def gamma(terms: int) -> float:
     return (terms + SPARE) * UNIT * 1.01
 
 
-def _turned(matrix: Matrix) -> Matrix:
+def _transpose(matrix: Matrix) -> Matrix:
     """Return the transpose, by rows."""
     return np.ascontiguousarray(matrix.T) if isinstance(matrix, np.ndarray) else sparse.csr_matrix(matrix.T)
 
@@ -259,7 +259,7 @@ class Balance:
         if not rows.any():
             return None
         A, unknown = (_scaled(m, share, scale)[rows] for m in (equilibrium.G, equilibrium.unknown))
-        square, combined = _square(A), None
+        square, combined = _times_transpose(A), None
         found = _proved(A, unknown, square)
         if found is None:
             combined = CombinedEquations.of(square, np.flatnonzero(rows) // 6)
@@ -268,7 +268,7 @@ class Balance:
             sizes: Matrix = np.abs(A) if isinstance(A, np.ndarray) else sparse.csr_matrix(abs(A))
             unknown = abs(combined.resisted) @ (unknown + gamma(8) * sizes)
             A = combined.resisted @ A
-            found = _proved(A, unknown, _square(A))
+            found = _proved(A, unknown, _times_transpose(A))
         return None if found is None else cls(equilibrium, tau, scale, scale == 0, rows, share, combined, A, *found)
 
     @property
@@ -277,14 +277,14 @@ class Balance:
 
         Among holds, that counts even where no force enters an equation: two fingers let a body turn about their line.
         """
-        free, asked = self._free, self.equilibrium.nodes.asked
+        free, asked = self._unresisted_rows, self.equilibrium.nodes.asked
         if asked is not None:
             free = free | ~self.rows
             free[: len(asked)] &= asked > 0
         return np.asarray(free.reshape(-1, 6).any(1))
 
     @property
-    def _free(self) -> Bool:
+    def _unresisted_rows(self) -> Bool:
         """Which equations (6J,) enter combinations that no contact resists."""
         found = np.zeros(len(self.share), dtype=bool)
         if self.combined is not None:
@@ -296,13 +296,13 @@ class Balance:
         asked = self.share[self.rows, None] * wrench[self.rows]
         if self.combined is not None:
             asked = self.combined.resisted @ asked
-        found = _solved(self.factor, asked)
+        found = _solved_by_cholesky(self.factor, asked)
         return np.asarray(self.scale[:, None] * (self.scaled.T @ found))
 
     def motion_for(self, velocities: Float) -> Float:
         """Return the motion (6J,) that is closest to ``velocities`` (3I,) of the nodes, in units of T⁻¹."""
         motion, fitted = np.zeros(len(self.share)), np.asarray(self.scaled @ (self.scale * velocities))
-        found = _solved(self.factor, fitted)
+        found = _solved_by_cholesky(self.factor, fitted)
         motion[self.rows] = found if self.combined is None else self.combined.resisted.T @ found
         return self.share * motion
 
@@ -348,26 +348,26 @@ class Balance:
         needed = TANGENTIAL * tightest / self.least * UP
         if self.combined is not None:
             needed *= float(abs(self.combined.resisted).sum(0).max()) * (1 + gamma(8))
-        return np.where(self.rows & ~self._free, needed * self.share * UP, np.inf)
+        return np.where(self.rows & ~self._unresisted_rows, needed * self.share * UP, np.inf)
 
 
 def _proved(A: Matrix, unknown: Matrix, square: Float) -> tuple[Float, float] | None:
     """Return the Cholesky factor of A Aᵀ and a proved lower bound of the singular values of A, if there is one.
 
-    ``unknown`` and ``square`` are as in ``_least``.
+    ``unknown`` and ``square`` are as in ``_least_singular_value``.
     """
-    factor = _factor(square)
-    least = None if factor is None else _least(A, unknown, square, factor)
+    factor = _cholesky(square)
+    least = None if factor is None else _least_singular_value(A, unknown, square, factor)
     return None if factor is None or least is None else (factor, least)
 
 
-def _square(A: Matrix) -> Float:
+def _times_transpose(A: Matrix) -> Float:
     """Return A Aᵀ, dense."""
     product = A @ A.T
     return np.asarray(product if isinstance(product, np.ndarray) else product.toarray())
 
 
-def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | None:
+def _least_singular_value(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | None:
     """Return a proved lower bound, above 0, of the singular values of the exact A, if there is one.
 
     Its computed entries ``A`` (n, m) may be off by ``unknown`` (n, m), and the computed ``square`` (n, n) by rounding.
@@ -375,10 +375,10 @@ def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | 
     count = len(square)
     guess = np.cos(np.arange(count))  # along no axis, and the same each time
     for _ in range(GUESSES):
-        guess = _solved(factor, guess / np.linalg.norm(guess))
+        guess = _solved_by_cholesky(factor, guess / np.linalg.norm(guess))
     lowest = 1 / float(np.linalg.norm(guess))
     terms = int(np.diff(A.indptr).max()) if sparse.issparse(A) else A.shape[1]
-    sizes, blur = (_squares(m) * (1 + gamma(count * A.shape[1])) for m in (A, unknown))
+    sizes, blur = (_sum_of_squares(m) * (1 + gamma(count * A.shape[1])) for m in (A, unknown))
     blurred = (float(np.sqrt(blur)) + gamma(2) * float(np.sqrt(sizes))) * UP
     lost = (gamma(count + 1) * 1.01 * float(np.trace(square)) + gamma(terms) * sizes) * UP
     for share in SHARES:
@@ -387,18 +387,18 @@ def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | 
         if not lower > 0:
             return None
         proved = float(np.sqrt(lower)) * DOWN - blurred
-        if proved > 0 and _factor(square, shift) is not None:
+        if proved > 0 and _cholesky(square, shift) is not None:
             return proved * DOWN
     return None
 
 
-def _squares(matrix: Matrix) -> float:
+def _sum_of_squares(matrix: Matrix) -> float:
     """Return the sum of the squares of all entries."""
     entries = matrix if isinstance(matrix, np.ndarray) else matrix.data
     return float((entries * entries).sum())
 
 
-def _factor(square: Float, shift: float = 0.0) -> Float | None:
+def _cholesky(square: Float, shift: float = 0.0) -> Float | None:
     """Return the lower triangle of a symmetric matrix less ``shift`` on its diagonal by Cholesky's method, or None.
 
     None: the method does not run to its end.
@@ -409,7 +409,7 @@ def _factor(square: Float, shift: float = 0.0) -> Float | None:
     return None if failed else np.asarray(factor)
 
 
-def _solved(factor: Float, asked: Float) -> Float:
+def _solved_by_cholesky(factor: Float, asked: Float) -> Float:
     """Return Q⁻¹ times ``asked`` (n,) or (n, k) for the lower triangle (n, n) of Q by Cholesky's method."""
     return np.asarray(dpotrs(factor, asked, lower=True)[0])
 

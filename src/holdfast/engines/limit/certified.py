@@ -166,8 +166,8 @@ def certify(
             bounds.solved[k] = True
             bounds.undecided[k] = limit.status is Status.UNDECIDED
             bounds.endless[k] = limit.status is Status.INFINITE
-            bounds.high[k] = _high(limit)
-            bounds.spare[k] = _spare(limit, bounds.first)
+            bounds.high[k] = _gauge_above(limit)
+            bounds.spare[k] = _slope_beside(limit, bounds.first)
             bounds.low[k] = (
                 0.0 if limit.status is not Status.FINITE else 1 / limit.upper * DOWN if limit.upper > 0 else np.inf
             )
@@ -179,25 +179,25 @@ def certify(
         full[first : first + 6] = wanted.T
         limits = solve(full)
         planes.learn(limits)
-        spare = [_spare(limit, first) for limit in limits]
+        spare = [_slope_beside(limit, first) for limit in limits]
         endless = np.array([limit.status is Status.INFINITE for limit in limits], dtype=bool)
-        return np.array([_high(limit) for limit in limits]), np.array(spare).reshape(-1, 6), endless
+        return np.array([_gauge_above(limit) for limit in limits]), np.array(spare).reshape(-1, 6), endless
 
     groups, rest = flat_groups(loads)
-    _flat(bounds, groups, at, elsewhere, accuracy, slope)
+    _bound_flat_faces(bounds, groups, at, elsewhere, accuracy, slope)
     if len(rest):
-        _curved(bounds, rest, at, elsewhere, accuracy, lever)
+        _bound_others(bounds, rest, at, elsewhere, accuracy, lever)
     return bounds
 
 
-def _high(limit: LoadLimit) -> float:
+def _gauge_above(limit: LoadLimit) -> float:
     """The upper bound of γ that one solved load proves."""
     if limit.status is Status.INFINITE and limit.lower == np.inf:
         return 0.0
     return 1 / limit.lower * UP if limit.lower > 0 else np.inf
 
 
-def _spare(limit: LoadLimit, first: int) -> Float:
+def _slope_beside(limit: LoadLimit, first: int) -> Float:
     """The slope (6,) of a wrench on the rows from ``first`` that is carried beside an endless load; inf for none."""
     return np.full(6, np.inf) if limit.slope is None else limit.slope[first : first + 6]
 
@@ -285,11 +285,11 @@ class _Face:
         summed = np.einsum("nk,nk->n", shares, values[at])
         size = np.abs(wanted) + np.einsum("nk,nkc->nc", shares, np.abs(corners))
         missing = np.abs(wanted - np.einsum("nk,nkc->nc", shares, corners)) + SUM * size
-        above = (summed + _paid(slope, missing)) * (1 + SUM)
+        above = (summed + _price_of(slope, missing)) * (1 + SUM)
         if not self.endless.any():
             return above, np.zeros(len(points), dtype=bool), best
         made = (self.endless[at] | (shares == 0)).all(1) & (missing <= ALIKE * size).all(1)
-        held = np.stack([_paid(self.spare[at[:, k]], missing) <= shares[:, k] * (1 - SUM) for k in range(3)])
+        held = np.stack([_price_of(self.spare[at[:, k]], missing) <= shares[:, k] * (1 - SUM) for k in range(3)])
         proved = made & (summed == 0) & held.any(0)
         return np.where(proved, 0.0, above), made, best
 
@@ -303,7 +303,7 @@ class _Face:
         self.endless = np.concatenate([self.endless, bounds.endless[solved]])
 
 
-def _flat(
+def _bound_flat_faces(
     bounds: GaugeBounds,
     groups: list[Int],
     at: Callable[[Int], None],
@@ -334,13 +334,13 @@ def _flat(
         report("certified bounds", count - int(bounds.doubtful(np.arange(count), accuracy).sum()), count)
 
 
-def _paid(slope: Float, missing: Float) -> Float:
+def _price_of(slope: Float, missing: Float) -> Float:
     """The sums (n,) of slopes (6,) or (n, 6) times what is missing (n, 6); nothing is paid for nothing."""
     paid = np.where(missing > 0, missing * np.where(missing > 0, slope, 0.0), 0.0)
     return np.asarray(paid.sum(1) * (1 + SUM))
 
 
-def _curved(
+def _bound_others(
     bounds: GaugeBounds, members: Int, at: Callable[[Int], None], elsewhere: Elsewhere, accuracy: float, lever: float
 ) -> None:
     """Pushes in many directions: non-negative combinations of the nearest solved loads."""
@@ -349,7 +349,7 @@ def _curved(
     unit = loads / scale
     axes = elsewhere(np.vstack([np.diag(scale), -np.diag(scale)]))[0].reshape(2, 6)
     batch = max(12, len(members) // 100)
-    at(members[_spread(unit, np.empty((0, 6)), batch)])
+    at(members[_farthest_apart(unit, np.empty((0, 6)), batch)])
     while True:
         bounds.rise()
         undone = np.flatnonzero(bounds.doubtful(members, accuracy))
@@ -362,10 +362,10 @@ def _curved(
         report("certified bounds", len(members) - len(undone), len(members))
         if not len(undone):
             return
-        at(members[undone[_spread(unit[undone], unit[known], batch)]])
+        at(members[undone[_farthest_apart(unit[undone], unit[known], batch)]])
 
 
-def _spread(candidates: Float, chosen: Float, count: int) -> Int:
+def _farthest_apart(candidates: Float, chosen: Float, count: int) -> Int:
     """Indices of up to ``count`` candidates, each the farthest from those chosen before."""
     if len(chosen):
         distance = search_tree(chosen).query(candidates)[0]

@@ -64,7 +64,7 @@ class LimitState:
 
     def verdict(self) -> Verdict:
         """Whether an equilibrium exists, whether it comes about, and which bodies are only balanced in any."""
-        verdict, names = self.rest.verdict, self._loose
+        verdict, names = self.rest.verdict, self._only_balanced
         if not names:
             return verdict
         return replace(verdict, reason=verdict.reason + balanced_in_verdict(names), balanced=names)
@@ -106,19 +106,21 @@ class LimitState:
             return Answers.not_standing(count, **self._known(lower=True, upper=proved))
         W = self.rest.nodes.beside(W)
         if not isinstance(accuracy, Within) or not (groups := by_body(W, FLAT_GROUP)):
-            return self._answers(self.proofs.limits(W))
+            return self._table_of(self.proofs.limits(W))
         order = [columns for _, columns in groups]
-        parts = [self._certified(W[:, columns], 6 * body, accuracy.relative) for body, columns in groups]
+        parts = [self._within_accuracy(W[:, columns], 6 * body, accuracy.relative) for body, columns in groups]
         alone = np.setdiff1d(np.arange(count), np.concatenate(order))
         if len(alone):
             order.append(alone)
-            parts.append(self._answers(self.proofs.limits(W[:, alone])))
+            parts.append(self._table_of(self.proofs.limits(W[:, alone])))
         return joined(parts).rows(np.argsort(np.concatenate(order)))
 
     def _known(self, *, lower: bool, upper: bool = True) -> dict[str, Any]:
         """What all answers of this state have in common; ``lower`` and ``upper`` say whether those are proved."""
         known = {True: Bound.PROVED, False: Bound.ESTIMATED}
-        taken = (only_balanced(self._loose),) if self._loose else ()  # proofs of lower take for granted that they stay
+        taken = (
+            (only_balanced(self._only_balanced),) if self._only_balanced else ()
+        )  # proofs of lower take for granted that they stay
         return {
             "engine": NAME,
             "claim": CLAIM,
@@ -129,13 +131,13 @@ class LimitState:
         }
 
     @cached_property
-    def _loose(self) -> tuple[str, ...]:
+    def _only_balanced(self) -> tuple[str, ...]:
         if not self.rest.verdict.equilibrium_exists:  # nothing is proved to be carried
             return ()
         loose = self.proofs.loose[: len(self.assembly.movable)]
         return tuple(body.name for body, one in zip(self.assembly.movable, loose, strict=True) if one)
 
-    def _certified(self, W: Float, first: int, accuracy: float) -> Answers:
+    def _within_accuracy(self, W: Float, first: int, accuracy: float) -> Answers:
         with self._certifying:
             slope = self.proofs.slope[first : first + 6]
             bounds = certify(W, first, self.proofs.limits, self.planes, accuracy, self.assembly.size / 4, slope)
@@ -159,7 +161,7 @@ class LimitState:
             **self._known(lower=self.planes.certain),
         )
 
-    def _answers(self, answers: list[LoadLimit]) -> Answers:
+    def _table_of(self, answers: list[LoadLimit]) -> Answers:
         mechanisms: list[Mechanism | None] = [None] * len(answers)
         finite = [k for k, answer in enumerate(answers) if answer.twists is not None]
         twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))
@@ -199,7 +201,7 @@ class LimitState:
         for k, share in zip(nodes.interface, slip * np.maximum(forces[:, 0], 0), strict=True):
             d_mu[assembly.interfaces[k].bodies] += float(share)
         return Gradient(
-            answers=self._answers([limit]),
+            answers=self._table_of([limit]),
             assembly=assembly,
             nodes=nodes,
             forces=nodes.world(forces),

@@ -108,10 +108,10 @@ class LoadFamily:
         found = self.along([*np.eye(self.dimension), *-np.eye(self.dimension)])
         for ray in found:
             if not ray.decided:
-                problem = f"the solver found no answer along {_shown(ray.direction)}"
+                problem = f"the solver found no answer along {_in_words(ray.direction)}"
                 raise SolverError(message(self.where, problem, "ask for load_factor along single loads"))
             if ray.reach < SMALLEST:
-                share = f"less than {SMALLEST:g} of the bound along {_shown(ray.direction)} moves it"
+                share = f"less than {SMALLEST:g} of the bound along {_in_words(ray.direction)} moves it"
                 remedy = "the set is flat or ends at 0; ask for load_factor along single loads, or give a smaller bound"
                 raise HoldfastError(message(self.where, f"0 is not inside the set: {share}", remedy))
         return found
@@ -169,7 +169,7 @@ class LoadFamily:
         return 1 / total * DOWN if total > 0 else np.inf
 
 
-def _shown(direction: Float) -> str:
+def _in_words(direction: Float) -> str:
     return "(" + ", ".join(f"{v + 0.0:.3g}" for v in direction) + ")"
 
 
@@ -325,7 +325,7 @@ class _Growth:
         self.solves = len(axes)
         self._learn(axes)
         while True:
-            loads = self._drawn(unit)
+            loads = self._drawn_loads(unit)
             used, facets = hull_gauge(np.array(self.known), np.array(self.price), loads)
             least = (loads @ np.array(self.planes).reshape(-1, loads.shape[1]).T).max(1, initial=0.0)
             share = np.divide(least, used, out=np.ones(len(used)), where=used > 0)  # a ray without an end has no gap
@@ -340,7 +340,7 @@ class _Growth:
                 report(self.family.where, most, most)
                 return gaps
 
-    def _drawn(self, unit: Float) -> Float:
+    def _drawn_loads(self, unit: Float) -> Float:
         """Loads (n, d): some anywhere, with coordinates in ``unit`` (d,), and some among those asked for."""
         anywhere = self.rng.normal(size=(DRAWN, len(unit))) * unit
         if not len(self.near):

@@ -157,14 +157,14 @@ class LoadProofs:
     def limits(self, loads: Float) -> list[LoadLimit]:
         """Return the answers for the loads (6J, k), each by a solve of its own; all are proved together."""
         loaded = np.flatnonzero((loads != 0).any(0))
-        found = self.judged(self._solved(loads[:, loaded]), loads[:, loaded])
+        found = self.judged(self._solutions(loads[:, loaded]), loads[:, loaded])
         answers = [LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, certain=True)] * loads.shape[1]
         for k, answer in zip(loaded, found, strict=True):
             wide = answer.upper - answer.lower > WIDE * answer.upper
-            answers[k] = self._again(answer, loads[:, k]) if wide else answer
+            answers[k] = self._better_of_two(answer, loads[:, k]) if wide else answer
         return answers
 
-    def _solved(self, loads: Float) -> list[SolvedLoad]:
+    def _solutions(self, loads: Float) -> list[SolvedLoad]:
         """What the solver finds for each of the loads (6J, k); many are shared among threads."""
         count = loads.shape[1]
         threads = min(free_threads(), count // LEAST_LOADS)
@@ -172,7 +172,7 @@ class LoadProofs:
             return [self.program.maximise(loads[:, k]) for k in reported("loads", range(count))]
         return answers_in_parallel("loads", lambda k: self.program.maximise(loads[:, k]), threads, count, count)
 
-    def _again(self, answer: LoadLimit, load: Float) -> LoadLimit:
+    def _better_of_two(self, answer: LoadLimit, load: Float) -> LoadLimit:
         """The answer with the better of its bounds and those of another solve, in units of its factor."""
         usual = self.program.usual_factor(load)
         if answer.status is not Status.FINITE or not 0 < answer.factor < SMALL * usual:
@@ -229,11 +229,11 @@ class LoadProofs:
         """Contact forces (3I,) [N] inside all cones that balance the wrench up to rounding, if any are proved."""
         return None if self.carrying.reference is None else self.carrying.reference.forces
 
-    def mixed(self, load: Float) -> Iterator[tuple[Mixture, Mixture, float]]:
-        """Yield what proves that a load (6J,) is carried up to its ``lower``; see ``CarryingProof.mixed``."""
+    def mixtures(self, load: Float) -> Iterator[tuple[Mixture, Mixture, float]]:
+        """Yield what proves that a load (6J,) is carried up to its ``lower``; see ``CarryingProof.mixtures``."""
         solved = self.program.maximise(load)
         if solved.outcome in SOLVED and np.isfinite(solved.forces).all() and solved.factor > 0:
-            yield from self.carrying.mixed(solved.forces, solved.factor, load)
+            yield from self.carrying.mixtures(solved.forces, solved.factor, load)
 
     def _bounded(self, solved: Sequence[SolvedLoad], loads: Float) -> list[LoadLimit]:
         """Bounds from both sides: forces that are brought into balance, and motions brought into the dual cone."""
@@ -291,7 +291,7 @@ class LoadProofs:
     @cached_property
     def program(self) -> LoadProgram:
         """The program, set up once for all loads."""
-        return LoadProgram(self.equilibrium, self.rest.nodes, self.wrench, self.cone, self._usual)
+        return LoadProgram(self.equilibrium, self.rest.nodes, self.wrench, self.cone, self._usual_forces)
 
     @cached_property
     def equilibrium(self) -> Equilibrium:
@@ -299,21 +299,23 @@ class LoadProofs:
         return Equilibrium.of(self.assembly, self.rest.nodes)
 
     @cached_property
-    def _usual(self) -> Float:
+    def _usual_forces(self) -> Float:
         return usual_forces(self.assembly, self.rest)
 
     @cached_property
     def carrying(self) -> CarryingProof:
         """What proves that loads are carried."""
         resting = self.rest.forces.ravel()
-        return CarryingProof(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
+        return CarryingProof(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual_forces)
 
     @cached_property
     def repair(self) -> MotionRepair:
         """What proves that motions move bodies."""
         motion = self.program.scales.motion
         balance = self.carrying.balance
-        return MotionRepair(self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion, balance)
+        return MotionRepair(
+            self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual_forces, motion, balance
+        )
 
 
 UNKNOWN = LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None, certain=True)

@@ -229,7 +229,7 @@ class Forest:
             factor, lower, upper = (theta / (1 - theta) for theta in (at, low, high))
         return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides, tied)
 
-    def told(self, found: Exit, W: Float) -> tuple[str, ...]:
+    def how_each_ends(self, found: Exit, W: Float) -> tuple[str, ...]:
         """Say in a text for each of the loads W (6J, n) which contact gives way, and what it carries just before."""
         texts = []
         for number, at, load in zip(found.bridge.tolist(), found.lower.tolist(), W.T, strict=True):

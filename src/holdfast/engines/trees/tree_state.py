@@ -224,7 +224,7 @@ class TreeState:
         return other
 
     @cached_property
-    def _decided(self) -> Verdict:
+    def _verdict_found(self) -> Verdict:
         verdict = FIRM if self.forest.decided.all() else self.judge()
         if verdict is None or verdict.status is not Status.STABLE:
             return self.behind.verdict()
@@ -242,7 +242,7 @@ class TreeState:
 
     def verdict(self) -> Verdict:
         """Say whether the assembly stands under its weight and the standing loads."""
-        return self._decided
+        return self._verdict_found
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -264,14 +264,14 @@ class TreeState:
         known = np.isfinite(found.lower) | np.isinf(found.factor)
         mine, found = mine[known], found.rows(known)
         others = np.setdiff1d(np.arange(W.shape[1]), mine)
-        parts = [self._answers(found, verdict, W[:, mine])] if len(mine) or not len(others) else []
+        parts = [self._answers_by_trees(found, verdict, W[:, mine])] if len(mine) or not len(others) else []
         parts += [self.behind.load_factor(W[:, others], accuracy)] if len(others) else []
         whole = joined(parts) if len(parts) > 1 else parts[0]
         return whole if not len(mine) or not len(others) else whole.rows(np.argsort(np.concatenate([mine, others])))
 
-    def _answers(self, found: Exit, verdict: Verdict, W: Float) -> Answers:
+    def _answers_by_trees(self, found: Exit, verdict: Verdict, W: Float) -> Answers:
         finite = np.isfinite(found.factor)
-        said = self.forest.told(found, W) if len(finite) <= MOST_TOLD else ()
+        said = self.forest.how_each_ends(found, W) if len(finite) <= MOST_TOLD else ()
         return Answers.of(
             engine=self.engine,
             claim=self.claim,
