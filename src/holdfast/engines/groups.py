@@ -267,21 +267,18 @@ class Groups:
         loaded = (W.reshape(len(W) // 6, 6, count) != 0).any(1)
         numbers = self._groups_of(np.flatnonzero(loaded.any(1)))
         groups = list(map(self.group, reported("rest", numbers)))
+        verdict, reasons = joint([group.named_verdict for group in groups]), _why_no_answers(groups)
         if len(groups) == 1 and loaded.any(0).all():
             found = self._answers_of_group(groups[0], W, accuracy)
-            notes = joined_notes([self._scene_notes, found.notes, _why_no_answers(groups)])
-            return replace(found, verdict=joint([group.named_verdict for group in groups]), notes=notes)
-        table = SmallestAnswers(count)
-        for number, group in zip(numbers, groups, strict=True):
-            columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
-            table.add(columns, self._answers_of_group(group, W[:, columns], accuracy))
-        found = table.answers(self.engine, joint([group.named_verdict for group in groups]), _why_no_answers(groups))
-        return replace(found, notes=joined_notes([self._scene_notes, found.notes]))
-
-    @property
-    def _scene_notes(self) -> tuple[str, ...]:
-        """What answers for loads say of the scene: the notes of its reader, and that nobody looks at who is crushed."""
-        return (*self.assembly.scene.notes, *unchecked_limits(self.assembly.bodies))
+        else:
+            table = SmallestAnswers(count)
+            for number, group in zip(numbers, groups, strict=True):
+                columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
+                table.add(columns, self._answers_of_group(group, W[:, columns], accuracy))
+            found = table.answers(self.engine, verdict, reasons)
+        unchecked = unchecked_limits(self.assembly.bodies)  # nobody looks here at who is crushed
+        notes = joined_notes([self.assembly.scene.notes, unchecked, found.notes, reasons])
+        return replace(found, verdict=verdict, notes=notes)
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where ``load_factor`` has to be asked.
