@@ -24,7 +24,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
 from holdfast.contacts.flags import EXACT
 from holdfast.contacts.interface import Interface
-from holdfast.elastic.model import WEAKEST_SPRING, Elastic, held
+from holdfast.elastic.model import WEAKEST_SPRING, Elastic, with_springs
 from holdfast.elastic.system import PathOutcome, PathResult, RestOutcome, RestSearch, System
 from holdfast.engines.compliant.elastic_model import Places, Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing
@@ -118,7 +118,7 @@ class Grid:
         """Return the same on given ``places``; ``model`` is that without a hold, if it is known."""
         if model is None:
             model = springs.model(places, wrench)
-        grid = cls(places, wrench, springs, System.of(model if hold is None else held(model, hold)), hold)
+        grid = cls(places, wrench, springs, System.of(model if hold is None else with_springs(model, hold)), hold)
         if hold is None or hold.all() or grid.settled.outcome is RestOutcome.RESTS:
             return grid
         return cls._on(places, wrench, springs, np.ones_like(hold), model)
@@ -283,7 +283,7 @@ class Grid:
         faces = self.springs.faces
         if faces is None or faces.imperfect.flatness == 0:
             return self.system
-        return replace(self.system, model=held(self.system.model, stiffness=WEAKEST_SPRING))
+        return replace(self.system, model=with_springs(self.system.model, stiffness=WEAKEST_SPRING))
 
     def loads_nearby(self, W: Float, s: Float, q: Float, plane: Float) -> Float:
         """Return the factors (k,) of columns W (6J, k) near points of their paths that were found on a coarser grid.
