@@ -298,6 +298,7 @@ class Groups:
         return held
 
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
+        """Return the numbers of the groups of these movable bodies, each once."""
         return sorted(set(self.assembly.group_of[list(bodies)].tolist()))
 
     def _answers_of_group(self, group: PreparedGroup, W: Float, accuracy: Accuracy) -> Answers:
@@ -331,6 +332,7 @@ class Groups:
         return found if part is None else self._answers_of_whole(part, found)
 
     def _answers_of_whole(self, part: Part, found: Answers) -> Answers:
+        """Return answers on a part with mechanisms of the whole assembly."""
         each = {id(m): m for m in found.mechanism}  # rows share mechanisms
         whole = {key: None if m is None else self._mechanism_of_whole(part, m) for key, m in each.items()}
         return replace(found, mechanism=objects([whole[id(m)] for m in found.mechanism]))
@@ -365,6 +367,7 @@ class Groups:
 
     @cached_property
     def _wrench(self) -> Float:
+        """What acts on all movable bodies (6J,) without any load."""
         weight = self.assembly.weight_wrench(self.acceleration)
         return weight if self.standing is None else weight + self.standing
 

@@ -152,6 +152,7 @@ def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Co
 def _balanced_verdict(
     assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float
 ) -> Verdict:
+    """Return the STABLE verdict that contact forces prove."""
     contact = contact_forces(assembly, nodes, forces)
     needs_none = dilatancy <= NO_DILATANCY
     forces_and = "contact forces and holds" if assembly.scene.holds else "contact forces"
@@ -222,6 +223,7 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
 
 
 def _why_unsupported(assembly: Assembly, group: tuple[str, ...]) -> str:
+    """Say what a group that no contact supports is nearest to, and what may be done about it."""
     nearest = assembly.nearest_support(group) if assembly.detected else None
     text = f"unsupported: {listed(group)}: no chain of contacts leads to a fixed body"
     if nearest is None:
@@ -261,6 +263,7 @@ def _proved_fall(
 
 
 def _motions_tried(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> Iterator[Float]:
+    """Yield the motions that may prove a fall, the least one first."""
     least, sharp = least_motion(assembly, nodes, wrench), assembly.sharpened
     if least is not None:
         yield least

@@ -168,6 +168,7 @@ class Absences:
         return self.state(frozenset(), loaded=False).verdict().status is Status.UNSTABLE
 
     def _verdict_without(self, absent: Absent) -> Verdict:
+        """Return the verdict without these contacts, under what the scene was seen at rest with."""
         return self.state(absent, loaded=self._seen_loaded).verdict()
 
     def _may_rest(self, absent: Absent) -> bool:
@@ -311,6 +312,7 @@ class Doubtful:
         return replace(case, upper=upper, upper_bound=weakest_bound([case.upper_bound, Bound.ESTIMATED]))
 
     def _allowance_for(self, absent: Absent, *, wider: bool) -> tuple[PoseAllowance, State]:
+        """Return what uncertain poses take from bounds without these contacts, and the state that answers then."""
         known, key = self.absences, (absent, wider)
         if key not in self._allowances:
             loads = known.standing, known.acceleration

@@ -248,6 +248,7 @@ class CarryingProof:
             yield Mixture(balanced[:, 0], factor), Mixture(reference.forces, reference.factor), float(share)
 
     def _reference_for(self, load: Float) -> InteriorForces | None:
+        """Return forces inside all cones that balance some factor of this very load, if any are proved to exist."""
         return self._if_proved_inside(*interior_forces(self.equilibrium, self.wrench, self.mu, self.tau, load), load)
 
     def endless(self, forces: Float, load: Float) -> tuple[float, Float | None]:

@@ -132,12 +132,14 @@ class LimitState:
 
     @cached_property
     def _only_balanced(self) -> tuple[str, ...]:
+        """The names of the bodies that are only balanced in any equilibrium."""
         if not self.rest.verdict.equilibrium_exists:  # nothing is proved to be carried
             return ()
         loose = self.proofs.loose[: len(self.assembly.movable)]
         return tuple(body.name for body, one in zip(self.assembly.movable, loose, strict=True) if one)
 
     def _within_accuracy(self, W: Float, first: int, accuracy: float) -> Answers:
+        """Return answers within an ``accuracy`` for columns of W that load one body, whose rows begin at ``first``."""
         with self._certifying:
             slope = self.proofs.slope[first : first + 6]
             bounds = certify(W, first, self.proofs.limits, self.planes, accuracy, self.assembly.size / 4, slope)
@@ -162,6 +164,7 @@ class LimitState:
         )
 
     def _table_of(self, answers: list[LoadLimit]) -> Answers:
+        """Return the table of solved loads."""
         mechanisms: list[Mechanism | None] = [None] * len(answers)
         finite = [k for k, answer in enumerate(answers) if answer.twists is not None]
         twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))

@@ -151,6 +151,7 @@ class LoadFamily:
         )
 
     def _ray(self, direction: Float, limit: LoadLimit) -> Ray:
+        """Return what the answer for the load along a direction says of its ray."""
         if limit.status is Status.UNDECIDED:
             return Ray(direction, 0.0, decided=False, row=None)
         row = None

@@ -213,6 +213,7 @@ class TreeState:
 
     @cached_property
     def _verdict_found(self) -> Verdict:
+        """The verdict of trees where they tell that all stands, else that of the engine."""
         verdict = FIRM if self.forest.decided.all() else self.judge()
         if verdict is None or verdict.status is not Status.STABLE:
             return self.behind.verdict()
@@ -267,6 +268,7 @@ class TreeState:
         return whole if not len(mine) or not len(others) else whole.rows(np.argsort(np.concatenate([mine, others])))
 
     def _answers_by_trees(self, found: Exit, verdict: Verdict, W: Float) -> Answers:
+        """Return the table of loads that trees decide."""
         finite = np.isfinite(found.factor)
         said = self.forest.how_each_ends(found, W) if len(finite) <= MOST_TOLD else ()
         return Answers.of(
