@@ -33,12 +33,11 @@ from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
 from holdfast.base.memory import Same
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant import compliant_state, limit_review, self_stressed
-from holdfast.engines.compliant.amendment import OpenContacts, Sliding
-from holdfast.engines.compliant.compliant_state import RestingState
-from holdfast.engines.compliant.engine import Compliant, Rough
+from holdfast.engines.compliant import amendment, self_stressed
+from holdfast.engines.compliant import engine as compliant_engine
+from holdfast.engines.compliant.amendment import LimitReview, OpenContacts, Sliding
+from holdfast.engines.compliant.engine import Compliant, RestingState, Rough
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.limit_review import LimitReview
 from holdfast.engines.compliant.load_bearing import LoadBearing
 from holdfast.engines.compliant.refinement import Refined
 from holdfast.engines.compliant.self_stressed import SelfStressed
@@ -91,17 +90,17 @@ def _never(*_: object) -> bool:
 
 def rules() -> dict[str, list[Patch]]:
     """Return what switches each rule off."""
-    kinds = compliant_state.AMENDMENTS
+    kinds = compliant_engine.AMENDMENTS
     whole = {
-        kind.name: [(compliant_state, "AMENDMENTS", tuple(k for k in kinds if k is not kind))]
+        kind.name: [(compliant_engine, "AMENDMENTS", tuple(k for k in kinds if k is not kind))]
         for kind in (LimitReview, SelfStressed, Sliding, OpenContacts)
     }
     parts: dict[str, list[Patch]] = {
-        "limit: contradiction": [(limit_review, "CONTRADICTION", np.inf)],
-        "limit: confirmed endless": [(limit_review, "ENDLESS", np.inf)],
-        "limit: rests alone": [(limit_review, "rests_alone", _never)],
+        "limit: contradiction": [(amendment, "CONTRADICTION", np.inf)],
+        "limit: confirmed endless": [(amendment, "ENDLESS", np.inf)],
+        "limit: rests alone": [(amendment, "rests_alone", _never)],
         "limit: few carry": [(LoadBearing, "balance", _never)],
-        "limit: huge": [(limit_review, "HUGE", np.inf)],
+        "limit: huge": [(amendment, "HUGE", np.inf)],
         "stress: ratios": [(self_stressed, "RATIOS", (1.0, 1.0))],
         "stress: coarse nodes": [(self_stressed, "COARSE", (10**6,))],
         "stress: two nodes": [(self_stressed, "COARSE", (3, 5))],

@@ -30,7 +30,7 @@ from bench.suite import Case, Row, Suite, table
 from holdfast import Status
 from holdfast.answers import Assembly
 from holdfast.base.arrays import Float, unit
-from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.elastic_model import Places
 from holdfast.scene.shipped import shipped_scene, shipped_scenes
 
 LEFT_OUT = ("tabletop", "bonded_wall", "wedged")  # hollow meshes; 50 bricks; held by nothing but self-stress

@@ -13,10 +13,9 @@ from bench.scenes.random_pushes import columns, random_pushes
 from bench.suite import Case, Row, Suite, table
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
-from holdfast.elastic.path import PathOutcome
+from holdfast.elastic.system import PathOutcome
 from holdfast.engines.answers import Answers
-from holdfast.engines.compliant.compliant_state import RestingState
-from holdfast.engines.compliant.engine import Compliant, Rough
+from holdfast.engines.compliant.engine import Compliant, RestingState, Rough
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect, RandomFaces
 from holdfast.engines.verdict import Status

@@ -12,7 +12,7 @@ import trimesh
 import holdfast as hf
 from bench.suite import Case, Row, Suite
 from holdfast.base.arrays import Float
-from holdfast.engines.limit.proof import LoadProgram, Solved
+from holdfast.engines.limit.proof import LoadProgram, SolvedLoad
 from holdfast.engines.limit_engine import Limit
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
@@ -45,7 +45,7 @@ def _row(name: str, assembly: hf.answers.Assembly, body: str, spacing: float) ->
     hf.robustness_map(assembly, [body], spacing=4 * spacing, engine="limit")
     original, solves = LoadProgram.maximise, [0]
 
-    def counted(program: LoadProgram, load: Float, around: float | None = None) -> Solved:
+    def counted(program: LoadProgram, load: Float, around: float | None = None) -> SolvedLoad:
         solves[0] += 1
         return original(program, load, around)
 

@@ -14,7 +14,7 @@ from bench.scenes.real_pallets import pallet, pallets
 from bench.suite import Case, Row, Suite, table
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
-from holdfast.elastic.path import CLOSE, PathOutcome
+from holdfast.elastic.system import CLOSE, PathOutcome
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.scene.shipped import shipped_scene

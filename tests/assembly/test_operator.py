@@ -14,7 +14,7 @@ from holdfast.assembly.contact_nodes import (
     equilibrium_operator,
     wrenches_of,
 )
-from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.elastic_model import Places
 from holdfast.scene.shipped import shipped_scene
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from bench.checkout import CASES
 from bench.suites.amendments import NEEDED_BY, rules, sources, without
-from holdfast.engines.compliant.compliant_state import AMENDMENTS
+from holdfast.engines.compliant.engine import AMENDMENTS
 
 ROOT = Path(__file__).parents[2]
 TESTS = {rule: place for rule, place in NEEDED_BY.items() if place.startswith("tests/")}

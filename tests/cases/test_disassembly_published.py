@@ -11,8 +11,7 @@ import holdfast as hf
 from bench.baselines.fixed_point import Fixed, fixed_point
 from holdfast.applications.disassembly.removal import Answer
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.engines.compliant.elastic_model import elastic_model
-from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.elastic_model import Places, elastic_model
 from holdfast.engines.rest import find_rest
 
 LONG = ("armadillo", "bridge")  # 366 bodies; verdicts that take minutes

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from path_events import Event
 
 from holdfast.elastic.model import Elastic, Runs
-from holdfast.elastic.path import QUICK
-from holdfast.elastic.system import System, fronts_of
+from holdfast.elastic.system import QUICK, System, fronts_of
 from holdfast.native import core
 
 Array = NDArray[np.float64]

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 from path_events import Event
 
 import holdfast as hf
-from holdfast.elastic.path import BRIEF, QUICK, PathOutcome, PathResult, RestOutcome
-from holdfast.elastic.system import System
+from holdfast.elastic.system import BRIEF, QUICK, PathOutcome, PathResult, RestOutcome, System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.native import core

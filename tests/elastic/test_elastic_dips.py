@@ -8,7 +8,7 @@ from elastic_blocks import Walk, at, push
 from path_events import Event
 
 import holdfast as hf
-from holdfast.elastic.path import CLOSE
+from holdfast.elastic.system import CLOSE
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.native import core

@@ -8,8 +8,7 @@ import holdfast as hf
 from holdfast.assembly.contact_nodes import contact_nodes, equilibrium_operator
 from holdfast.elastic.model import Runs
 from holdfast.elastic.system import fronts_of
-from holdfast.engines.compliant.elastic_model import elastic_model, world_rows
-from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.elastic_model import Places, elastic_model, world_rows
 from holdfast.engines.mechanism import relative_velocity
 from holdfast.native import core
 from holdfast.scene.shipped import shipped_scene

@@ -9,8 +9,7 @@ from path_events import Event
 
 import holdfast as hf
 from holdfast.base.progress import listening
-from holdfast.elastic.path import QUICK, PathOutcome, RestOutcome
-from holdfast.elastic.system import System
+from holdfast.elastic.system import QUICK, PathOutcome, RestOutcome, System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.native import core

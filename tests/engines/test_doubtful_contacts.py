@@ -11,9 +11,9 @@ import pytest
 
 import holdfast as hf
 from holdfast.assembly.assembly import Assembly
+from holdfast.engines import groups
 from holdfast.engines.contract import EXACT, FORCES_ONLY
-from holdfast.engines.doubts.absent_contacts import Absences
-from holdfast.engines.doubts.doubtful_contacts import prepared
+from holdfast.engines.doubts.doubtful_contacts import Absences, prepared
 from holdfast.engines.limit_engine import Limit
 from holdfast.scene.shipped.blocks import at, box, floor
 
@@ -139,7 +139,8 @@ def test_a_wall_that_may_not_be_there() -> None:
 
 def test_all_certain_is_the_engine_itself() -> None:
     assembly = hf.assemble(cartons(0))
-    assert type(prepared(Limit(), assembly)) is type(Limit().prepare(assembly))
+    state = groups.prepared(Limit(), assembly).group(0).state
+    assert type(state) is type(Limit().prepare(assembly))
 
 
 def test_forces_alone_have_no_bounds() -> None:

@@ -14,7 +14,7 @@ import holdfast as hf
 from holdfast.assembly.one_group import part_of
 from holdfast.engines.answers import Answers
 from holdfast.engines.groups import prepared
-from holdfast.engines.joint_answers import Smallest
+from holdfast.engines.joint_answers import SmallestAnswers
 from holdfast.engines.verdict import Verdict
 from holdfast.queries.request import ENGINES
 
@@ -179,7 +179,7 @@ def test_an_undecided_group_leaves_the_smallest_open_but_not_below_what_gives_wa
         known = {"engine": "toy", "claim": hf.answers.Claim.HOLDS, "verdict": verdict, "mechanism": [None] * len(rows)}
         return Answers.of(force=np.array(force), status=status, upper=np.array(upper), **known)
 
-    table = Smallest(4)
+    table = SmallestAnswers(4)
     finite, undecided, unstable = hf.Status.FINITE, hf.Status.UNDECIDED, hf.Status.UNSTABLE
     table.add(np.arange(4), rows((finite, 3.0, 4.0), (finite, 0.0, 0.0), (finite, 3.0, 4.0), (undecided, 0.0, np.inf)))
     table.add(np.arange(3), rows((undecided, 0.0, 9.0), (undecided, 0.0, 9.0), (unstable, 0.0, 0.0)))
@@ -194,7 +194,7 @@ def test_of_groups_that_all_hold_the_least_of_each_bound_counts(order: int) -> N
     """The force 3 of one group, the bound 2 of another, whichever is asked first, and known as the worst of them."""
     known = {"engine": "toy", "claim": hf.answers.Claim.HOLDS, "verdict": Verdict(status=hf.Status.STABLE, reason="")}
     kinds = hf.answers.Bound.PROVED, hf.answers.Bound.ESTIMATED
-    table = Smallest(2)
+    table = SmallestAnswers(2)
     for force, lower, upper, kind in (((3.0, 5.0), 2.9, 4.0, kinds[0]), ((5.0, np.inf), 2.0, np.inf, kinds[1]))[
         ::order
     ]:

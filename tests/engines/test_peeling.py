@@ -6,8 +6,7 @@ import pytest
 import holdfast as hf
 from bench.scenes import random_assemblies
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
-from holdfast.engines.forces import EXACT
-from holdfast.engines.self_stress import clampable, self_stressed_nodes
+from holdfast.engines.forces import EXACT, clampable, self_stressed_nodes
 from holdfast.scene.shipped.blocks import at, box, floor
 
 
@@ -79,7 +78,7 @@ def test_the_program_agrees_that_contacts_which_are_ruled_out_cannot_press(
         nodes = contact_nodes(assembly, 4, "corners")
         left = clampable(nodes)
         with monkeypatch.context() as whole:
-            whole.setattr("holdfast.engines.self_stress.clampable", lambda nodes, _: np.ones(len(nodes), dtype=bool))
+            whole.setattr("holdfast.engines.forces.clampable", lambda nodes, _: np.ones(len(nodes), dtype=bool))
             pressed = self_stressed_nodes(assembly, nodes, EXACT)
         assert pressed is not None
         assert not (pressed & ~left).any()

@@ -13,7 +13,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.engines.contract import EXACT
 from holdfast.engines.doubts.doubtful_contacts import prepared
-from holdfast.engines.doubts.pose_allowance import Allowance, narrowed
+from holdfast.engines.doubts.pose_allowance import PoseAllowance, narrowed
 from holdfast.engines.limit_engine import Limit
 from holdfast.queries.request import body_number, push_columns
 from holdfast.scene.shipped.blocks import at, box, floor
@@ -50,7 +50,7 @@ def test_a_box_that_tips_leans_and_is_pushed_higher() -> None:
 def test_a_box_that_slides_has_a_narrower_cone() -> None:
     found = hf.robustness(alone(0.3), "box", (-0.05, 0, 0.01), X, engine="limit")
     narrow = np.tan(np.arctan(0.3) - TILT) * G
-    lean = Allowance.of(alone(0.3), None, None).share
+    lean = PoseAllowance.of(alone(0.3), None, None).share
     assert lean == pytest.approx(1 - TILT * 0.08 / 0.05, rel=1e-6)
     assert found.lower[0] == pytest.approx(narrow * lean, rel=1e-4)
 

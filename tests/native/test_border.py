@@ -20,8 +20,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.contacts.search_mesh import SearchMesh
-from holdfast.elastic.path import QUICK, PathResult
-from holdfast.elastic.system import EliminationFronts, System
+from holdfast.elastic.system import QUICK, EliminationFronts, PathResult, System
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.trees.forest import Bed

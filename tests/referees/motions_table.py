@@ -20,7 +20,7 @@ from bench.baselines.search import push
 from bench.scenes.random_assemblies import FAMILIES, standing
 from bench.scenes.random_pushes import Push, random_pushes
 from holdfast.assembly.assembly import Assembly
-from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.elastic_model import Places
 from holdfast.engines.mechanism import modes_of
 
 OVER = 1.1  # times the force, in the simulation

@@ -12,7 +12,7 @@ from bench.baselines.search import push
 from holdfast import Compliant, Status, assemble, robustness
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
-from holdfast.elastic.path import PathOutcome
+from holdfast.elastic.system import PathOutcome
 from holdfast.scene.shipped import shipped_scene
 
 Array = NDArray[np.float64]

@@ -19,7 +19,7 @@ from bench.scenes.jams import FAMILIES, jam
 from bench.scenes.random_pushes import Push, columns
 from holdfast import Status
 from holdfast.answers import Assembly
-from holdfast.engines.compliant.places import Places
+from holdfast.engines.compliant.elastic_model import Places
 
 STEPS = (2e-4, 5e-5)  # [s]: what moves with the first and holds with the second was MuJoCo's softness
 SHARE = 0.95  # of `lower`, which has to be held: MuJoCo's friction creeps

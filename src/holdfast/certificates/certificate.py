@@ -26,9 +26,8 @@ from holdfast.certificates.verify_certificate import FORMAT, Certificate, Refuse
 from holdfast.engines.contract import State
 from holdfast.engines.doubts.doubtful_contacts import as_detected
 from holdfast.engines.groups import PreparedGroup, prepared
-from holdfast.engines.limit.gauge import LoadLimit
 from holdfast.engines.limit.limit_state import LimitState
-from holdfast.engines.limit.proof import UNKNOWN
+from holdfast.engines.limit.proof import UNKNOWN, LoadLimit
 from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.body import Body
@@ -136,7 +135,7 @@ class _Exact:
 
     def _mixed(self, column: Float) -> Iterator[tuple[Float, float]]:
         assert self.state is not None
-        for forces, inside, share in self.state.proofs.mixed(column):
+        for forces, inside, share in self.state.proofs.mixtures(column):
             for given_up in GIVEN_UP:
                 rest = share + (1 - share) * given_up
                 mixed = (1 - rest) * forces.forces + rest * inside.forces
@@ -163,7 +162,7 @@ class _Exact:
         if mechanism is None:
             return None
         motion = mechanism.twists.ravel()[self.rows]
-        mended = motion if self.state is None else self.state.proofs.fall(motion)
+        mended = motion if self.state is None else self.state.proofs.repair.gaining(motion)
         for twists in () if mended is None else self._unbraked(mended):
             if _power(self.standing, twists) > 0:
                 return twists
@@ -174,7 +173,7 @@ class _Exact:
         opening: Float | None = None
         for share in (0.0, *OPENED):
             if share and opening is None:
-                opening = None if self.state is None else self.state.proofs.opened(motion)
+                opening = None if self.state is None else self.state.proofs.repair.opened(motion)
                 if opening is None:
                     return
                 opening = opening / np.abs(opening).max() * np.abs(motion).max()

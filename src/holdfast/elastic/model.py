@@ -50,8 +50,8 @@ class Elastic(NamedTuple):
     the contacts; ``scale`` (6J,) brings every body's equilibrium to order one; ``bonded`` (P, 6, 6) the stiffness with
     all nodes stuck, and ``unit`` (6J,) what brings that of every displacement to one; ``runs`` of the nodes; ``hold``
     (6J,) the stiffness of a regularisation spring of every body in its place, zero unless there are motions that no
-    contact resists (``held``); ``still`` (6J,) the stiffness with which bonds hold each body to the world, zero but on
-    ice (law.hpp).
+    contact resists (``with_springs``); ``still`` (6J,) the stiffness with which bonds hold each body to the world, zero
+    but on ice (law.hpp).
     """
 
     first: Int
@@ -132,7 +132,7 @@ def solver(A: Matrix, shift: float, **order: Any) -> Callable[[Float], Float]:  
     return splu(A.tocsc() + shift * sparse.eye(n, format="csc"), **order).solve
 
 
-def held(m: Elastic, bodies: Bool | None = None, stiffness: float = NO_RESISTANCE) -> Elastic:
+def with_springs(m: Elastic, bodies: Bool | None = None, stiffness: float = NO_RESISTANCE) -> Elastic:
     """The model with regularisation springs on ``bodies`` (J,): motions that no contact resists get a stiffness.
 
     None stands for all bodies. The springs are too soft to carry anything: what they would carry counts as not

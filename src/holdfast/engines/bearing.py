@@ -10,7 +10,6 @@ elastic contacts of equal stiffness for ``compliant``, any equilibrium for ``lim
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -93,9 +92,9 @@ def bearings(
     forces = [group.verdict.forces for group in asked if group.verdict.forces is not None]
     held = held_names(assembly.scene.holds)  # which exert forces that nobody tells
     known = [n for n in names if n not in held and not any(concerns(assembly, bodies, n) for bodies in unknown)]
-    press = _Pressing.of(assembly, forces)
+    pressing = _pressing(assembly, forces)
     loads = {} if pressed is None else dict(zip((body.name for body in assembly.bodies), pressed.tolist(), strict=True))
-    found = [one for n in known for one in _borne(assembly, press, assembly.scene.body(n), loads.get(n, 0.0))]
+    found = [one for n in known for one in _borne(assembly, *pressing, assembly.scene.body(n), loads.get(n, 0.0))]
     return tuple(sorted(found, key=lambda one: -one.share))
 
 
@@ -106,39 +105,35 @@ def concerns(assembly: Assembly, group: Sequence[str], name: str) -> bool:
     return any(name in i.bodies and not set(group).isdisjoint(i.bodies) for i in assembly.interfaces)
 
 
-@dataclass(frozen=True, eq=False)
-class _Pressing:
-    """By interface: the normal force (P,) [N], and the forces (P,) [N] down on upper faces of either body.
+def _pressing(assembly: Assembly, forces: Sequence[ContactForces]) -> tuple[Float, tuple[Float, Float]]:
+    """Return the normal force (P,) [N] of each interface, and those (P,) down on upper faces of its second and first.
 
-    The first of ``down`` is on the second body. Friction counts on upper faces, but not on sides and from below.
+    Friction counts on upper faces, but not on sides and from below.
     """
-
-    normal: Float
-    down: tuple[Float, Float]
-
-    @classmethod
-    def of(cls, assembly: Assembly, forces: Sequence[ContactForces]) -> _Pressing:
-        count, up = len(assembly.interfaces), assembly.scene.up
-        normal, on_second, on_first = np.zeros((3, count))
-        for each in forces:
-            np.add.at(normal, each.interface, (each.force * each.normal).sum(axis=1))
-            rising, slope = each.force @ up, each.normal @ up
-            np.add.at(on_second, each.interface, np.where(slope < -SIDE, -rising, 0.0))
-            np.add.at(on_first, each.interface, np.where(slope > SIDE, rising, 0.0))
-        return cls(normal, (on_second, on_first))
+    count, up = len(assembly.interfaces), assembly.scene.up
+    normal, on_second, on_first = np.zeros((3, count))
+    for each in forces:
+        np.add.at(normal, each.interface, (each.force * each.normal).sum(axis=1))
+        rising, slope = each.force @ up, each.normal @ up
+        np.add.at(on_second, each.interface, np.where(slope < -SIDE, -rising, 0.0))
+        np.add.at(on_first, each.interface, np.where(slope > SIDE, rising, 0.0))
+    return normal, (on_second, on_first)
 
 
-def _borne(assembly: Assembly, press: _Pressing, body: Body, pressed: float) -> Iterable[Bearing]:
+def _borne(
+    assembly: Assembly, normal: Float, down: tuple[Float, Float], body: Body, pressed: float
+) -> Iterable[Bearing]:
+    """Yield what one body bears of each limit that it has; ``normal`` and ``down`` are as of ``_pressing``."""
     touching = [k for k, interface in enumerate(assembly.interfaces) if body.name in interface.bodies]
     other = {k: next(name for name in assembly.interfaces[k].bodies if name != body.name) for k in touching}
     none = NO_FORCE * assembly.weight
     cases: list[tuple[Literal["top_load", "pressure"], float, float, float, dict[int, float]]] = []
     if body.top_load is not None:
         side = {k: int(assembly.interfaces[k].bodies[1] != body.name) for k in touching}
-        down = {k: max(float(press.down[side[k]][k]), 0.0) for k in touching}
-        cases.append(("top_load", sum(down.values()) + pressed, body.top_load, none, down))
+        on_top = {k: max(float(down[side[k]][k]), 0.0) for k in touching}
+        cases.append(("top_load", sum(on_top.values()) + pressed, body.top_load, none, on_top))
     if body.pressure is not None:
-        pressing = {k: float(press.normal[k]) for k in touching if press.normal[k] > none}
+        pressing = {k: float(normal[k]) for k in touching if normal[k] > none}
         areas = {k: assembly.interfaces[k].area for k in pressing}
         each = {k: force / areas[k] if areas[k] > 0 else np.inf for k, force in pressing.items()}
         cases.append(("pressure", max(each.values(), default=0.0), body.pressure, 0.0, each))

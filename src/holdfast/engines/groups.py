@@ -29,11 +29,12 @@ from holdfast.engines.answers import Answers, joined_notes
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import EXACT, Accuracy, Engine, Judging, Loadable, State, fresh, held_by
 from holdfast.engines.doubts import doubtful_contacts
-from holdfast.engines.doubts.near_falls import Reach
-from holdfast.engines.joint_answers import Smallest, joint, without_negligible
+from holdfast.engines.doubts.near_falls import SupportsInReach
+from holdfast.engines.forces import self_stressed
+from holdfast.engines.joint_answers import SmallestAnswers, joint, without_negligible
 from holdfast.engines.mechanism import Kinematics, Mechanism
 from holdfast.engines.rest import corner_nodes, doubt_of, falls_by, firm_fall, hanging, undecided
-from holdfast.engines.self_stress import self_stressed
+from holdfast.engines.trees.tree_state import with_trees
 from holdfast.engines.verdict import ContactForces, GroupVerdict, Status, Verdict
 from holdfast.scene.hold import held_names, refuse_holds
 
@@ -74,7 +75,7 @@ class PreparedGroup:
     state: State | None = None
 
     @property
-    def said(self) -> GroupVerdict:
+    def named_verdict(self) -> GroupVerdict:
         """The verdict alone, with the names of the bodies."""
         return GroupVerdict(bodies=self.names, verdict=self.verdict)
 
@@ -96,16 +97,15 @@ class Groups:
         """Return one group, prepared."""
         with self._preparing:
             if number not in self._known:
-                self._known.update(self._with_doubts(number))
+                self._known.update(self._with_doubts(number, self._by_its_contacts(number)))
             return self._known[number]
 
-    def _with_doubts(self, number: int) -> dict[int, PreparedGroup]:
+    def _with_doubts(self, number: int, group: PreparedGroup) -> dict[int, PreparedGroup]:
         """Return a group, and all that its verdict depends on, with verdicts that allow for poses a little off.
 
         What overlaps more deeply than its tolerance is not known to stand, and what falls by less than its reach is not
         known to fall.
         """
-        group = self._as_found(number)
         if group.verdict.status is Status.STABLE:
             deep = [o.text for o in self.assembly.overlaps if not set(group.names).isdisjoint(o.bodies)]
             if not deep:
@@ -116,28 +116,42 @@ class Groups:
             return {number: group}
         found = {}
         for k, text in self._remarks(number).items():
-            falls = self._as_found(k)
+            falls = self._by_its_contacts(k)
             reason = f"no contact within tolerance holds {listed(falls.names)}, but {text}"
             doubted = undecided(reason, mechanism=falls.verdict.mechanism)
             verdict = doubted.after("contacts just out of reach", before=falls.verdict)
             found[k] = replace(falls, verdict=verdict) if text else falls
         return found
 
-    def _as_found(self, number: int) -> PreparedGroup:
+    def _by_its_contacts(self, number: int) -> PreparedGroup:
         """Return one group, prepared, with the verdict that follows from its contacts as they were found."""
-        if number not in self._by_contacts:
-            self._by_contacts[number] = self._prepare(self.assembly.groups[number])
-        return self._by_contacts[number]
+        if number in self._by_contacts:
+            return self._by_contacts[number]
+        names = self.assembly.groups[number]
+        if frozenset(names) in self._hanging:
+            key = ("hanging", Same(self.assembly), names, self._wrench.tobytes())
+            fall = self.assembly.memory.recalled(key, 1, lambda: hanging(self.assembly, [names], self._wrench))
+            group = PreparedGroup(names, fall)
+        else:
+            part = part_of(self.assembly, names)
+            own = self._standing_on(part)
+            certain = all(interface.certain for interface in part.assembly.interfaces)
+            prepare = with_trees if certain else doubtful_contacts.prepared
+            make = partial(prepare, self.engine, part.assembly, own, self.acceleration)
+            state = self._recalled(make, part.content, own, len(part.members))
+            group = PreparedGroup(names, self._in_terms_of_whole(part, state.verdict()), part, state)
+        self._by_contacts[number] = group
+        return group
 
     @cached_property
-    def _reach(self) -> Reach:
-        return Reach(self.engine, self.assembly)
+    def _reach(self) -> SupportsInReach:
+        return SupportsInReach(self.engine, self.assembly)
 
     def _remarks(self, number: int) -> dict[int, str]:
-        """Return what ``Reach.remarks`` says of a group that falls, kept with the assembly if the engine is a value."""
+        """Return the remarks of ``SupportsInReach`` on a group that falls, kept with it if the engine is a value."""
 
         def make() -> dict[int, str]:
-            return self._reach.remarks(number, lambda k: self._as_found(k).verdict)
+            return self._reach.remarks(number, lambda k: self._by_its_contacts(k).verdict)
 
         if not isinstance(self.engine, Value):
             return make()
@@ -160,7 +174,7 @@ class Groups:
         for number in np.flatnonzero(firm).tolist():
             names = self.assembly.groups[number]
             if doubtful.isdisjoint(names):
-                known[number] = GroupVerdict(bodies=names, verdict=self._evident(verdict, number))
+                known[number] = GroupVerdict(bodies=names, verdict=self._with_evidence_of_engine(verdict, number))
         return known
 
     @property
@@ -172,7 +186,7 @@ class Groups:
         found[self.assembly.group_of[thin]] = False
         return found
 
-    def _evident(self, verdict: Verdict, number: int) -> Verdict:
+    def _with_evidence_of_engine(self, verdict: Verdict, number: int) -> Verdict:
         """Return a verdict on a group with the evidence of the engine, worked out when it is read."""
         return verdict.with_evidence(
             lambda: self.group(number).verdict.forces,
@@ -180,9 +194,9 @@ class Groups:
             lambda: self.group(number).verdict.self_stress,
         )
 
-    def _judged(self, number: int) -> GroupVerdict:
+    def _verdict_of(self, number: int) -> GroupVerdict:
         """Return the verdict on one group, prepared only if equilibrium alone does not settle that it rests."""
-        return self._firm[number] if number in self._firm else self.group(number).said
+        return self._firm[number] if number in self._firm else self.group(number).named_verdict
 
     def group_with(self, body: int) -> PreparedGroup:
         """Return the group, prepared, that holds the movable body with this number."""
@@ -196,7 +210,7 @@ class Groups:
         equilibrium is known to exist there.
         """
         groups = [self.group(number) for number in self._groups_of(bodies)]
-        verdict = joint([group.said for group in groups])
+        verdict = joint([group.named_verdict for group in groups])
         if not verdict.equilibrium_exists:
             raise HoldfastError(message(where, f"the assembly is {verdict.status}", verdict.reason))
         if len(groups) == 1 and groups[0].part is not None and groups[0].state is not None:
@@ -212,7 +226,7 @@ class Groups:
     @property
     def verdicts(self) -> tuple[GroupVerdict, ...]:
         """The verdict on each group, in the order of ``assembly.groups``."""
-        return tuple(self._judged(number) for number in range(len(self.assembly.groups)))
+        return tuple(self._verdict_of(number) for number in range(len(self.assembly.groups)))
 
     def verdicts_under(self, load: Float, numbers: Iterable[int]) -> tuple[GroupVerdict, ...]:
         """Return the verdicts on the groups with these ``numbers``, with the contact forces under ``load`` (6J,).
@@ -223,7 +237,7 @@ class Groups:
         for number in numbers:
             group = self.group(number)
             if group.part is None or group.state is None or not load[group.part.rows].any():
-                found.append(self._judged(number))
+                found.append(self._verdict_of(number))
                 continue
             state, own = doubtful_contacts.as_detected(group.state), load[group.part.rows]
             if isinstance(state, Loadable):
@@ -231,12 +245,12 @@ class Groups:
             else:
                 own = own if self.standing is None else own + self.standing[group.part.rows]
                 verdict = self.engine.prepare(group.part.assembly, own, self.acceleration).verdict()
-            found.append(GroupVerdict(bodies=group.names, verdict=self._checked(group.part, verdict)))
+            found.append(GroupVerdict(bodies=group.names, verdict=self._in_terms_of_whole(group.part, verdict)))
         return tuple(found)
 
     def verdict_on(self, bodies: Iterable[int]) -> Verdict:
         """Say whether the groups of these movable bodies stand, given by the numbers of the bodies."""
-        return joint([self._judged(number) for number in reported("rest", self._groups_of(bodies))])
+        return joint([self._verdict_of(number) for number in reported("rest", self._groups_of(bodies))])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -252,22 +266,19 @@ class Groups:
         count = W.shape[1]
         loaded = (W.reshape(len(W) // 6, 6, count) != 0).any(1)
         numbers = self._groups_of(np.flatnonzero(loaded.any(1)))
-        groups = [self.group(number) for number in reported("rest", numbers)]
+        groups = list(map(self.group, reported("rest", numbers)))
+        verdict, reasons = joint([group.named_verdict for group in groups]), _why_no_answers(groups)
         if len(groups) == 1 and loaded.any(0).all():
-            found = self._answers(groups[0], W, accuracy)
-            notes = joined_notes([self._said, found.notes, _reasons(groups)])
-            return replace(found, verdict=joint([group.said for group in groups]), notes=notes)
-        table = Smallest(count)
-        for number, group in zip(numbers, groups, strict=True):
-            columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
-            table.add(columns, self._answers(group, W[:, columns], accuracy))
-        found = table.answers(self.engine, joint([group.said for group in groups]), _reasons(groups))
-        return replace(found, notes=joined_notes([self._said, found.notes]))
-
-    @property
-    def _said(self) -> tuple[str, ...]:
-        """What answers for loads say of the scene: the notes of its reader, and that nobody looks at who is crushed."""
-        return (*self.assembly.scene.notes, *unchecked_limits(self.assembly.bodies))
+            found = self._answers_of_group(groups[0], W, accuracy)
+        else:
+            table = SmallestAnswers(count)
+            for number, group in zip(numbers, groups, strict=True):
+                columns = np.flatnonzero(loaded[self.assembly.group_of == number].any(0))
+                table.add(columns, self._answers_of_group(group, W[:, columns], accuracy))
+            found = table.answers(self.engine, verdict, reasons)
+        unchecked = unchecked_limits(self.assembly.bodies)  # nobody looks here at who is crushed
+        notes = joined_notes([self.assembly.scene.notes, unchecked, found.notes, reasons])
+        return replace(found, verdict=verdict, notes=notes)
 
     def held(self, W: Float) -> Bool:
         """Tell which loads, columns of W (6J, n), certainly move nothing; False where ``load_factor`` has to be asked.
@@ -287,9 +298,10 @@ class Groups:
         return held
 
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
+        """Return the numbers of the groups of these movable bodies, each once."""
         return sorted(set(self.assembly.group_of[list(bodies)].tolist()))
 
-    def _answers(self, group: PreparedGroup, W: Float, accuracy: Accuracy) -> Answers:
+    def _answers_of_group(self, group: PreparedGroup, W: Float, accuracy: Accuracy) -> Answers:
         """Return the answers of one group for columns W (6J, n), with mechanisms of the whole assembly."""
         if group.part is None or group.state is None:
             return Answers.not_standing(
@@ -302,7 +314,7 @@ class Groups:
         if found.verdict.status is not group.verdict.status:  # the whole assembly raised a doubt about its fall
             known = {"engine": found.engine, "claim": found.claim, "notes": found.notes}
             return Answers.not_standing(W.shape[1], verdict=group.verdict, **known)
-        return self._in_whole(group.part, without_negligible(found, W, group.part.assembly))
+        return self._answers_of_whole(group.part, without_negligible(found, W, group.part.assembly))
 
     @contextmanager
     def _stopped_anew(self, part: Part) -> Iterator[None]:
@@ -311,32 +323,21 @@ class Groups:
             yield
         except BaseException:
             if isinstance(self.engine, Value):
-                self.assembly.memory.forget(self._key("state", part.content, self._own(part)))
+                self.assembly.memory.forget(self._key("state", part.content, self._standing_on(part)))
             raise
 
     def in_whole(self, body: int, found: Answers) -> Answers:
         """Return answers of the state of one body's group with mechanisms of the whole assembly."""
         part = self.group_with(body).part
-        return found if part is None else self._in_whole(part, found)
+        return found if part is None else self._answers_of_whole(part, found)
 
-    def _in_whole(self, part: Part, found: Answers) -> Answers:
+    def _answers_of_whole(self, part: Part, found: Answers) -> Answers:
+        """Return answers on a part with mechanisms of the whole assembly."""
         each = {id(m): m for m in found.mechanism}  # rows share mechanisms
-        whole = {key: None if m is None else self._whole(part, m) for key, m in each.items()}
+        whole = {key: None if m is None else self._mechanism_of_whole(part, m) for key, m in each.items()}
         return replace(found, mechanism=objects([whole[id(m)] for m in found.mechanism]))
 
-    def _prepare(self, names: tuple[str, ...]) -> PreparedGroup:
-        if frozenset(names) in self._hanging:
-            key = ("hanging", Same(self.assembly), names, self._wrench.tobytes())
-            return PreparedGroup(
-                names, self.assembly.memory.recalled(key, 1, lambda: hanging(self.assembly, [names], self._wrench))
-            )
-        part = part_of(self.assembly, names)
-        own = self._own(part)
-        make = partial(doubtful_contacts.prepared, self.engine, part.assembly, own, self.acceleration)
-        state = self._recalled(make, part.content, own, len(part.members))
-        return PreparedGroup(names, self._checked(part, state.verdict()), part, state)
-
-    def _own(self, part: Part) -> Float | None:
+    def _standing_on(self, part: Part) -> Float | None:
         """Return the standing loads on the bodies of a part, or None if there are none."""
         own = None if self.standing is None else self.standing[part.rows]
         return None if own is None or not own.any() else own
@@ -366,35 +367,38 @@ class Groups:
 
     @cached_property
     def _wrench(self) -> Float:
+        """What acts on all movable bodies (6J,) without any load."""
         weight = self.assembly.weight_wrench(self.acceleration)
         return weight if self.standing is None else weight + self.standing
 
-    def _checked(self, part: Part, verdict: Verdict) -> Verdict:
+    def _in_terms_of_whole(self, part: Part, verdict: Verdict) -> Verdict:
         """Return a group's verdict in terms of the whole assembly.
 
         A fall that would press the group against another body, at a contact outside the model, is not certain.
         """
         doubt = ""
         if verdict.status is Status.UNSTABLE and verdict.mechanism is not None:
-            twists, judged = self._whole(part, verdict.mechanism).twists, part.assembly.index
+            twists, judged = self._mechanism_of_whole(part, verdict.mechanism).twists, part.assembly.index
             doubt = doubt_of(self.assembly, twists, judged)
             firm = self._firm_fall(part) if doubt else None
             if firm is not None:
                 verdict, doubt = replace(firm, steps=verdict.steps), ""
         if verdict.status is Status.STABLE:
             return verdict.with_evidence(
-                lambda: self._forces(part, verdict), lambda: verdict.residual, lambda: self_stressed(part.assembly)
+                lambda: self._forces_of_whole(part, verdict),
+                lambda: verdict.residual,
+                lambda: self_stressed(part.assembly, corner_nodes(part.assembly).contacts),
             )
         mechanism, reason = None, verdict.reason
         if verdict.mechanism is not None:
-            mechanism = self._whole(part, verdict.mechanism)
+            mechanism = self._mechanism_of_whole(part, verdict.mechanism)
             reason = reason.replace(verdict.mechanism.text, mechanism.text)  # bodies and pairs in the scene's order
         if doubt:
             doubted = undecided(f"{reason}; but {doubt}", mechanism=mechanism)
             return doubted.after("bodies outside of the group", before=verdict)
-        return replace(verdict, reason=reason, mechanism=mechanism, forces=self._forces(part, verdict))
+        return replace(verdict, reason=reason, mechanism=mechanism, forces=self._forces_of_whole(part, verdict))
 
-    def _forces(self, part: Part, verdict: Verdict) -> ContactForces | None:
+    def _forces_of_whole(self, part: Part, verdict: Verdict) -> ContactForces | None:
         """Return the contact forces of a verdict on a part, at the interfaces of the whole assembly."""
         forces = verdict.forces
         if forces is None:
@@ -417,7 +421,7 @@ class Groups:
         verdict, _ = falls_by(part.assembly, nodes, nodes.under(wrench), motion[part.members])
         return verdict if verdict.status is Status.UNSTABLE else None
 
-    def _whole(self, part: Part, mechanism: Mechanism) -> Mechanism:
+    def _mechanism_of_whole(self, part: Part, mechanism: Mechanism) -> Mechanism:
         """Return a mechanism of one part as one of the whole assembly."""
         known = self._moved.get(id(mechanism.kinematics))
         if known is None or known[0] is not mechanism.kinematics:
@@ -431,7 +435,7 @@ class Groups:
 _WORDS = {Status.UNSTABLE: "does not stand", Status.UNDECIDED: "undecided"}
 
 
-def _reasons(groups: Sequence[PreparedGroup]) -> tuple[str, ...]:
+def _why_no_answers(groups: Sequence[PreparedGroup]) -> tuple[str, ...]:
     """Say for each group that does not stand, or may not stand, why it has no answers."""
     return tuple(
         f"{listed(group.names)}: {_WORDS[group.verdict.status]}: {group.verdict.reason}"

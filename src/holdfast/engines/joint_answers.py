@@ -137,7 +137,7 @@ def without_negligible(found: Answers, W: Float, assembly: Assembly) -> Answers:
     )
 
 
-class Smallest:
+class SmallestAnswers:
     """Collects the smallest of the answers that several groups give to each of ``count`` load columns."""
 
     def __init__(self, count: int) -> None:

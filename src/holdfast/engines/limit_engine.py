@@ -167,7 +167,7 @@ class Limit(Record):
         """The state under ``wrench`` (6J,), on ``nodes`` if given (cautious: corners carry most)."""
         cone = FrictionCone(self.cone, self.sides)
         state = balanced_under(assembly, wrench, nodes, cone)
-        return replace(state, rest=_judged(state, assembly, wrench))
+        return replace(state, rest=_rest_that_comes_about(state, assembly, wrench))
 
     def weakest(
         self,
@@ -188,7 +188,7 @@ class Limit(Record):
         return comes_loose(assembly, body, up)
 
 
-def _judged(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
+def _rest_that_comes_about(state: LimitState, assembly: Assembly, wrench: Float) -> Rest:
     """Return the rest of a state, STABLE only where its forces come about, else UNDECIDED though an equilibrium exists.
 
     Forces that build up on elastic contacts without any slip do. Where some contacts have to slip, forces in balance

@@ -190,6 +190,15 @@ def relative_velocity(nodes: ContactNodes, com: Float, twists: Float) -> Float:
     return np.asarray(np.einsum("ikx,...ix->...ik", nodes.axes, velocity))
 
 
+def about_origin(assembly: Assembly, twists: Float, pair: tuple[str, str]) -> tuple[Float, Float]:
+    """Return the twists (6,) about the world's origin of a pair of bodies in a motion ``twists`` (J, 6)."""
+    first, second = (
+        np.zeros(6) if k < 0 else shift_twist(twists[k], assembly.com[k], np.zeros(3))
+        for k in (assembly.index[name] for name in pair)
+    )
+    return first, second
+
+
 def moving_bodies(motion: Float, scale: Float) -> Bool:
     """Tell which bodies (..., J) move noticeably in motions (..., 6J), with components in units of ``scale`` (6J,)."""
     speeds = np.abs(motion / scale).reshape(*motion.shape[:-1], -1, 6).max(axis=-1)

@@ -17,11 +17,10 @@ from holdfast.assembly.hold_nodes import with_holds
 from holdfast.assembly.one_group import part_of
 from holdfast.assembly.strengths import with_pull
 from holdfast.base.arrays import Float
-from holdfast.base.rigid import shift_twist
 from holdfast.base.text import listed
 from holdfast.conic.solve import ConeProgram, Outcome, solve
 from holdfast.engines.forces import ACCEPTED_RESIDUAL, EXACT, FrictionCone, scaled_operator, scaled_wrench, solve_forces
-from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
+from holdfast.engines.mechanism import Kinematics, Mechanism, about_origin, describe, modes_of, relative_velocity
 from holdfast.engines.verdict import Certificate, ContactForces, Status, Verdict
 
 NEGLIGIBLE = 1e-6  # error of a motion; a body that is slower than that, relative to the fastest one, stands still
@@ -99,7 +98,7 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
     nodes = corner_nodes(assembly) if nodes is None else with_holds(assembly, nodes)
     wrench, nothing = nodes.under(wrench), np.zeros((len(nodes), 3))
     if not assembly.movable:
-        return Rest(nodes, nothing, _stable(assembly, nodes, nothing, 0.0, 0.0))
+        return Rest(nodes, nothing, _balanced_verdict(assembly, nodes, nothing, 0.0, 0.0))
     if assembly.hanging:
         return Rest(nodes, nothing, hanging(assembly, assembly.hanging, wrench[: 6 * len(assembly.movable)]))
     tried: list[str] = []
@@ -108,11 +107,11 @@ def find_rest(assembly: Assembly, wrench: Float, nodes: ContactNodes | None = No
         solution = solve_forces(assembly, points, wrench, tolerance=tolerance, cone=cone)
         if solution.forces is not None and solution.residual <= ACCEPTED_RESIDUAL:
             forces, residual = solution.forces, solution.residual
-            return Rest(points, forces, _stable(assembly, points, forces, residual, solution.dilatancy))
-        fall = None if given or solution.forces is not None else _fall(assembly, points, wrench, solution.twists)
+            return Rest(points, forces, _balanced_verdict(assembly, points, forces, residual, solution.dilatancy))
+        fall = None if given or solution.forces is not None else _proved_fall(assembly, points, wrench, solution.twists)
         if fall is not None:
             slow = Rest(points, np.zeros((len(points), 3)), *fall)
-            if not _hardlyfalls_by(slow.verdict, wrench[: 6 * len(assembly.movable)]):
+            if not _hardly_falls(slow.verdict, wrench[: 6 * len(assembly.movable)]):
                 return slow
             continue  # forces may balance all but what an accepted residual may be, as on a ball a nanometre off
         shown = "" if np.isinf(solution.residual) else f", residual {solution.residual:.1e} of the weight"
@@ -150,7 +149,10 @@ def contact_forces(assembly: Assembly, nodes: ContactNodes, forces: Float) -> Co
     )
 
 
-def _stable(assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float) -> Verdict:
+def _balanced_verdict(
+    assembly: Assembly, nodes: ContactNodes, forces: Float, residual: float, dilatancy: float
+) -> Verdict:
+    """Return the STABLE verdict that contact forces prove."""
     contact = contact_forces(assembly, nodes, forces)
     needs_none = dilatancy <= NO_DILATANCY
     forces_and = "contact forces and holds" if assembly.scene.holds else "contact forces"
@@ -199,7 +201,7 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
         members = [assembly.index[name] for name in group]
         force = wrench.reshape(-1, 6)[members, :3].sum(0)
         twists[members, :3] = force if np.linalg.norm(force) > 0 else assembly.scene.gravity
-        texts.append(_loose(assembly, group))
+        texts.append(_why_unsupported(assembly, group))
     corners = np.vstack([assembly.movable[k].surface_world.vertices for k in numbers])
     kinematics = Kinematics(
         names=names,
@@ -220,7 +222,8 @@ def hanging(assembly: Assembly, groups: Sequence[tuple[str, ...]], wrench: Float
     return unstable("; ".join(texts), mechanism, Certificate(power, 0.0))
 
 
-def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
+def _why_unsupported(assembly: Assembly, group: tuple[str, ...]) -> str:
+    """Say what a group that no contact supports is nearest to, and what may be done about it."""
     nearest = assembly.nearest_support(group) if assembly.detected else None
     text = f"unsupported: {listed(group)}: no chain of contacts leads to a fixed body"
     if nearest is None:
@@ -242,7 +245,9 @@ def _loose(assembly: Assembly, group: tuple[str, ...]) -> str:
     return f"{text}; {place} (the gap tolerance is {own.gap * 1e3:.3g} mm: {remedy})"
 
 
-def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> tuple[Verdict, Float] | None:
+def _proved_fall(
+    assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None
+) -> tuple[Verdict, Float] | None:
     """Return the verdict that a motion proves, and that motion: the least one, or ``twists`` (J + F, 6) of the program.
 
     The program for the forces may end in numerical trouble where bodies fall, as a rod on a slope that touches along a
@@ -250,14 +255,15 @@ def _fall(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float 
     a sharp contact, the least motion that such contacts cannot resist either is tried.
     """
     found = None
-    for motion in _motions(assembly, nodes, wrench, twists):
+    for motion in _motions_tried(assembly, nodes, wrench, twists):
         found = falls_by(assembly, nodes, wrench, motion)
         if found[0].status is Status.UNSTABLE:
             break
     return found
 
 
-def _motions(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> Iterator[Float]:
+def _motions_tried(assembly: Assembly, nodes: ContactNodes, wrench: Float, twists: Float | None) -> Iterator[Float]:
+    """Yield the motions that may prove a fall, the least one first."""
     least, sharp = least_motion(assembly, nodes, wrench), assembly.sharpened
     if least is not None:
         yield least
@@ -292,7 +298,7 @@ def falls_by(assembly: Assembly, nodes: ContactNodes, wrench: Float, whole: Floa
     return unstable(f"no {forces} balance every body: {mechanism.text}", mechanism, certificate), motion.ravel()
 
 
-def _hardlyfalls_by(verdict: Verdict, wrench: Float) -> bool:
+def _hardly_falls(verdict: Verdict, wrench: Float) -> bool:
     """Say whether the weights gain less power in a fall than forces with an accepted residual may leave them."""
     if verdict.status is not Status.UNSTABLE or verdict.mechanism is None or verdict.certificate is None:
         return False
@@ -311,15 +317,12 @@ def doubt_of(assembly: Assembly, twists: Float, judged: Collection[str] = ()) ->
     any motion of one relative to the other counts; at a sharp contact, one that some force of it resists. Pairs of
     bodies that are both ``judged`` are left out.
     """
-    still, fastest = np.zeros(6), np.abs(twists).max(initial=0.0)
+    fastest = np.abs(twists).max(initial=0.0)
     for overlap in assembly.overlaps:
         if all(name in judged for name in overlap.bodies):
             continue
-        at_origin = [
-            still if k < 0 else shift_twist(twists[k], assembly.com[k], np.zeros(3))
-            for k in (assembly.index[name] for name in overlap.bodies)
-        ]
-        if not np.allclose(at_origin[0], at_origin[1], atol=1e-9 * fastest):
+        of_first, of_second = about_origin(assembly, twists, overlap.bodies)
+        if not np.allclose(of_first, of_second, atol=1e-9 * fastest):
             return overlap.text
     sharp = assembly.sharpened
     added = range(len(assembly.interfaces), len(sharp.interfaces))

@@ -68,24 +68,19 @@ class Look(Record):
 
 
 class _WhenRead:
-    """A field of a Verdict that may be given as a function, which is called when the field is first read."""
+    """A field of a Verdict that ``with_evidence`` leaves out, to be worked out by a function when it is first read."""
 
     def __init__(self, default: object) -> None:
         self._default = default
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self._name = f"_{name}"
+        self._name = name
 
     def __get__(self, value: object | None, owner: type | None = None) -> Any:  # noqa: ANN401 - of any field
         if value is None:
             return self._default
-        content = value.__dict__[self._name]
-        if callable(content):
-            content = value.__dict__[self._name] = content()
+        content = value.__dict__[self._name] = value.__dict__[f"_{self._name}"]()
         return content
-
-    def __set__(self, value: object, content: object) -> None:
-        value.__dict__[self._name] = content
 
 
 class Verdict(Record, kw_only=True, ask=".stable or .status"):
@@ -116,7 +111,7 @@ class Verdict(Record, kw_only=True, ask=".stable or .status"):
     steps: tuple[Look, ...] = ()
 
     def __post_init__(self) -> None:
-        """Read nothing: what is given as a function is called when it is first asked for."""
+        """Seal nothing, which would work out evidence that nobody asked for."""
 
     @property
     def stable(self) -> bool:
@@ -138,10 +133,13 @@ class Verdict(Record, kw_only=True, ask=".stable or .status"):
         self_stress: Callable[[], bool | None],
     ) -> Verdict:
         """Return this verdict with three fields that are worked out when they are first read."""
-        return self._with(_forces=forces, _residual=residual, _self_stress=self_stress)
+        other = self._with(_forces=forces, _residual=residual, _self_stress=self_stress)
+        for name in ("forces", "residual", "self_stress"):
+            other.__dict__.pop(name, None)
+        return other
 
     def _with(self, **content: object) -> Verdict:
-        """Return this verdict with other contents, by the names they are kept under; what was not read is not."""
+        """Return this verdict with other contents; evidence that was not read is not worked out."""
         other = object.__new__(Verdict)
         other.__dict__.update(self.__dict__, **content)
         return other

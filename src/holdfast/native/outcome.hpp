@@ -1,5 +1,5 @@
 // How a load path ends, how coming to rest ends, and what a step along a path meets; the numbers are those of
-// ``elastic/path.py``.
+// ``elastic/system.py``.
 
 #pragma once
 

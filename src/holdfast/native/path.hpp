@@ -26,7 +26,7 @@ constexpr Int MOST_SOUGHT = 20;   // largest number of Newton steps in search of
 constexpr double TINY = 0.02;     // share of a Newton step below which the search for a load is given up there; states
                                   // in balance use SHORTEST
 
-// What k load paths gave, among n = 6J displacements; ``elastic/path.py`` says what each array is
+// What k load paths gave, among n = 6J displacements; ``elastic/system.py`` says what each array is
 struct PathResult {
     Ints outcome;
     Vec peak, first, before, sharpest, last;

@@ -41,7 +41,7 @@ inline Array<Int> sheets_begin(InMat points, InTen axes, InInts interface, doubl
 }
 
 // Where the sheets of an assembly are written: places ``x``, ``y`` of all nodes, and axes (``turned``) and arms of all
-// sheets, as ``Sheets`` of engines/compliant/places.py has them
+// sheets, as ``Sheets`` of engines/compliant/elastic_model.py has them
 struct Placed {
     Vec x, y;
     Ten turned;

@@ -36,7 +36,7 @@ constexpr double RECOVERY = 1.4;  // factor by which the largest growth recovers
 // How far behind a peak another one is awaited, in lengths at the peak: if the load fell, and if not
 constexpr double SOON = 10.0, LONG = 100.0;
 
-// How closely a path is followed; ``elastic/path.py`` says what each number is
+// How closely a path is followed; ``elastic/system.py`` says what each number is
 struct StepControl {
     double growth, correction;
     Int patience, most;

@@ -16,7 +16,7 @@ from holdfast.contacts.tolerances import plain_gap
 from holdfast.engines.answers import Answers, joined
 from holdfast.engines.bearing import unchecked_limits
 from holdfast.engines.contract import Engine
-from holdfast.engines.doubts.absent_contacts import Absences
+from holdfast.engines.doubts.doubtful_contacts import Absences
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.lower_bounds import Covering, covering

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from holdfast import Compliant, robustness
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
-from holdfast.elastic.path import PathResult
-from holdfast.engines.compliant.compliant_state import RestingState
+from holdfast.elastic.system import PathResult
+from holdfast.engines.compliant.engine import RestingState
 from holdfast.engines.compliant.grid import Grid
 from holdfast.queries.request import push_columns
 

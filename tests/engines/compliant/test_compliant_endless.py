@@ -10,7 +10,7 @@ from compliant_scenes import watch_paths
 from engine_scenes import block, shipped
 
 import holdfast as hf
-from holdfast.elastic.path import PathOutcome, PathResult
+from holdfast.elastic.system import PathOutcome, PathResult
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Bounded
 from holdfast.queries.request import push_columns

@@ -13,8 +13,7 @@ from bench.scenes.random_pushes import columns as pushed
 from bench.scenes.random_pushes import random_pushes
 from bench.scenes.shelf import shelf
 from holdfast.base.arrays import Float
-from holdfast.engines.compliant.compliant_state import RestingState
-from holdfast.engines.compliant.engine import Compliant
+from holdfast.engines.compliant.engine import Compliant, RestingState
 from holdfast.queries.request import push_columns
 from holdfast.scene.shipped import shipped_scene
 

@@ -13,12 +13,11 @@ from engine_scenes import block, by_paths
 
 import holdfast as hf
 from holdfast.base.arrays import Float, objects
-from holdfast.elastic.path import PathOutcome, PathResult
-from holdfast.engines.compliant.amendment import LoadQuestion
-from holdfast.engines.compliant.compliant_state import RestingState
+from holdfast.elastic.system import PathOutcome, PathResult
+from holdfast.engines.compliant.amendment import LimitReview, LoadQuestion
+from holdfast.engines.compliant.elastic_model import Places
+from holdfast.engines.compliant.engine import RestingState
 from holdfast.engines.compliant.grid import Grid
-from holdfast.engines.compliant.limit_review import LimitReview
-from holdfast.engines.compliant.places import Places
 from holdfast.engines.compliant.refinement import Bounded
 from holdfast.engines.contract import EXACT
 from holdfast.queries.request import push_columns

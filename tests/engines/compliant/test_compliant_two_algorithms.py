@@ -7,7 +7,7 @@ from engine_scenes import shipped
 from bench.baselines.fixed_point import Fixed, fixed_point
 from bench.suites.reliability import random_pushes
 from holdfast import Compliant
-from holdfast.elastic.path import PathOutcome
+from holdfast.elastic.system import PathOutcome
 from holdfast.native import core
 
 

@@ -8,7 +8,7 @@ from engine_scenes import X, block, floor, shipped
 import holdfast as hf
 from bench.suites.reliability import random_pushes
 from holdfast import Status, stability
-from holdfast.elastic.path import PathOutcome, RestOutcome
+from holdfast.elastic.system import PathOutcome, RestOutcome
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.rest_verdict import balanced_forces, unbalanced
 from holdfast.native import core

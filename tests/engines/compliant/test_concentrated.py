@@ -14,8 +14,8 @@ import holdfast as hf
 from bench.scenes.random_pushes import Push, random_pushes
 from bench.scenes.real_pallets import pallet, pallets
 from holdfast.assembly.assembly import body_forces
+from holdfast.engines.compliant.elastic_model import Places
 from holdfast.engines.compliant.grid import concentrated
-from holdfast.engines.compliant.places import Places
 
 RADIUS, HEIGHT, MASS = 0.04, 0.14, 1.0
 

@@ -12,11 +12,9 @@ from bench.scenes.random_pushes import columns, random_pushes
 from holdfast import Body, Compliant, Imperfect, Scene, Status, assemble
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import contact_nodes
-from holdfast.elastic.path import RestOutcome
-from holdfast.elastic.system import System
-from holdfast.engines.compliant.elastic_model import elastic_model, own_rows
+from holdfast.elastic.system import RestOutcome, System
+from holdfast.engines.compliant.elastic_model import Places, elastic_model, own_rows
 from holdfast.engines.compliant.engine import Rough
-from holdfast.engines.compliant.places import Places
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import RandomFaces
 from holdfast.queries.lower_bounds import covering

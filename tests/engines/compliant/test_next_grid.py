@@ -10,7 +10,7 @@ from test_compliant_recovery import asked
 
 import holdfast as hf
 from bench.suites.reliability import random_pushes
-from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
+from holdfast.elastic.system import PathOutcome, PathResult, RestOutcome
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.refinement import Bounded
 from holdfast.queries.request import push_columns

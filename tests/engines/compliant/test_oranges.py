@@ -9,7 +9,7 @@ from compliant_scenes import grid_of
 import holdfast as hf
 from bench.scenes.dense_pallet import pallet
 from bench.scenes.random_pushes import columns, random_pushes
-from holdfast.elastic.path import RestOutcome
+from holdfast.elastic.system import RestOutcome
 from holdfast.engines.groups import prepared
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at

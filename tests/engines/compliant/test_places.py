@@ -9,8 +9,7 @@ from engine_scenes import shipped
 import holdfast as hf
 from holdfast.assembly.contact_nodes import ContactNodes, contact_nodes
 from holdfast.contacts.interface import Patch
-from holdfast.engines.compliant.elastic_model import elastic_model
-from holdfast.engines.compliant.places import Places, sheets_of
+from holdfast.engines.compliant.elastic_model import Places, elastic_model, sheets_of
 from holdfast.scene.shipped.blocks import at
 
 
@@ -29,7 +28,7 @@ def test_models_on_shared_places_are_those_on_new_ones() -> None:
 @pytest.mark.parametrize("contacts", [[0], [1, 2], [0, 3], [0, 1, 2, 3]])
 def test_sheets_with_more_nodes_at_some_contacts_are_those_of_all_nodes_together(contacts: list[int]) -> None:
     assembly = shipped("tall_table")
-    some = Places.with_more(assembly, 7, np.array(contacts), 28)
+    some = Places(assembly, 7, tuple(contacts), 28)
     whole = Places.at(assembly, some.nodes)
     for name, one, other in zip(some.sheets._fields, some.sheets, whole.sheets, strict=True):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-12, err_msg=name)

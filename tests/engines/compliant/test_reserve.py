@@ -45,5 +45,5 @@ def test_the_reserve_of_a_slab_on_a_slope_is_its_friction_beyond_the_slope(spare
     assembly = assemble(slope(1 / (1 - spare), 1, 25))
     for nodes in (5, 7, 14):
         grid = Grid.of(assembly, assembly.weight_wrench(), Springs(nodes))
-        found = rest_verdict._reserve(grid)
+        found = rest_verdict._friction_in_reserve(grid)
         assert spare <= found <= 1.051 * spare

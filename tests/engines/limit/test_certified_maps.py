@@ -8,9 +8,8 @@ import trimesh
 from placed import at
 
 import holdfast as hf
-from holdfast.engines.limit.certified import _Face
-from holdfast.engines.limit.gauge import CuttingPlanes, LoadLimit
-from holdfast.engines.limit.proof import LoadProgram
+from holdfast.engines.limit.certified import CuttingPlanes, _Face
+from holdfast.engines.limit.proof import LoadLimit, LoadProgram
 from holdfast.engines.limit_engine import Limit
 from holdfast.engines.verdict import Status
 from holdfast.native import core

@@ -18,7 +18,7 @@ from holdfast.answers import Bound
 from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.limit.limit_state import LimitState
-from holdfast.engines.limit.proof import LoadProgram, Solved
+from holdfast.engines.limit.proof import LoadProgram, SolvedLoad
 
 SIDE = (0.1, 0.1, 0.1)
 NARROW = 1e-6  # width of the bounds, relative to the truth
@@ -61,23 +61,23 @@ def test_the_truth_is_inside_for_a_thousand_ill_conditioned_queries() -> None:
     assert (widths <= NARROW).mean() >= (0.95 if BEYOND_DOUBLE else 0.9)
 
 
-def noisy(share: float) -> Callable[[Solved, np.random.Generator], Solved]:
+def noisy(share: float) -> Callable[[SolvedLoad, np.random.Generator], SolvedLoad]:
     """Noise in proportion to the largest entry of forces and motion, and to the factor."""
 
-    def spoil(good: Solved, rng: np.random.Generator) -> Solved:
+    def spoil(good: SolvedLoad, rng: np.random.Generator) -> SolvedLoad:
         forces, motion = (v + share * np.abs(v).max() * rng.standard_normal(len(v)) for v in (good.forces, good.motion))
         return replace(good, forces=forces, motion=motion, factor=good.factor * (1 + share * rng.standard_normal()))
 
     return spoil
 
 
-def exchanged(good: Solved, rng: np.random.Generator) -> Solved:
+def exchanged(good: SolvedLoad, rng: np.random.Generator) -> SolvedLoad:
     """The numbers of some nodes and of some bodies change places."""
     forces = good.forces.reshape(-1, 3)[rng.permutation(len(good.forces) // 3)].ravel()
     return replace(good, forces=forces, motion=good.motion.reshape(-1, 3)[::-1].ravel())
 
 
-SPOILT: dict[str, Callable[[Solved, np.random.Generator], Solved]] = {
+SPOILT: dict[str, Callable[[SolvedLoad, np.random.Generator], SolvedLoad]] = {
     "as it is": lambda good, _: good,
     **{f"noise {share:g}": noisy(share) for share in (1e-12, 1e-9, 1e-6, 1e-3)},
     "exchanged": exchanged,
@@ -98,7 +98,7 @@ def spoiling(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     """From now on, what the solver finds is spoilt."""
     rng, original = np.random.default_rng(7), LoadProgram.maximise
 
-    def spoilt(program: LoadProgram, load: np.ndarray, around: float | None = None) -> Solved:
+    def spoilt(program: LoadProgram, load: np.ndarray, around: float | None = None) -> SolvedLoad:
         return SPOILT[kind](original(program, load, around), rng)
 
     monkeypatch.setattr(LoadProgram, "maximise", spoilt)

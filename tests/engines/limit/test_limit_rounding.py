@@ -15,8 +15,7 @@ from holdfast import Limit
 from holdfast.answers import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.engines.answers import Bound
-from holdfast.engines.limit.balance import Balance, _factor, _solved
-from holdfast.engines.limit.rounding import Equilibrium, inner
+from holdfast.engines.limit.balance import Balance, Equilibrium, _cholesky, _solved_by_cholesky, inner
 from holdfast.scene.shipped.blocks import at
 
 SCENES = ["cube", "slope_two", "v_groove"]
@@ -272,9 +271,11 @@ def test_a_shift_beyond_the_smallest_eigenvalue_is_found_by_elimination(order: l
     values = np.array([1.0, 4.0, 9.0])[order]
     for square in (np.diag(values), turn @ np.diag(values) @ turn.T):
         for shift, definite in ((0.0, True), (0.9, True), (1.1, False), (3.0, False)):
-            factor = _factor(square, shift)
+            factor = _cholesky(square, shift)
             assert (factor is not None) == definite, shift
             if factor is not None:
                 np.testing.assert_allclose(factor @ factor.T, square - shift * np.eye(3), atol=1e-14)
                 asked = np.array([[1.0, 0.0], [2.0, -1.0], [0.5, 3.0]])
-                np.testing.assert_allclose((square - shift * np.eye(3)) @ _solved(factor, asked), asked, atol=1e-12)
+                np.testing.assert_allclose(
+                    (square - shift * np.eye(3)) @ _solved_by_cholesky(factor, asked), asked, atol=1e-12
+                )

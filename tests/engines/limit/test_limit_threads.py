@@ -15,8 +15,7 @@ from limit_scenes import columns
 
 from holdfast.base.arrays import Float
 from holdfast.engines.contract import Within
-from holdfast.engines.limit.gauge import LoadLimit
-from holdfast.engines.limit.proof import LoadProgram, Solved
+from holdfast.engines.limit.proof import LoadLimit, LoadProgram, SolvedLoad
 from holdfast.engines.limit_engine import Limit
 
 T = TypeVar("T")
@@ -55,7 +54,7 @@ def test_loads_of_one_call_are_shared_among_threads(
     for threads in (1, THREADS):
         used: set[int] = set()
 
-        def noted(self: LoadProgram, load: Float, around: float | None = None, used: set[int] = used) -> Solved:
+        def noted(self: LoadProgram, load: Float, around: float | None = None, used: set[int] = used) -> SolvedLoad:
             used.add(get_ident())
             sleep(0.01)  # long enough for another thread to take the next load
             return maximise(self, load, around)

@@ -24,12 +24,10 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
 from holdfast.contacts.flags import EXACT
 from holdfast.contacts.interface import Interface
-from holdfast.elastic.model import WEAKEST_SPRING, Elastic, held
-from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
-from holdfast.elastic.system import RestSearch, System
-from holdfast.engines.compliant.elastic_model import Springs, force_unit, own_rows, world_rows
+from holdfast.elastic.model import WEAKEST_SPRING, Elastic, with_springs
+from holdfast.elastic.system import PathOutcome, PathResult, RestOutcome, RestSearch, System
+from holdfast.engines.compliant.elastic_model import Places, Springs, force_unit, own_rows, world_rows
 from holdfast.engines.compliant.load_bearing import HUGE, LoadBearing
-from holdfast.engines.compliant.places import Places
 from holdfast.engines.limit.limit_state import LimitState, balanced_under
 from holdfast.engines.mechanism import Mechanism, describe_all, modes_of, without_slight
 from holdfast.native import core
@@ -91,6 +89,7 @@ class Grid:
     system: System
     hold: Bool | None = None
     _rest: list[RestSearch] = field(default_factory=list, init=False, repr=False)
+    _finer: list[Grid] = field(default_factory=list, init=False, repr=False)
     _local: dict[tuple[bytes, int, int], Grid] = field(default_factory=dict, init=False, repr=False)
     _making: RLock = field(default_factory=RLock, init=False, repr=False)  # of finer grids, and of rest
 
@@ -119,7 +118,7 @@ class Grid:
         """Return the same on given ``places``; ``model`` is that without a hold, if it is known."""
         if model is None:
             model = springs.model(places, wrench)
-        grid = cls(places, wrench, springs, System.of(model if hold is None else held(model, hold)), hold)
+        grid = cls(places, wrench, springs, System.of(model if hold is None else with_springs(model, hold)), hold)
         if hold is None or hold.all() or grid.settled.outcome is RestOutcome.RESTS:
             return grid
         return cls._on(places, wrench, springs, np.ones_like(hold), model)
@@ -146,11 +145,10 @@ class Grid:
     def finer(self) -> Grid:
         """The grid with FINER times as many nodes along a side."""
         with self._making:  # threads that ask at the same time share one
-            return self._finer
-
-    @cached_property
-    def _finer(self) -> Grid:
-        return Grid.of(self.assembly, self.wrench, self.springs.finer(FINER), hold=self.hold)
+            if not self._finer:
+                springs = replace(self.springs, nodes=FINER * self.springs.nodes)
+                self._finer.append(Grid.of(self.assembly, self.wrench, springs, hold=self.hold))
+            return self._finer[0]
 
     def with_more(self, contacts: Int, more: int, times: int = 1) -> Grid:
         """Return the grid with ``more`` nodes along a side at these ``contacts``, ``times`` as many at all others.
@@ -161,7 +159,7 @@ class Grid:
         with self._making:
             grid = self._local.pop(key, None)
         if grid is None:  # threads ask for grids of their own: none waits for another's
-            places = Places.with_more(self.assembly, times * self.springs.nodes, contacts, more)
+            places = Places(self.assembly, times * self.springs.nodes, tuple(contacts.tolist()), more)
             grid = Grid._on(places, self.wrench, self.springs, self.hold)
         with self._making:
             self._local[key] = grid
@@ -198,7 +196,7 @@ class Grid:
         """The weight of the lightest body, in the model's unit of force."""
         return float(np.linalg.norm(self.wrench.reshape(-1, 6)[:, :3], axis=1).min() / self.unit)
 
-    @property
+    @cached_property
     def unit(self) -> float:
         """The model's unit of force [N]."""
         return force_unit(self.assembly, self.wrench)
@@ -285,7 +283,7 @@ class Grid:
         faces = self.springs.faces
         if faces is None or faces.imperfect.flatness == 0:
             return self.system
-        return replace(self.system, model=held(self.system.model, stiffness=WEAKEST_SPRING))
+        return replace(self.system, model=with_springs(self.system.model, stiffness=WEAKEST_SPRING))
 
     def loads_nearby(self, W: Float, s: Float, q: Float, plane: Float) -> Float:
         """Return the factors (k,) of columns W (6J, k) near points of their paths that were found on a coarser grid.

@@ -17,9 +17,8 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from holdfast.base.arrays import Bool, Float
 from holdfast.conic.solve import ConeProgram, Outcome, solve
-from holdfast.elastic.model import WEAKEST_SPRING, Elastic, Runs, held
-from holdfast.elastic.path import RestOutcome
-from holdfast.elastic.system import System
+from holdfast.elastic.model import WEAKEST_SPRING, Elastic, Runs, with_springs
+from holdfast.elastic.system import RestOutcome, System
 from holdfast.native import core
 
 HUGE = 10.0  # a weight is expected not to count any more beside a load of this many times its size
@@ -49,7 +48,7 @@ class LoadBearing:
         carry = self._between(load)
         if not carry.any() or carry.all():
             return False
-        few = held(_restricted(self.model, carry, load / np.abs(load).max()), stiffness=WEAKEST_SPRING)
+        few = with_springs(_restricted(self.model, carry, load / np.abs(load).max()), stiffness=WEAKEST_SPRING)
         if not len(few.a):  # there is nothing against it
             return False
         if not rests_alone(System.of(few), PATIENCE):

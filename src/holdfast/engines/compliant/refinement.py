@@ -10,8 +10,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import answers_in_parallel, free_threads
-from holdfast.elastic.path import PathOutcome, PathResult, RestOutcome
-from holdfast.elastic.system import STAGE
+from holdfast.elastic.system import STAGE, PathOutcome, PathResult, RestOutcome
 from holdfast.engines.compliant.elastic_model import motion_row
 from holdfast.engines.compliant.grid import FINER, Grid
 
@@ -116,27 +115,24 @@ class Refined:
         paths are followed on this grid and the lower bounds are 0. Paths that are lost on this grid are recovered as
         ``_recovered`` says.
         """
-        found = self._in_threads(W, bounds=bounds)
+        count, system = W.shape[1], self.grid.system
+        threads = system.threads(count)
+        if threads < 2 or system.long:  # long paths make threads of their own
+            found = self._bounded(W, self.grid.paths(W), bounds=bounds)
+        else:
+            number = threads * -(-count // (threads * MOST_CHUNK))
+            chunks = [np.arange(first, count, number) for first in range(number)]
+
+            def ask(row: int) -> Bounded:
+                asked = W[:, chunks[row]]
+                return self._bounded(asked, self.grid.paths(asked), bounds=bounds)
+
+            parts = answers_in_parallel(STAGE, ask, threads, number, count)
+            found = Bounded.joined(parts, np.argsort(np.concatenate(chunks)))
         lost = np.flatnonzero(found.paths.outcome == PathOutcome.LOST)
         if not len(lost):
             return found
         return found.replaced(lost, self._recovered(W[:, lost], found.paths.chosen(lost), bounds=bounds))
-
-    def _in_threads(self, W: Float, *, bounds: bool) -> Bounded:
-        """Follow the paths as ``_given`` does, many short ones in several threads; long paths make their own."""
-        count, system = W.shape[1], self.grid.system
-        threads = system.threads(count)
-        if threads < 2 or system.long:
-            return self._given(W, self.grid.paths(W), bounds=bounds)
-        number = threads * -(-count // (threads * MOST_CHUNK))
-        chunks = [np.arange(first, count, number) for first in range(number)]
-
-        def ask(row: int) -> Bounded:
-            asked = W[:, chunks[row]]
-            return self._given(asked, self.grid.paths(asked), bounds=bounds)
-
-        parts = answers_in_parallel(STAGE, ask, threads, number, count)
-        return Bounded.joined(parts, np.argsort(np.concatenate(chunks)))
 
     def held(self, W: Float) -> Bool:
         """Tell which columns of W (6J, k) certainly move nothing, from paths that are not followed beyond them.
@@ -189,7 +185,7 @@ class Refined:
             there = other.grid.paths(W[:, left])
             agree = (there.outcome != PathOutcome.LOST) & (there.peak >= (1 - COARSE) * reached[left])
             agreed = np.flatnonzero(agree)
-            better = other._given(W[:, left[agreed]], there.chosen(agreed), bounds=bounds)
+            better = other._bounded(W[:, left[agreed]], there.chosen(agreed), bounds=bounds)
             peaks = peaks.replaced(left[agreed], better)
             reached[left] = np.minimum(reached[left], there.peak)
         rest = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
@@ -198,18 +194,16 @@ class Refined:
         below = np.where(known, (1 - LEAST_ERROR) * np.minimum(reached[rest], found.peak), 0.0)
         return peaks.replaced(rest, Bounded.unbounded(found)._replace(below=below))
 
-    def _given(self, W: Float, paths: PathResult, *, bounds: bool) -> Bounded:
-        """Return the paths of this grid with bounds if they are wanted, else as they are."""
-        return self._bounded(W, paths) if bounds else Bounded.unbounded(paths)
-
-    def _bounded(self, W: Float, paths: PathResult) -> Bounded:
+    def _bounded(self, W: Float, paths: PathResult, *, bounds: bool = True) -> Bounded:
         """Give the paths of this grid lower bounds, and take paths from finer grids where this one is too coarse.
 
-        The lower bound is the peak minus SAFETY times the estimated discretisation error minus LEAST_ERROR times the
-        peak. Where forces are concentrated on few nodes at a peak, ``_resolved`` estimates the error, else
-        ``_estimated``.
+        Without ``bounds`` they are left as they are. The lower bound is the peak minus SAFETY times the estimated
+        discretisation error minus LEAST_ERROR times the peak. Where forces are concentrated on few nodes at a peak,
+        ``_resolved`` estimates the error, else ``_estimated``.
         """
         found = Bounded.unbounded(paths)
+        if not bounds:
+            return found
         at = np.flatnonzero(paths.outcome == PathOutcome.PEAK)
         kinds, alike = _alike(self.grid.concentrated(paths.q[at]) & self._may_resolve)
 
@@ -241,7 +235,10 @@ class Refined:
             total = sum(sizes[number] for number in few)
             answers = answers_in_parallel(STAGE, lambda place: ask(few[place]), threads, len(few), total)
             found = dict(zip(few, answers, strict=True))
-        return [found[number] if number in found else ask(number) for number in range(len(sizes))]
+        for number in range(len(sizes)):
+            if number not in found:
+                found[number] = ask(number)
+        return [found[number] for number in range(len(sizes))]
 
     def _with_ends(self, W: Float, paths: PathResult, found: Bounded) -> Bounded:
         """Return the answers ``found`` for columns W (6J, k), with those of the finer grid where only it has an end.

@@ -22,12 +22,10 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes, wrenches_of
 from holdfast.base.arrays import Bool, Float
 from holdfast.elastic.model import Elastic, unresisted_motion
-from holdfast.elastic.path import RestOutcome
-from holdfast.elastic.system import RestSearch
+from holdfast.elastic.system import RestOutcome, RestSearch
 from holdfast.engines.compliant.balanced import on_an_edge
-from holdfast.engines.compliant.elastic_model import world_rows
+from holdfast.engines.compliant.elastic_model import Places, world_rows
 from holdfast.engines.compliant.grid import FINER, Grid
-from holdfast.engines.compliant.places import Places
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe, modes_of, relative_velocity
 from holdfast.engines.rest import contact_forces, doubt_of, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
@@ -107,11 +105,11 @@ def not_at_rest(grid: Grid) -> Verdict:
     if certain.status is Status.UNSTABLE:
         return certain
     if end.outcome is RestOutcome.DRIFTS:
-        found, sharp = _drifts(grid, end, assembly, exists=certain.equilibrium_exists), assembly.sharpened
+        found, sharp = _drift_verdict(grid, end, assembly, exists=certain.equilibrium_exists), assembly.sharpened
         if found.status is Status.UNDECIDED and sharp is not assembly:
             firm = Grid.of(sharp, grid.wrench, grid.springs).settled  # sharp contacts push back wherever they may
             if firm.outcome is RestOutcome.DRIFTS:
-                return _drifts(grid, firm, sharp, exists=certain.equilibrium_exists)
+                return _drift_verdict(grid, firm, sharp, exists=certain.equilibrium_exists)
         return found
     tried = f"Newton's method with ever less drag came to no end ({end.steps} steps, drag {end.drag:.0e})"
     return undecided(f"{tried}; limit analysis: {certain.reason}")
@@ -137,7 +135,7 @@ def motion_of(assembly: Assembly, nodes: ContactNodes, twists: Float) -> Mechani
     return describe(Kinematics.of(assembly, nodes), twists, mode, dual=False)
 
 
-def _drifts(grid: Grid, end: RestSearch, known: Assembly, *, exists: bool | None) -> Verdict:
+def _drift_verdict(grid: Grid, end: RestSearch, known: Assembly, *, exists: bool | None) -> Verdict:
     """Return the verdict that follows from the drift at the ``end`` of a search for rest on the contacts ``known``."""
     assembly = grid.assembly
     mechanism = motion_of(assembly, grid.nodes, world_rows(assembly, end.drift[None]).reshape(-1, 6))
@@ -175,23 +173,23 @@ def overruled(grid: Grid, refinements: int) -> Verdict | None:
     """
     if grid.springs.faces is not None or grid.places.given is not None or not refinements:
         return None
-    if _without(grid, AMPLE) is RestOutcome.RESTS:
+    if _rest_with_less_friction(grid, AMPLE) is RestOutcome.RESTS:
         return None
     nodes = grid.springs.nodes
     if FINER**2 * len(grid.nodes) <= MOST_NODES:
         if at_rest(grid.finer) is None:
             few, many = grid.springs.nodes, grid.finer.springs.nodes
             if grid.finer.settled.outcome is not RestOutcome.DRIFTS:
-                return _leans(f"on {many} nodes a side no rest is found, as it is on {few}")
+                return _leans_on_nodes(f"on {many} nodes a side no rest is found, as it is on {few}")
             found = not_at_rest(grid.finer)
             return replace(found, reason=f"on {many} nodes a side {found.reason}; {few} nodes a side would hold it")
-        if _without(grid.finer, KEPT * _reserve(grid)) is RestOutcome.RESTS:
+        if _rest_with_less_friction(grid.finer, KEPT * _friction_in_reserve(grid)) is RestOutcome.RESTS:
             return None
         nodes = grid.finer.springs.nodes
-    return _leans(f"it is so near its limit that more than {nodes} nodes a side may let it go")
+    return _leans_on_nodes(f"it is so near its limit that more than {nodes} nodes a side may let it go")
 
 
-def _reserve(grid: Grid) -> float:
+def _friction_in_reserve(grid: Grid) -> float:
     """Return the least share of all friction, up to AMPLE, without which an assembly at rest on ``grid`` drifts.
 
     It is up to FINELY times as large as that. A search for rest that comes to no end does not count as a drift.
@@ -199,14 +197,14 @@ def _reserve(grid: Grid) -> float:
     holds, gives = SLIGHT, AMPLE
     while gives > FINELY * holds:
         share = float(np.sqrt(gives * holds))
-        if _without(grid, share) is RestOutcome.DRIFTS:
+        if _rest_with_less_friction(grid, share) is RestOutcome.DRIFTS:
             gives = share
         else:
             holds = share
     return gives
 
 
-def _without(grid: Grid, share: float) -> RestOutcome:
+def _rest_with_less_friction(grid: Grid, share: float) -> RestOutcome:
     """Say how the search for rest ends without this share of all friction, beginning at rest with all of it."""
     system, q = grid.system.slippery(1 - share), grid.settled.q
     if grid.hold is None and system.rest_near(q) is not None:
@@ -217,6 +215,6 @@ def _without(grid: Grid, share: float) -> RestOutcome:
     return found.outcome
 
 
-def _leans(why: str) -> Verdict:
+def _leans_on_nodes(why: str) -> Verdict:
     found = undecided(f"every body comes to rest, but that leans on the number of nodes: {why}")
     return replace(found, status=Status.UNDECIDED, equilibrium_exists=True)

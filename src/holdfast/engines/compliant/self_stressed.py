@@ -22,15 +22,14 @@ import numpy as np
 from holdfast.assembly.assembly import body_forces
 from holdfast.assembly.contact_nodes import contact_nodes
 from holdfast.base.arrays import Float, Int
-from holdfast.elastic.path import PathOutcome
+from holdfast.elastic.system import PathOutcome
 from holdfast.engines.answers import Answers
 from holdfast.engines.compliant.amendment import MATTERS, Amendment, LoadQuestion
 from holdfast.engines.compliant.elastic_model import Springs
 from holdfast.engines.compliant.grid import Grid
 from holdfast.engines.compliant.load_bearing import HUGE
 from holdfast.engines.compliant.rest_verdict import TAKEN_ALONG
-from holdfast.engines.forces import EXACT
-from holdfast.engines.self_stress import clampable, self_stressed_nodes
+from holdfast.engines.forces import clampable, self_stressed
 
 RATIOS = (0.3, 3.0)  # times the engine's ratio of tangential to normal stiffness
 # Nodes along a side of coarse grids, on which pressure is concentrated at edges. The pile of pipes of finding T3 holds
@@ -66,8 +65,7 @@ class SelfStressed(Amendment):
             begins[places.sheets.first[:-1]] = True
             if not clampable(places.nodes.chosen(begins)).any():
                 return False
-        pressed = self_stressed_nodes(assembly, contact_nodes(assembly, CORNERS, "corners"), EXACT)
-        return pressed is None or bool(pressed.any())
+        return self_stressed(assembly, contact_nodes(assembly, CORNERS, "corners")) is not False
 
     @cached_property
     def near(self) -> frozenset[str]:
@@ -92,16 +90,15 @@ class SelfStressed(Amendment):
         """Whether some answers depend on stiffness, whatever the load."""
         return self.possible or bool(self.near)
 
-    def applies(self, asked: LoadQuestion) -> bool:
-        """Tell whether bounds are wanted; springs of imperfect faces are a sample already, and are left alone."""
-        return asked.bounded and self.grid.springs.faces is None
-
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
+    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
         """Return ``found`` with lower bounds that also hold on other springs and nodes.
 
         A path that is lost on one of them counts as far as it was followed. An answer without an end keeps its status,
-        but its lower bound is finite where others end within HUGE times the weight.
+        but its lower bound is finite where others end within HUGE times the weight. Springs of imperfect faces are a
+        sample already, and are left alone.
         """
+        if not asked.bounded or self.grid.springs.faces is not None:
+            return None
         rows = np.flatnonzero((found.force > 0) & asked.W.any(axis=0))
         if not len(rows):
             return found

@@ -10,19 +10,181 @@ from threading import RLock
 import numpy as np
 
 from holdfast.assembly.assembly import Assembly
-from holdfast.assembly.strengths import strengths_of
+from holdfast.assembly.strengths import strengths_of, with_pull
 from holdfast.base.arrays import Float
-from holdfast.base.rigid import cross, shift_twist
+from holdfast.base.rigid import cross
 from holdfast.base.text import listed
+from holdfast.conic.solve import Outcome
 from holdfast.engines.answers import Answers, Bound, weakest_bound
 from holdfast.engines.contract import EXACT, Accuracy, Engine, ForcesOnly, State, fresh
-from holdfast.engines.doubts.absent_contacts import Absences, Absent
-from holdfast.engines.doubts.pose_allowance import Allowance
+from holdfast.engines.doubts.pose_allowance import PoseAllowance
+from holdfast.engines.forces import solve_forces
 from holdfast.engines.limit_engine import Limit
-from holdfast.engines.mechanism import Mechanism
-from holdfast.engines.trees.tree_state import with_trees
+from holdfast.engines.mechanism import Mechanism, about_origin
+from holdfast.engines.rest import corner_nodes
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.friction import NOTHING
+
+SETS = 8  # largest number of sets of absent contacts that are sought
+SIDE = 0.5  # cosine of the angle between a normal and the vertical below which a contact is on a side
+CHEAP = 1e-7  # tolerance of the force programs that rule out what cannot stand
+MANY = 24  # uncertain interfaces above which only those on sides are taken away, all together
+
+Absent = frozenset[int]  # numbers of interfaces that are taken away
+
+
+@dataclass(frozen=True, eq=False)
+class Absences:
+    """The sets of uncertain interfaces of an assembly without which everything still stands.
+
+    The scene was seen at rest. What it cannot stand without therefore exists, and what it can stand without may be
+    absent. Rest is judged under the weight alone, because loads and accelerations need not have acted when the scene
+    was seen; if the assembly rests only with them, under ``standing`` (6J,) and ``acceleration`` (3,) as well.
+    """
+
+    engine: Engine
+    assembly: Assembly
+    standing: Float | None = None
+    acceleration: Float | None = None
+    _parts: dict[Absent, Assembly] = field(default_factory=dict, init=False, repr=False)
+    _rests: dict[Absent, bool] = field(default_factory=dict, init=False, repr=False)
+    _states: dict[tuple[Absent, bool], State] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def uncertain(self) -> tuple[int, ...]:
+        """The numbers of the interfaces that may not exist, beginning with the widest apart."""
+        numbers = [k for k, interface in enumerate(self.assembly.interfaces) if not interface.certain]
+        return tuple(sorted(numbers, key=lambda k: (-(self.assembly.interfaces[k].separation or 0.0), k)))
+
+    @cached_property
+    def _single(self) -> tuple[int, ...]:
+        """Those of the uncertain interfaces without which, alone, the assembly may rest: no set holds another one.
+
+        Contacts on sides seldom carry weight, and what can go together can go alone: one program may settle them all.
+        """
+        up = self.assembly.scene.up
+        on_sides = frozenset(
+            k for k in self.uncertain if all(abs(p.normal @ up) < SIDE for p in self.assembly.interfaces[k].patches)
+        )
+        settled = on_sides if on_sides and self._may_rest(on_sides) else frozenset()
+        if self._many:
+            return tuple(k for k in self.uncertain if k in settled)
+        return tuple(k for k in self.uncertain if k in settled or self._may_rest(frozenset([k])))
+
+    @property
+    def _many(self) -> bool:
+        return len(self.uncertain) > MANY
+
+    @cached_property
+    def optional(self) -> tuple[int, ...]:
+        """The numbers of the interfaces that are absent in at least one of the sets, in the order of the assembly."""
+        return tuple(sorted(frozenset().union(*self.sets)))
+
+    @property
+    def sets(self) -> tuple[Absent, ...]:
+        """The largest sets that may be absent, at most SETS; none if everything is needed."""
+        return self._sets_found[0]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every interface that may be absent is so in one of the sets."""
+        return self._sets_found[1]
+
+    @cached_property
+    def _sets_found(self) -> tuple[tuple[Absent, ...], bool]:
+        """Find sets to which nothing can be added: first the widest gaps are opened, then the narrowest.
+
+        Then every interface that no set holds yet comes first once. What stands without two sets together need not
+        exist, so in most scenes there is one set alone.
+        """
+        order = self._single
+        found = [self.largest(order)]
+        if self._many:
+            return tuple(absent for absent in found if absent), False
+        found += [absent for absent in [self.largest(order[::-1])] if absent not in found]
+        for k in order:
+            if any(k in absent for absent in found):
+                continue
+            if len(found) >= SETS:
+                return tuple(found), False
+            absent = self.largest([k, *(other for other in order if other != k)])
+            if k in absent:
+                found.append(absent)
+        return tuple(absent for absent in found if absent), True
+
+    def largest(self, order: Sequence[int]) -> Absent:
+        """Return the interfaces of ``order`` without which the assembly stands, the first ones of it above all.
+
+        None of those that are left can be added. Engine ``limit``'s equilibrium decides, as it is cheap and no other
+        engine stands without it; only where the engine does not find the whole set at rest, it is asked at each step.
+        """
+        candidates = [k for k in order if k in self._single]
+        quick = self._opened(candidates, sure=False)
+        return quick if self.stands(quick) else self._opened(candidates, sure=True)
+
+    def _opened(self, order: Sequence[int], *, sure: bool) -> Absent:
+        """Return interfaces of ``order`` without which the assembly rests; if ``sure``, the engine says so each time.
+
+        The first one is tried alone, then all others at once, or else halves of them, and so on: so a few needed ones
+        among many cost few verdicts.
+        """
+        absent: Absent = frozenset()
+        parts = [list(part) for part in (order[1:], order[:1]) if part]  # the last is tried first
+        while parts:
+            part = parts.pop()
+            more = absent | frozenset(part)
+            if self._may_rest(more) and (not sure or self.stands(more)):
+                absent = more
+            elif len(part) > 1:
+                middle = len(part) // 2
+                parts += [part[middle:], part[:middle]]
+        return absent
+
+    def part(self, absent: Absent) -> Assembly:
+        """Return the assembly without these interfaces."""
+        if absent not in self._parts:
+            self._parts[absent] = self.assembly.without_interfaces(absent) if absent else self.assembly
+        return self._parts[absent]
+
+    def stands(self, absent: Absent) -> bool:
+        """Tell whether the engine finds the assembly at rest without these interfaces, as surely as with them."""
+        return not absent or self._verdict_without(absent).status in (
+            Status.STABLE,
+            self._verdict_without(frozenset()).status,
+        )
+
+    def state(self, absent: Absent, *, loaded: bool = True) -> State:
+        """Return the engine's state without these interfaces, under the weight and, if ``loaded``, all that acts."""
+        acting = (load for load in (self.standing, self.acceleration) if load is not None)
+        key = absent, loaded and any(bool(load.any()) for load in acting)
+        if key not in self._states:
+            loads = (self.standing, self.acceleration) if key[1] else (None, None)
+            self._states[key] = self.engine.prepare(self.part(absent), *loads)
+        return self._states[key]
+
+    @cached_property
+    def _seen_loaded(self) -> bool:
+        """Whether rest is judged under the standing loads and the acceleration, too."""
+        return self.state(frozenset(), loaded=False).verdict().status is Status.UNSTABLE
+
+    def _verdict_without(self, absent: Absent) -> Verdict:
+        """Return the verdict without these contacts, under what the scene was seen at rest with."""
+        return self.state(absent, loaded=self._seen_loaded).verdict()
+
+    def _may_rest(self, absent: Absent) -> bool:
+        """Tell whether limit analysis finds an equilibrium without these interfaces, or does not settle it."""
+        if absent not in self._rests:
+            part = self.assembly.without_interfaces(absent) if absent else self.assembly
+            wrench = part.weight_wrench(self.acceleration if self._seen_loaded else None)
+            if self._seen_loaded and self.standing is not None:
+                wrench = wrench + self.standing
+            self._rests[absent] = not part.hanging
+            if not part.hanging:
+                nodes = corner_nodes(part)
+                forces = solve_forces(part, nodes, nodes.under(with_pull(part, wrench)), tolerance=CHEAP)
+                self._rests[absent] = forces.outcome is not Outcome.INFEASIBLE
+        return self._rests[absent]
+
 
 LEANS = 1e-3  # relative drop of ``lower`` above which an answer leans on the contacts that were taken away
 CARRIES = 1e-6  # speed into a contact, relative to the fastest body, above which the contact resists a motion
@@ -35,12 +197,9 @@ def prepared(
 ) -> State:
     """Prepare ``engine`` for an assembly of which some contacts may not exist (``Interface.certain`` is False).
 
-    The arguments are those of ``Engine.prepare``. If all contacts are certain, the state is the engine's own. Otherwise
-    it answers for the scene as detected, and its ``lower`` and ``upper`` are the least and the greatest over all sets
-    of contacts that may be absent together (absent_contacts.py).
+    The arguments are those of ``Engine.prepare``. The state answers for the scene as detected, and its ``lower`` and
+    ``upper`` are the least and the greatest over all sets of contacts that may be absent together (``Absences``).
     """
-    if all(interface.certain for interface in assembly.interfaces):
-        return with_trees(engine, assembly, standing, acceleration)
     absences = Absences(engine, assembly, standing, acceleration)
     state = absences.state(frozenset())
     return state if state.verdict().status is Status.UNSTABLE else Doubtful(state, absences)
@@ -57,7 +216,7 @@ class Doubtful:
 
     detected: State
     absences: Absences
-    _allowances: dict[tuple[Absent, bool], tuple[Allowance, State]] = field(
+    _allowances: dict[tuple[Absent, bool], tuple[PoseAllowance, State]] = field(
         default_factory=dict, init=False, repr=False
     )
     _asking: RLock = field(default_factory=RLock, init=False, repr=False)
@@ -69,7 +228,7 @@ class Doubtful:
         other.__dict__.update(_allowances=self._allowances, _asking=self._asking)
         return other
 
-    def _own(self, state: State) -> State:
+    def _asked_here(self, state: State) -> State:
         """Return a state of ``absences``, which remembers only what this object was asked."""
         return self._asked.setdefault(id(state), fresh(state))
 
@@ -94,32 +253,29 @@ class Doubtful:
         waits for the other.
         """
         with self._asking:
-            return self._load_factor(W, accuracy)
-
-    def _load_factor(self, W: Float, accuracy: Accuracy) -> Answers:
-        found = self.detected.load_factor(W, accuracy)
-        if isinstance(accuracy, ForcesOnly):
+            found = self.detected.load_factor(W, accuracy)
+            if isinstance(accuracy, ForcesOnly):
+                return replace(
+                    found,
+                    lower=np.zeros(len(found)),
+                    upper=np.full(len(found), np.inf),
+                    lower_bound=Bound.NONE,
+                    upper_bound=Bound.NONE,
+                    notes=self.notes,
+                )
+            cases = [(absent, self._answers_without(absent, W, accuracy)) for absent in self._tried]
+            greatest = self._answers_at_most(found, W, accuracy)
+            known_cases = [np.where(case.status == Status.UNDECIDED, 0.0, case.upper) for _, case in cases]
             return replace(
                 found,
-                lower=np.zeros(len(found)),
-                upper=np.full(len(found), np.inf),
-                lower_bound=Bound.NONE,
-                upper_bound=Bound.NONE,
-                notes=self.notes,
-            )
-        cases = [(absent, self._case(absent, W, accuracy)) for absent in self._tried]
-        greatest = self._greatest(found, W, accuracy)
-        known_cases = [np.where(case.status == Status.UNDECIDED, 0.0, case.upper) for _, case in cases]
-        return replace(
-            found,
-            lower=np.minimum.reduce([found.lower, found.force, *(case.lower for _, case in cases)]),
-            upper=np.maximum.reduce([found.upper, found.force, greatest.upper, *known_cases]),
-            lower_bound=weakest_bound([found.lower_bound, *(case.lower_bound for _, case in cases)]),
-            upper_bound=weakest_bound(
-                [found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
-            ),
-            notes=(*found.notes, *self._notes_on(found, cases)),
-        ).after("contacts that may not exist", "lower is the least over all sets of contacts that may be absent")
+                lower=np.minimum.reduce([found.lower, found.force, *(case.lower for _, case in cases)]),
+                upper=np.maximum.reduce([found.upper, found.force, greatest.upper, *known_cases]),
+                lower_bound=weakest_bound([found.lower_bound, *(case.lower_bound for _, case in cases)]),
+                upper_bound=weakest_bound(
+                    [found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
+                ),
+                notes=(*found.notes, *self._notes_on(found, cases)),
+            ).after("contacts that may not exist", "lower is the least over all sets of contacts that may be absent")
 
     @cached_property
     def _tried(self) -> tuple[Absent, ...]:
@@ -128,38 +284,39 @@ class Doubtful:
         Seen poses tilt contacts, and a body may then seem to hang between its neighbours. Where poses are uncertain, a
         set counts only if everything stands in spite of what the poses may be off, unless that holds for none.
         """
-        if not self._posed:
+        if not self._poses_uncertain:
             return self.absences.sets
         every = self.absences.sets or (frozenset(),)
-        return tuple(absent for absent in every if self._allowed(absent, wider=False)[0].share > 0) or every
+        return tuple(absent for absent in every if self._allowance_for(absent, wider=False)[0].share > 0) or every
 
     @property
-    def _posed(self) -> bool:
+    def _poses_uncertain(self) -> bool:
         return self.absences.assembly.tolerances.capped
 
-    def _case(self, absent: Absent, W: Float, accuracy: Accuracy) -> Answers:
+    def _answers_without(self, absent: Absent, W: Float, accuracy: Accuracy) -> Answers:
         """Answer without these contacts; where poses are uncertain, with all that this takes from ``lower``."""
-        if not self._posed:
-            return self._own(self.absences.state(absent)).load_factor(W, accuracy)
-        allowance, state = self._allowed(absent, wider=False)
-        case = self._own(state).load_factor(W, accuracy)
+        if not self._poses_uncertain:
+            return self._asked_here(self.absences.state(absent)).load_factor(W, accuracy)
+        allowance, state = self._allowance_for(absent, wider=False)
+        case = self._asked_here(state).load_factor(W, accuracy)
         lower = allowance.lowered(case.lower, W, accuracy)
         return replace(case, lower=lower, lower_bound=weakest_bound([case.lower_bound, Bound.ESTIMATED]))
 
-    def _greatest(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
+    def _answers_at_most(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
         """Answer as detected; where poses are uncertain, with all that this adds to an ``upper`` that is known."""
-        if not self._posed or not np.isfinite(found.upper).any():
+        if not self._poses_uncertain or not np.isfinite(found.upper).any():
             return found
-        allowance, state = self._allowed(frozenset(), wider=True)
-        case = self._own(state).load_factor(W, accuracy)
+        allowance, state = self._allowance_for(frozenset(), wider=True)
+        case = self._asked_here(state).load_factor(W, accuracy)
         upper = allowance.raised(case.upper, W, accuracy)
         return replace(case, upper=upper, upper_bound=weakest_bound([case.upper_bound, Bound.ESTIMATED]))
 
-    def _allowed(self, absent: Absent, *, wider: bool) -> tuple[Allowance, State]:
+    def _allowance_for(self, absent: Absent, *, wider: bool) -> tuple[PoseAllowance, State]:
+        """Return what uncertain poses take from bounds without these contacts, and the state that answers then."""
         known, key = self.absences, (absent, wider)
         if key not in self._allowances:
             loads = known.standing, known.acceleration
-            allowance = Allowance.of(known.part(absent), *loads, wider=wider)
+            allowance = PoseAllowance.of(known.part(absent), *loads, wider=wider)
             own = isinstance(known.engine, Limit) and known.engine == Limit()
             self._allowances[key] = (
                 allowance,
@@ -169,7 +326,7 @@ class Doubtful:
 
     def _notes_on(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
         """Say on which of the contacts the answers lean, and what was not settled."""
-        notes = [LEVEL] if self._posed and not self.absences.assembly.tolerances.tilt else []
+        notes = [LEVEL] if self._poses_uncertain and not self.absences.assembly.tolerances.tilt else []
         met: set[int] = set()  # what motions without them run into; where no motion is known, all that was taken away
         for absent, case in cases:
             for row in np.flatnonzero(case.lower < found.lower * (1 - LEANS)):
@@ -195,9 +352,9 @@ class Doubtful:
         """Tell whether a contact would resist a motion: its bodies slide there or press, or move at all if joined."""
         assembly = self.absences.assembly
         joined = strengths_of(assembly)[number] != NOTHING
-        interface, ends = assembly.interfaces[number], assembly.ends[number]
-        twists = [np.zeros(6) if k < 0 else shift_twist(motion.twists[k], assembly.com[k], np.zeros(3)) for k in ends]
-        relative = twists[1] - twists[0]
+        interface = assembly.interfaces[number]
+        of_first, of_second = about_origin(assembly, motion.twists, interface.bodies)
+        relative = of_second - of_first
         for patch in interface.patches:
             points = patch.polygon if patch.spots is None else patch.spots.points
             normals = patch.normals_at(points)

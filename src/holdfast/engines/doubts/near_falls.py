@@ -11,13 +11,13 @@ import numpy as np
 
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
-from holdfast.base.rigid import shift_twist
 from holdfast.base.text import quoted
 from holdfast.contacts.detect import TooFineError
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.nearby import WIDE, Nearby
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, doubtful_gap
 from holdfast.engines.contract import Engine
+from holdfast.engines.mechanism import about_origin
 from holdfast.engines.rest import find_rest
 from holdfast.engines.verdict import Status, Verdict
 from holdfast.scene.body import materials_of
@@ -31,7 +31,7 @@ BELOW = 0.5  # cosine of the angle between a normal and the vertical up to which
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class SupportsInReach:
     """What would hold groups of an assembly's bodies if they were moved by no more than the reach of their poses.
 
     A group that falls is followed: contacts that are not there yet but that its motion closes within ``reach`` are
@@ -97,12 +97,14 @@ class Reach:
             except TooFineError:
                 problem = f"whether it would rest on something within {gap * 1e3:g} mm was not searched"
                 return f"{problem}: too many faces are near each other there: settle, or give simpler meshes"
-            met = self._met(part, verdict, found, by_engine=by_engine)
+            met = self._contacts_met(part, verdict, found, by_engine=by_engine)
             if met:
                 return self._words(names, met, gap, wide=wide)
         return ""
 
-    def _met(self, part: Assembly, verdict: Verdict, found: Sequence[Interface], *, by_engine: bool) -> list[Interface]:
+    def _contacts_met(
+        self, part: Assembly, verdict: Verdict, found: Sequence[Interface], *, by_engine: bool
+    ) -> list[Interface]:
         """Return those of the contacts ``found`` that the fall meets until the part may stand; none if it falls on."""
         met: list[Interface] = []
         left = list(found)
@@ -121,11 +123,8 @@ class Reach:
 
         How far is measured where the contact is, along the motion: a wall beside a falling body is never met.
         """
-        of = [
-            np.zeros(6) if k < 0 else shift_twist(twists[k], part.com[k], np.zeros(3))
-            for k in (part.index[name] for name in contact.bodies)
-        ]
-        relative = of[1] - of[0]
+        of_first, of_second = about_origin(part, twists, contact.bodies)
+        relative = of_second - of_first
         (patch,) = contact.patches
         velocity = relative[:3] + np.cross(relative[3:], patch.polygon)
         speed, closing = np.linalg.norm(velocity, axis=1), -(velocity @ patch.normal)

@@ -20,7 +20,7 @@ DIRECTIONS = 8  # horizontal directions in which all bodies may lean
 
 
 @dataclass(frozen=True, eq=False)
-class Allowance:
+class PoseAllowance:
     """How much smaller answers may be because the poses of an assembly are off, to first order.
 
     A body that rests flat is seen tilted by up to ``tilt`` [rad], which is SIGMAS standard deviations, and seen nearer
@@ -42,7 +42,7 @@ class Allowance:
     @classmethod
     def of(
         cls, part: Assembly, standing: Float | None, acceleration: Float | None, *, wider: bool = False
-    ) -> Allowance:
+    ) -> PoseAllowance:
         """Return the allowance of an assembly with uncertain poses under these loads (``Engine.prepare``).
 
         ``wider`` is for upper bounds: friction cones are then wider instead of narrower.

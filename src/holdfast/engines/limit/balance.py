@@ -1,5 +1,11 @@
 """Forces near given ones that balance exactly: corrections of least size, with a proved bound.
 
+The exact operator G is that of the points and axes of the nodes and of the centres of mass as the double-precision
+numbers that they are. Its stored entries, and all sums of products, differ from it by rounding. For a sum of n products
+computed in any order, |computed - exact| <= γ Σ |a||b| with γ = n u / (1 - n u) and u = 2⁻⁵³ (Higham, Accuracy and
+Stability of Numerical Algorithms, chapter 3). The entries themselves are off by at most 4 u times the sums of absolute
+products that they are computed from, which ``Equilibrium.magnitude`` holds.
+
 With node scales T and row scales S, A = S G T, the forces δ = -T Aᵀ (A Aᵀ)⁻¹ S r take away an imbalance r exactly. They
 cannot be computed exactly, but they are bounded: |T⁻¹ δ| <= |S r| / σ where σ is at most the smallest singular value of
 A. That σ² is not too large is proved by elimination: if Cholesky's method, in floating point, runs to its end for a
@@ -14,13 +20,182 @@ asked to hold to within BALANCED, and all else is proved as if they held exactly
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg.lapack import dpotrf, dpotrs  # scipy's own functions take ten times as long to call
 
+from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.contact_nodes import (
+    ContactNodes,
+    arms,
+    asked_of,
+    by_bodies,
+    dense_by_bodies,
+    equilibrium_blocks,
+)
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, Matrix, Scales, gamma
+from holdfast.base.ranges import UNIT
+from holdfast.engines.forces import lighter_share
+from holdfast.engines.rest import Rest
+
+SPARE = 6  # roundings of entries, of absolute values and of the bounds themselves, in u
+LEAST = 1e-290  # covers underflow: products smaller than the normal range lose more than u of themselves
+EXTENDED = np.finfo(np.longdouble).nmant in (63, 112)  # whether numpy has a precision beyond double, of IEEE kind
+DENSE = 16_384  # entries up to which a dense matrix multiplies faster than a sparse one
+UP, DOWN = 1 + 8 * UNIT, 1 - 8 * UNIT  # factors that outweigh the rounding of the last few operations
+
+Matrix = Float | sparse.csr_matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """The operator G (6J, 3I) of an assembly, its transpose ``gather``, and bounds of their rounding.
+
+    ``magnitude`` (6J, 3I) is zero only where G is zero exactly. ``unknown`` (6J, 3I) bounds the errors of the entries
+    of G and of products with them; ``spread`` (3I, 6J) does so for the transpose.
+    """
+
+    nodes: ContactNodes
+    com: Float
+    G: Matrix
+    gather: Matrix
+    magnitude: Matrix
+    unknown: Matrix
+    spread: Matrix
+
+    @classmethod
+    def of(cls, assembly: Assembly, nodes: ContactNodes) -> Equilibrium:
+        """Return the operator of these nodes."""
+        bodies = len(assembly.movable) + nodes.fasteners
+        # H is G with absolute values of all factors, zero only where G is; that of holds is exact as it is stored
+        own = nodes.contacts
+        magnitudes = np.empty((len(own), 3, 2, 6))
+        magnitudes[:, :, :, :3] = np.abs(own.axes)[:, :, None]
+        fx, fy, fz = np.moveaxis(np.abs(own.axes), 2, 0)
+        for side, body in enumerate((own.b, own.a)):
+            x, y, z = np.abs(arms(assembly, own, body)).T[:, :, None]
+            magnitudes[:, :, side, 3], magnitudes[:, :, side, 4] = y * fz + z * fy, z * fx + x * fz
+            magnitudes[:, :, side, 5] = x * fy + y * fx
+        blocks = equilibrium_blocks(assembly, nodes)
+        sizes = asked_of(nodes, np.concatenate([magnitudes, np.abs(nodes.blocks)]))
+        G: Matrix
+        H: Matrix
+        if 18 * bodies * len(nodes) <= DENSE:
+            G, H = dense_by_bodies(bodies, nodes, blocks), dense_by_bodies(bodies, nodes, sizes)
+        else:
+            G, H = (sparse.csr_matrix(by_bodies(bodies, nodes, each)) for each in (blocks, sizes))
+            H.eliminate_zeros()
+        most = np.count_nonzero(H, axis=1) if isinstance(H, np.ndarray) else np.diff(H.indptr)
+        terms = max(int(most.max(initial=0)), 12) + 2
+        return cls(nodes, assembly.com, G, _transpose(G), H, gamma(terms) * H, _transpose(gamma(12) * H))
+
+    def velocities(self, motions: Float) -> tuple[Float, Float]:
+        """Return Gᵀ y (3I, k) for motions y (6J, k), and bounds (3I, k) of their errors.
+
+        Motions in extended precision (EXTENDED) are multiplied in it.
+        """
+        if motions.dtype == np.longdouble:
+            gather, spread = self._extended
+            return np.asarray(gather @ motions), np.asarray(spread @ np.abs(motions)) + LEAST
+        return np.asarray(self.gather @ motions), np.asarray(self.spread @ np.abs(motions)) + LEAST
+
+    @cached_property
+    def _extended(self) -> tuple[Any, Any]:
+        """The transpose of G (3I, 6J) and the bounds of its products in extended precision."""
+        own, bodies = self.nodes.contacts, len(self.com) + self.nodes.fasteners
+        count, held = len(self.nodes), np.arange(len(own), len(self.nodes))
+        axes = own.axes.astype(np.longdouble)
+        G, H = np.zeros((2, count, 3, bodies + 1, 6), dtype=np.longdouble)  # FIXED is -1, the last one
+        for side, body in enumerate((self.nodes.b[held], self.nodes.a[held])):
+            G[held, :, body] += self.nodes.blocks[:, :, side]
+            H[held, :, body] += np.abs(self.nodes.blocks[:, :, side])
+        for body, sign in ((own.b, 1), (own.a, -1)):
+            com = np.vstack([self.com, np.zeros((1, 3))])[body].astype(np.longdouble)
+            arm = (own.points.astype(np.longdouble) - com)[:, None]
+            size = np.abs(arm)
+            around = [
+                size[..., k - 2] * np.abs(axes[..., k - 1]) + size[..., k - 1] * np.abs(axes[..., k - 2])
+                for k in range(3)
+            ]
+            node = np.arange(len(own))
+            G[node, :, body] += sign * np.concatenate([axes, np.cross(arm, axes)], axis=2)
+            H[node, :, body] += np.concatenate([np.abs(axes), np.stack(around, axis=2)], axis=2)
+        if self.nodes.asked is not None:
+            for m in (G, H):
+                m[:, :, : len(self.com)] *= self.nodes.asked.reshape(-1, 6)
+        unit = np.finfo(np.longdouble).eps
+        gather, spread = (m[:, :, :bodies].reshape(3 * count, 6 * bodies) for m in (G, H))
+        return gather, gamma(12) / UNIT * unit * spread
+
+    def imbalance(self, forces: Float, wrench: Float, loads: Float, factors: Float) -> tuple[Float, Float]:
+        """Return G f + w + s w_e (6J, k), and bounds of the errors.
+
+        The forces f are (3I, k), the wrench w (6J,), the loads w_e (6J, k) and the factors s (k,).
+        """
+        pushed, found = factors * loads, np.asarray(self.G @ forces)
+        size = np.abs(wrench)[:, None] + np.abs(pushed) + np.abs(found)
+        return found + (wrench[:, None] + pushed), np.asarray(self.unknown @ np.abs(forces)) + gamma(4) * size + LEAST
+
+
+def inner(a: Float, b: Float) -> tuple[Float, Float]:
+    """Return the inner products (k,) of the columns of a and b (n, k) or (n, 1), and bounds of their errors."""
+    products = a * b
+    unit = float(np.finfo(products.dtype).eps)
+    return products.sum(0), gamma(len(a)) / UNIT * unit * np.abs(products).sum(0) + LEAST
+
+
+def gamma(terms: int) -> float:
+    """Return a bound of γ for sums of this many products, with some roundings to spare."""
+    return (terms + SPARE) * UNIT * 1.01
+
+
+def _transpose(matrix: Matrix) -> Matrix:
+    """Return the transpose, by rows."""
+    return np.ascontiguousarray(matrix.T) if isinstance(matrix, np.ndarray) else sparse.csr_matrix(matrix.T)
+
+
+LIGHT = 0.25  # share of the weight of a node's lighter body that counts as its usual force, if it rests on nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """Units of contact forces, ``force`` (3I,) [N], and of motions, ``motion`` (6J,).
+
+    Forces are in units of the usual normal force of their node, times μ along the surface where μ < 1. An equation is
+    multiplied by its unit of motion: its largest terms are then of order one.
+    """
+
+    force: Float
+    motion: Float
+
+    @classmethod
+    def of(cls, equilibrium: Equilibrium, mu: Float, tau: Float) -> Scales:
+        """Return the units for nodes with usual normal forces ``tau`` (I,) [N].
+
+        They are 0 for forces that have to be 0 and for equations that none of the others enters.
+        """
+        force = np.repeat(tau, 3)
+        force.reshape(-1, 3)[:, 1:] *= np.minimum(mu, 1.0)[:, None]
+        H = equilibrium.magnitude
+        squares = H * H if isinstance(H, np.ndarray) else H.multiply(H)
+        size = np.sqrt(np.asarray(squares @ (force * force)).ravel())
+        return cls(force, np.divide(1.0, size, out=np.zeros(len(size)), where=size > 0))
+
+
+def usual_forces(assembly: Assembly, rest: Rest) -> Float:
+    """Return the usual normal force (I,) [N] of every node: that at rest on its interface, or a share of a weight.
+
+    Nodes of holds have their own.
+    """
+    nodes, owner = rest.nodes.contacts, rest.nodes.contacts.interface
+    count = np.maximum(np.bincount(owner), 1)
+    resting = np.bincount(owner, np.maximum(rest.forces[: len(nodes), 0], 0.0)) / count
+    own = LIGHT * lighter_share(assembly, nodes) * assembly.weight
+    return np.concatenate([np.maximum(resting[owner], own / count[owner]), rest.nodes.usual])
+
 
 STEPS = 3  # largest number of refinement steps: the second takes away what rounding left after the first
 ENOUGH = 8  # an imbalance that is this many times as large as what rounding leaves is taken away once more
@@ -32,14 +207,14 @@ TANGENTIAL = float(np.sqrt(2)) * UP  # f_n and f_t / μ change together by no mo
 
 
 @dataclass(frozen=True, eq=False)
-class Combined:
+class CombinedEquations:
     """Combinations of n equations: those that contacts resist, ``resisted`` (p, n), and others, ``free`` (n - p, n)."""
 
     resisted: sparse.csr_matrix
     free: sparse.csr_matrix
 
     @classmethod
-    def of(cls, square: Float, body: Int) -> Combined | None:
+    def of(cls, square: Float, body: Int) -> CombinedEquations | None:
         """Combine equations, each of one ``body`` (n,), with A Aᵀ = ``square`` (n, n); None if all are resisted."""
         turn, idle = np.eye(len(body)), np.zeros(len(body), dtype=bool)
         for one in np.unique(body):
@@ -67,7 +242,7 @@ class Balance:
     silent: Bool
     rows: Bool
     share: Float
-    combined: Combined | None
+    combined: CombinedEquations | None
     scaled: Matrix
     factor: Float
     least: float
@@ -84,16 +259,16 @@ class Balance:
         if not rows.any():
             return None
         A, unknown = (_scaled(m, share, scale)[rows] for m in (equilibrium.G, equilibrium.unknown))
-        square, combined = _square(A), None
+        square, combined = _times_transpose(A), None
         found = _proved(A, unknown, square)
         if found is None:
-            combined = Combined.of(square, np.flatnonzero(rows) // 6)
+            combined = CombinedEquations.of(square, np.flatnonzero(rows) // 6)
             if combined is None:
                 return None
             sizes: Matrix = np.abs(A) if isinstance(A, np.ndarray) else sparse.csr_matrix(abs(A))
             unknown = abs(combined.resisted) @ (unknown + gamma(8) * sizes)
             A = combined.resisted @ A
-            found = _proved(A, unknown, _square(A))
+            found = _proved(A, unknown, _times_transpose(A))
         return None if found is None else cls(equilibrium, tau, scale, scale == 0, rows, share, combined, A, *found)
 
     @property
@@ -102,14 +277,14 @@ class Balance:
 
         Among holds, that counts even where no force enters an equation: two fingers let a body turn about their line.
         """
-        free, asked = self._free, self.equilibrium.nodes.asked
+        free, asked = self._unresisted_rows, self.equilibrium.nodes.asked
         if asked is not None:
             free = free | ~self.rows
             free[: len(asked)] &= asked > 0
         return np.asarray(free.reshape(-1, 6).any(1))
 
     @property
-    def _free(self) -> Bool:
+    def _unresisted_rows(self) -> Bool:
         """Which equations (6J,) enter combinations that no contact resists."""
         found = np.zeros(len(self.share), dtype=bool)
         if self.combined is not None:
@@ -121,13 +296,13 @@ class Balance:
         asked = self.share[self.rows, None] * wrench[self.rows]
         if self.combined is not None:
             asked = self.combined.resisted @ asked
-        found = _solved(self.factor, asked)
+        found = _solved_by_cholesky(self.factor, asked)
         return np.asarray(self.scale[:, None] * (self.scaled.T @ found))
 
     def motion_for(self, velocities: Float) -> Float:
         """Return the motion (6J,) that is closest to ``velocities`` (3I,) of the nodes, in units of T⁻¹."""
         motion, fitted = np.zeros(len(self.share)), np.asarray(self.scaled @ (self.scale * velocities))
-        found = _solved(self.factor, fitted)
+        found = _solved_by_cholesky(self.factor, fitted)
         motion[self.rows] = found if self.combined is None else self.combined.resisted.T @ found
         return self.share * motion
 
@@ -173,26 +348,26 @@ class Balance:
         needed = TANGENTIAL * tightest / self.least * UP
         if self.combined is not None:
             needed *= float(abs(self.combined.resisted).sum(0).max()) * (1 + gamma(8))
-        return np.where(self.rows & ~self._free, needed * self.share * UP, np.inf)
+        return np.where(self.rows & ~self._unresisted_rows, needed * self.share * UP, np.inf)
 
 
 def _proved(A: Matrix, unknown: Matrix, square: Float) -> tuple[Float, float] | None:
     """Return the Cholesky factor of A Aᵀ and a proved lower bound of the singular values of A, if there is one.
 
-    ``unknown`` and ``square`` are as in ``_least``.
+    ``unknown`` and ``square`` are as in ``_least_singular_value``.
     """
-    factor = _factor(square)
-    least = None if factor is None else _least(A, unknown, square, factor)
+    factor = _cholesky(square)
+    least = None if factor is None else _least_singular_value(A, unknown, square, factor)
     return None if factor is None or least is None else (factor, least)
 
 
-def _square(A: Matrix) -> Float:
+def _times_transpose(A: Matrix) -> Float:
     """Return A Aᵀ, dense."""
     product = A @ A.T
     return np.asarray(product if isinstance(product, np.ndarray) else product.toarray())
 
 
-def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | None:
+def _least_singular_value(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | None:
     """Return a proved lower bound, above 0, of the singular values of the exact A, if there is one.
 
     Its computed entries ``A`` (n, m) may be off by ``unknown`` (n, m), and the computed ``square`` (n, n) by rounding.
@@ -200,10 +375,10 @@ def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | 
     count = len(square)
     guess = np.cos(np.arange(count))  # along no axis, and the same each time
     for _ in range(GUESSES):
-        guess = _solved(factor, guess / np.linalg.norm(guess))
+        guess = _solved_by_cholesky(factor, guess / np.linalg.norm(guess))
     lowest = 1 / float(np.linalg.norm(guess))
     terms = int(np.diff(A.indptr).max()) if sparse.issparse(A) else A.shape[1]
-    sizes, blur = (_squares(m) * (1 + gamma(count * A.shape[1])) for m in (A, unknown))
+    sizes, blur = (_sum_of_squares(m) * (1 + gamma(count * A.shape[1])) for m in (A, unknown))
     blurred = (float(np.sqrt(blur)) + gamma(2) * float(np.sqrt(sizes))) * UP
     lost = (gamma(count + 1) * 1.01 * float(np.trace(square)) + gamma(terms) * sizes) * UP
     for share in SHARES:
@@ -212,18 +387,18 @@ def _least(A: Matrix, unknown: Matrix, square: Float, factor: Float) -> float | 
         if not lower > 0:
             return None
         proved = float(np.sqrt(lower)) * DOWN - blurred
-        if proved > 0 and _factor(square, shift) is not None:
+        if proved > 0 and _cholesky(square, shift) is not None:
             return proved * DOWN
     return None
 
 
-def _squares(matrix: Matrix) -> float:
+def _sum_of_squares(matrix: Matrix) -> float:
     """Return the sum of the squares of all entries."""
     entries = matrix if isinstance(matrix, np.ndarray) else matrix.data
     return float((entries * entries).sum())
 
 
-def _factor(square: Float, shift: float = 0.0) -> Float | None:
+def _cholesky(square: Float, shift: float = 0.0) -> Float | None:
     """Return the lower triangle of a symmetric matrix less ``shift`` on its diagonal by Cholesky's method, or None.
 
     None: the method does not run to its end.
@@ -234,7 +409,7 @@ def _factor(square: Float, shift: float = 0.0) -> Float | None:
     return None if failed else np.asarray(factor)
 
 
-def _solved(factor: Float, asked: Float) -> Float:
+def _solved_by_cholesky(factor: Float, asked: Float) -> Float:
     """Return Q⁻¹ times ``asked`` (n,) or (n, k) for the lower triangle (n, n) of Q by Cholesky's method."""
     return np.asarray(dpotrs(factor, asked, lower=True)[0])
 

@@ -24,8 +24,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.conic.solve import ConeKind, ConeProgram, solve
 from holdfast.engines.forces import FrictionCone
-from holdfast.engines.limit.balance import Balance
-from holdfast.engines.limit.rounding import DOWN, UP, Equilibrium, usual_forces
+from holdfast.engines.limit.balance import DOWN, UP, Balance, Equilibrium, usual_forces
 from holdfast.engines.rest import Rest, contact_forces
 from holdfast.engines.verdict import Status, Verdict
 
@@ -130,7 +129,7 @@ PRESSING = 1e-7  # share of the largest force of a ray below which a node does n
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class InteriorForces:
     """Forces inside the cones that balance a load at one ``factor``, and the ``room`` (I,) [N] of each node.
 
     ``forces`` (3I,) [N] balance the load but for what ``balance`` takes away; ``room`` is proved to remain then.
@@ -174,7 +173,7 @@ class CarryingProof:
     tau: Float
 
     @cached_property
-    def reference(self) -> Reference | None:
+    def reference(self) -> InteriorForces | None:
         """Forces inside all cones at the factor 0, or None if no such forces are proved to exist.
 
         They are the forces at rest if these are inside all cones, else such forces are sought: by a program where there
@@ -182,19 +181,19 @@ class CarryingProof:
         """
         if len(self.wrench) > LARGEST:
             return None
-        found = self._deep(self.resting)
+        found = self._if_deep_inside(self.resting)
         if found is None and self.balance is not None:
-            found = self._deep(pressed_forces(self.balance, self.wrench, self.mu, self.tau))
+            found = self._if_deep_inside(pressed_forces(self.balance, self.wrench, self.mu, self.tau))
         if found is None:
             inside = interior_forces(self.equilibrium, self.wrench, self.mu, self.tau)
-            found = self._checked(*inside, np.zeros(len(self.wrench)))
+            found = self._if_proved_inside(*inside, np.zeros(len(self.wrench)))
         return found
 
-    def _deep(self, forces: Float | None) -> Reference | None:
+    def _if_deep_inside(self, forces: Float | None) -> InteriorForces | None:
         """Return forces (3I,) as a reference at the factor 0, if there are any and all nodes have much room."""
         if forces is None:
             return None
-        found = self._checked(forces, 0.0, self.tau, np.zeros(len(self.wrench)))
+        found = self._if_proved_inside(forces, 0.0, self.tau, np.zeros(len(self.wrench)))
         return found if found is not None and (found.room >= DEEP * self.tau).all() else None
 
     @cached_property
@@ -212,42 +211,45 @@ class CarryingProof:
         if reference is None or not sound.any():
             return np.zeros(len(factors))
         forces, factors = np.where(sound, forces, 0.0), np.where(sound, factors, 0.0)
-        found = self._mixed(reference, forces, factors, loads)
+        found = self._factors_by_mixing(reference, forces, factors, loads)
         if reference.partial:
             for k in np.flatnonzero(sound & (found < (1 - POOR) * factors)):
-                own = self._own_reference(loads[:, k])
+                own = self._reference_for(loads[:, k])
                 if own is not None:
                     one = slice(k, k + 1)
-                    found[one] = np.maximum(found[one], self._mixed(own, forces[:, one], factors[one], loads[:, one]))
+                    found[one] = np.maximum(
+                        found[one], self._factors_by_mixing(own, forces[:, one], factors[one], loads[:, one])
+                    )
         return found
 
-    def _mixed(self, reference: Reference, forces: Float, factors: Float, loads: Float) -> Float:
+    def _factors_by_mixing(self, reference: InteriorForces, forces: Float, factors: Float, loads: Float) -> Float:
         """Return the factors (k,) that forces are proved to carry when they are mixed with those of the reference."""
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             forces, change = reference.balance.balanced(forces, self.wrench, loads, factors)
-            short = self._short(forces, change)
+            short = self._lacking(forces, change)
             share = np.where(short > 0, short / (short + reference.room[:, None]), 0.0).max(0, initial=0.0) * UP
             found = ((1 - share) * factors * DOWN + share * reference.factor) * DOWN
         return np.where(np.isfinite(found) & (share < 1), found, 0.0)
 
-    def mixed(self, forces: Float, factor: float, load: Float) -> Iterator[tuple[Mixture, Mixture, float]]:
+    def mixtures(self, forces: Float, factor: float, load: Float) -> Iterator[tuple[Mixture, Mixture, float]]:
         """Yield forces (3I,) brought into balance at a ``factor`` of a load (6J,), and interior ones to mix them with.
 
         The third value is the share of the interior forces with which all nodes are within their cones.
         """
         references = [self.reference] if self.reference is not None else []
         if not references or references[0].partial:
-            references += [found for found in [self._own_reference(load)] if found is not None]
+            references += [found for found in [self._reference_for(load)] if found is not None]
         for reference in references:
             balanced, change = reference.balance.balanced(
                 forces[:, None], self.wrench, load[:, None], np.array([factor])
             )
-            short = self._short(balanced, change)[:, 0]
+            short = self._lacking(balanced, change)[:, 0]
             share = np.divide(short, short + reference.room, out=np.zeros(len(short)), where=short > 0).max(initial=0.0)
             yield Mixture(balanced[:, 0], factor), Mixture(reference.forces, reference.factor), float(share)
 
-    def _own_reference(self, load: Float) -> Reference | None:
-        return self._checked(*interior_forces(self.equilibrium, self.wrench, self.mu, self.tau, load), load)
+    def _reference_for(self, load: Float) -> InteriorForces | None:
+        """Return forces inside all cones that balance some factor of this very load, if any are proved to exist."""
+        return self._if_proved_inside(*interior_forces(self.equilibrium, self.wrench, self.mu, self.tau, load), load)
 
     def endless(self, forces: Float, load: Float) -> tuple[float, Float | None]:
         """Return a factor up to which one load (6J,) is carried if ``forces`` (3I,) [N] balance it: inf if they do.
@@ -263,7 +265,7 @@ class CarryingProof:
         balance = Balance.of(self.equilibrium, self.mu, pressing) or self.reference.balance
         nothing = np.zeros(len(self.wrench))
         found, change = balance.balanced(forces[:, None], nothing, load[:, None], np.ones(1))
-        short = self._short(found, change)[:, 0]
+        short = self._lacking(found, change)[:, 0]
         if not np.isfinite(change).all():
             return 0.0, None
         lacking = short > 0
@@ -271,22 +273,22 @@ class CarryingProof:
             return float((self.reference.room[lacking] / short[lacking]).min()) * DOWN, None
         return np.inf, balance.slope(-short)
 
-    def _short(self, forces: Float, change: Float) -> Float:
+    def _lacking(self, forces: Float, change: Float) -> Float:
         """Return what every node (I, k) lacks, or less than 0: the change that balances exactly, less the room."""
         force = forces.reshape(len(self.mu), 3, -1).transpose(0, 2, 1)
         with np.errstate(invalid="ignore"):
             lacking = change - self.cone.room(self.mu, force)
         return np.where(np.isnan(lacking), np.inf, lacking)
 
-    def _checked(self, forces: Float, factor: float, tau: Float, load: Float) -> Reference | None:
+    def _if_proved_inside(self, forces: Float, factor: float, tau: Float, load: Float) -> InteriorForces | None:
         """Return forces (3I,) as a reference, if all nodes with a usual force ``tau`` (I,) are proved to have room."""
         balance = self.balance if tau is self.tau else Balance.of(self.equilibrium, self.mu, tau)
         if balance is None:
             return None
         forces, change = balance.balanced(forces[:, None], self.wrench, load[:, None], np.array([factor]))
-        room = -self._short(forces, change)[:, 0]
+        room = -self._lacking(forces, change)[:, 0]
         alive = tau > 0
-        found = Reference(balance, np.where(alive, room, 0.0), factor, forces[:, 0])
+        found = InteriorForces(balance, np.where(alive, room, 0.0), factor, forces[:, 0])
         return found if (room[alive] > 0).all() else None
 
 

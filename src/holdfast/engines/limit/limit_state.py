@@ -26,42 +26,14 @@ from holdfast.engines.answers import Answers, Bound, Claim, balanced_in_verdict,
 from holdfast.engines.contract import EXACT, Accuracy, Gradient, LoadHull, LoadSet, Within
 from holdfast.engines.forces import EXACT as EXACT_CONE
 from holdfast.engines.forces import FrictionCone
+from holdfast.engines.limit.balance import DOWN, UP
 from holdfast.engines.limit.carrying_proof import proved_rest
-from holdfast.engines.limit.certified import certify
-from holdfast.engines.limit.family import Family, Support
-from holdfast.engines.limit.gauge import FLAT_GROUP, CuttingPlanes, LoadLimit, by_body
-from holdfast.engines.limit.load_sets import find_hull, find_set
-from holdfast.engines.limit.proof import SOLVED, TOLERANCE, LoadProgram, Proofs
-from holdfast.engines.limit.rounding import DOWN, UP
+from holdfast.engines.limit.certified import FLAT_GROUP, CuttingPlanes, by_body, certify
+from holdfast.engines.limit.load_sets import LoadFamily, find_hull, find_set
+from holdfast.engines.limit.proof import SOLVED, TOLERANCE, LoadLimit, LoadProgram, LoadProofs
 from holdfast.engines.mechanism import Kinematics, Mechanism, describe_all, modes_of, relative_velocity
 from holdfast.engines.rest import Rest, corner_nodes, find_rest, undecided
 from holdfast.engines.verdict import Status, Verdict
-
-
-def gradient(assembly: Assembly, nodes: ContactNodes, twists: Float, forces: Float, answers: Answers) -> Gradient:
-    """Return the derivatives of the largest factor of one solved load.
-
-    ``twists`` (6J,) is the dual motion that limits the load, ``forces`` (I, 3) [N] are those at the limit, along the
-    axes of the nodes, and ``answers`` is the table with the one row of this load.
-    """
-    motion = twists.reshape(-1, 6)
-    weights = assembly.mass[:, None] * assembly.scene.gravity
-    # |u_t|, the multiplier of the friction limit of a node, times f_n, for every pair of bodies
-    slip = np.linalg.norm(relative_velocity(nodes, assembly.com, motion)[:, 1:], axis=1)
-    d_mu = dict.fromkeys((interface.bodies for interface in assembly.interfaces), 0.0)
-    for k, share in zip(nodes.interface, slip * np.maximum(forces[:, 0], 0), strict=True):
-        d_mu[assembly.interfaces[k].bodies] += float(share)
-    return Gradient(
-        answers=answers,
-        assembly=assembly,
-        nodes=nodes,
-        forces=nodes.world(forces),
-        twists=motion,
-        d_mu=d_mu,
-        d_mass=-motion[:, :3] @ assembly.scene.gravity,
-        d_com=-np.cross(weights, motion[:, 3:]),
-    )
-
 
 # Tolerance of the solver for derivatives: forces and motions are less accurate than factors
 SHARP = TOLERANCE / 10_000
@@ -92,7 +64,7 @@ class LimitState:
 
     def verdict(self) -> Verdict:
         """Whether an equilibrium exists, whether it comes about, and which bodies are only balanced in any."""
-        verdict, names = self.rest.verdict, self._loose
+        verdict, names = self.rest.verdict, self._only_balanced
         if not names:
             return verdict
         return replace(verdict, reason=verdict.reason + balanced_in_verdict(names), balanced=names)
@@ -130,23 +102,25 @@ class LimitState:
             mechanism = self.rest.verdict.mechanism
             falls = self.rest.verdict.status is Status.UNSTABLE and mechanism is not None
             motion = self.rest.fall if mechanism is None or self.rest.fall is not None else mechanism.twists.ravel()
-            proved = motion is None or not falls or self.proofs.fall(motion) is not None
+            proved = motion is None or not falls or self.proofs.repair.gaining(motion) is not None
             return Answers.not_standing(count, **self._known(lower=True, upper=proved))
         W = self.rest.nodes.beside(W)
         if not isinstance(accuracy, Within) or not (groups := by_body(W, FLAT_GROUP)):
-            return self._answers(self.proofs.limits(W))
+            return self._table_of(self.proofs.limits(W))
         order = [columns for _, columns in groups]
-        parts = [self._certified(W[:, columns], 6 * body, accuracy.relative) for body, columns in groups]
+        parts = [self._within_accuracy(W[:, columns], 6 * body, accuracy.relative) for body, columns in groups]
         alone = np.setdiff1d(np.arange(count), np.concatenate(order))
         if len(alone):
             order.append(alone)
-            parts.append(self._answers(self.proofs.limits(W[:, alone])))
+            parts.append(self._table_of(self.proofs.limits(W[:, alone])))
         return joined(parts).rows(np.argsort(np.concatenate(order)))
 
     def _known(self, *, lower: bool, upper: bool = True) -> dict[str, Any]:
         """What all answers of this state have in common; ``lower`` and ``upper`` say whether those are proved."""
         known = {True: Bound.PROVED, False: Bound.ESTIMATED}
-        taken = (only_balanced(self._loose),) if self._loose else ()  # proofs of lower take for granted that they stay
+        taken = (
+            (only_balanced(self._only_balanced),) if self._only_balanced else ()
+        )  # proofs of lower take for granted that they stay
         return {
             "engine": NAME,
             "claim": CLAIM,
@@ -157,13 +131,15 @@ class LimitState:
         }
 
     @cached_property
-    def _loose(self) -> tuple[str, ...]:
+    def _only_balanced(self) -> tuple[str, ...]:
+        """The names of the bodies that are only balanced in any equilibrium."""
         if not self.rest.verdict.equilibrium_exists:  # nothing is proved to be carried
             return ()
         loose = self.proofs.loose[: len(self.assembly.movable)]
         return tuple(body.name for body, one in zip(self.assembly.movable, loose, strict=True) if one)
 
-    def _certified(self, W: Float, first: int, accuracy: float) -> Answers:
+    def _within_accuracy(self, W: Float, first: int, accuracy: float) -> Answers:
+        """Return answers within an ``accuracy`` for columns of W that load one body, whose rows begin at ``first``."""
         with self._certifying:
             slope = self.proofs.slope[first : first + 6]
             bounds = certify(W, first, self.proofs.limits, self.planes, accuracy, self.assembly.size / 4, slope)
@@ -187,7 +163,8 @@ class LimitState:
             **self._known(lower=self.planes.certain),
         )
 
-    def _answers(self, answers: list[LoadLimit]) -> Answers:
+    def _table_of(self, answers: list[LoadLimit]) -> Answers:
+        """Return the table of solved loads."""
         mechanisms: list[Mechanism | None] = [None] * len(answers)
         finite = [k for k, answer in enumerate(answers) if answer.twists is not None]
         twists = np.array([answers[k].twists for k in finite]).reshape(len(finite), len(self.wrench))
@@ -218,9 +195,24 @@ class LimitState:
         if found is None or limit.twists is None:
             remedy = "there are derivatives only where a finite push moves something"
             raise HoldfastError(message(where, f"the push is {limit.status}", remedy))
-        nodes, twists = self.rest.nodes.contacts, self.rest.nodes.moving(limit.twists[: len(load)])
+        assembly, nodes = self.assembly, self.rest.nodes.contacts
+        motion = self.rest.nodes.moving(limit.twists[: len(load)]).reshape(-1, 6)
         forces = found.forces.reshape(-1, 3)[: len(nodes)]
-        return gradient(self.assembly, nodes, twists, forces, self._answers([limit]))
+        # |u_t|, the multiplier of the friction limit of a node, times f_n, for every pair of bodies
+        slip = np.linalg.norm(relative_velocity(nodes, assembly.com, motion)[:, 1:], axis=1)
+        d_mu = dict.fromkeys((interface.bodies for interface in assembly.interfaces), 0.0)
+        for k, share in zip(nodes.interface, slip * np.maximum(forces[:, 0], 0), strict=True):
+            d_mu[assembly.interfaces[k].bodies] += float(share)
+        return Gradient(
+            answers=self._table_of([limit]),
+            assembly=assembly,
+            nodes=nodes,
+            forces=nodes.world(forces),
+            twists=motion,
+            d_mu=d_mu,
+            d_mass=-motion[:, :3] @ assembly.scene.gravity,
+            d_com=-np.cross(assembly.mass[:, None] * assembly.scene.gravity, motion[:, 3:]),
+        )
 
     def load_set(self, columns: Float, accuracy: float, solves: int | None, where: str) -> LoadSet:
         """The x (d,) in the box |x_k| <= 1 for which ``columns`` @ x is carried, between two polyhedra."""
@@ -228,11 +220,10 @@ class LimitState:
 
     def load_hull(self, columns: Float, near: Float, accuracy: float, solves: int, where: str) -> LoadHull:
         """Points of the set of x (d,) for which ``columns`` @ x is carried, whose hull is close to it for most."""
-        family = self._family(columns, where)
-        return find_hull(family, Support(self.proofs.program, family.columns), near, accuracy, solves)
+        return find_hull(self._family(columns, where), near, accuracy, solves)
 
-    def _family(self, columns: Float, where: str) -> Family:
-        return Family(where, self.proofs, self.rest.nodes.beside(columns))
+    def _family(self, columns: Float, where: str) -> LoadFamily:
+        return LoadFamily(where, self.proofs, self.rest.nodes.beside(columns))
 
     @cached_property
     def planes(self) -> CuttingPlanes:
@@ -240,9 +231,9 @@ class LimitState:
         return CuttingPlanes(self.proofs.program.scales.motion)
 
     @cached_property
-    def proofs(self) -> Proofs:
+    def proofs(self) -> LoadProofs:
         """The program, and the proofs of bounds."""
-        return Proofs(self.assembly, self.rest, self.wrench, self.cone)
+        return LoadProofs(self.assembly, self.rest, self.wrench, self.cone)
 
     @cached_property
     def _sharp(self) -> LoadProgram:
@@ -274,7 +265,7 @@ def factors_on(assembly: Assembly, wrench: Float, loads: Float) -> Float:
     """
     nodes = corner_nodes(assembly)
     rest = Rest(nodes, np.zeros((len(nodes), 3)), undecided("not asked"))
-    program = replace(Proofs(assembly, rest, wrench, EXACT_CONE).program, tolerance=SHARP)
+    program = replace(LoadProofs(assembly, rest, wrench, EXACT_CONE).program, tolerance=SHARP)
     found = [program.maximise(loads[:, k]) for k in range(loads.shape[1])]
     return np.array(
         [one.factor if one.outcome in SOLVED else np.inf if one.outcome is Outcome.UNBOUNDED else 0.0 for one in found]

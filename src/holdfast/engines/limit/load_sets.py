@@ -6,7 +6,7 @@ A mechanism limits every load: it is a half-space, one row of the outer polyhedr
 Where only points inside are wanted (``find_hull``), they are known points whose combinations come close to the set
 where it matters. The hull of points that are carried is itself carried. Its gauge at a load (geometry/hull.py) is
 a small linear program, whose multiplier is the facet of the hull that the ray of the load goes through. The corner of
-the true set farthest beyond that facet is one cone program away (family.py): if it is not beyond it at all, the facet
+the true set farthest beyond that facet is a cone program away (``farthest``): if it is not beyond it at all, the facet
 lies on the border of the true set, for all loads whose rays go through it; if it is, it becomes a known point. This is
 column generation, after Dantzig and Wolfe (Operations Research 8, 1960), and few points are needed because they are
 corners. How far the true set reaches beyond a facet also bounds it from outside, everywhere: no load that is carried
@@ -16,21 +16,162 @@ and solves go where the gap is.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import sparse
 
 from holdfast.base.arrays import Float
-from holdfast.base.errors import SolverError, message
+from holdfast.base.errors import HoldfastError, SolverError, message
 from holdfast.base.progress import report
+from holdfast.conic.solve import ConeProgram, Prepared
 from holdfast.engines.contract import LoadHull, LoadSet
-from holdfast.engines.limit.family import Family, Ray, Support
-from holdfast.engines.limit.rounding import UP, gamma
+from holdfast.engines.limit.balance import DOWN, UP, gamma
+from holdfast.engines.limit.proof import TOLERANCE, LoadLimit, LoadProofs
+from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import hull_gauge, largest_row, qhull
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
+
+
+@dataclass(frozen=True, eq=False)
+class ExtremeLoad:
+    """A load ``x`` (d,) of the family, and contact ``forces`` (3I,) [N] that about balance it and the wrench."""
+
+    x: Float
+    forces: Float
+
+
+SMALLEST = 1e-6  # share of the box: a set that reaches less far along an axis counts as flat
+ENOUGH = 0.999  # share of a corner, up to which it has to be proved to be carried
+
+
+@dataclass(frozen=True, eq=False)
+class Ray:
+    """What one solve says of the ray through ``direction`` (d,).
+
+    All its points up to ``reach`` times the direction are carried; ``reach`` is 0 where the solver found no answer, and
+    then ``decided`` is False. ``row`` (d,) is a half-space row·x <= 1 that holds for every x that is carried, or None.
+    """
+
+    direction: Float
+    reach: float
+    decided: bool
+    row: Float | None
+
+
+@dataclass(frozen=True, eq=False)
+class LoadFamily:
+    """The loads ``columns`` (6J, d) @ x on an assembly whose bounds are ``proofs``; ``where`` names the query."""
+
+    where: str
+    proofs: LoadProofs
+    columns: Float
+
+    @property
+    def dimension(self) -> int:
+        """The number d of coordinates."""
+        return int(self.columns.shape[1])
+
+    def along(self, directions: Sequence[Float]) -> list[Ray]:
+        """Solve along these directions (d,), each with a solve of its own."""
+        if not directions:
+            return []
+        limits = self.proofs.limits(np.column_stack([self.columns @ direction for direction in directions]))
+        return [self._ray(direction, limit) for direction, limit in zip(directions, limits, strict=True)]
+
+    def through(self, corners: Sequence[ExtremeLoad]) -> list[Ray]:
+        """Return how far the rays through these corners are known to be carried, by the forces that they came with.
+
+        That is about 1. Where the forces prove less, or nothing can be proved, a solve along the ray says more.
+        """
+        if not corners:
+            return []
+        x = np.column_stack([corner.x for corner in corners])
+        proved = self.proofs.carried(np.column_stack([corner.forces for corner in corners]), self.columns @ x)
+        rays = [
+            Ray(corner.x, self._certain(float(lower), corner.x), decided=bool(lower > ENOUGH), row=None)
+            for corner, lower in zip(corners, proved, strict=True)
+        ]
+        others = iter(self.along([ray.direction for ray in rays if not ray.decided]))
+        return [ray if ray.decided else next(others) for ray in rays]
+
+    def axes(self) -> list[Ray]:
+        """Solve along the d positive axes and then the negative ones.
+
+        Raises SolverError if one of them has no answer, and HoldfastError if 0 is not inside the set.
+        """
+        found = self.along([*np.eye(self.dimension), *-np.eye(self.dimension)])
+        for ray in found:
+            if not ray.decided:
+                problem = f"the solver found no answer along {_in_words(ray.direction)}"
+                raise SolverError(message(self.where, problem, "ask for load_factor along single loads"))
+            if ray.reach < SMALLEST:
+                share = f"less than {SMALLEST:g} of the bound along {_in_words(ray.direction)} moves it"
+                remedy = "the set is flat or ends at 0; ask for load_factor along single loads, or give a smaller bound"
+                raise HoldfastError(message(self.where, f"0 is not inside the set: {share}", remedy))
+        return found
+
+    def farthest(self, direction: Float) -> ExtremeLoad | None:
+        """Return the x (d,) that is carried and goes farthest along ``direction`` (d,), or None if the solver fails.
+
+        It is an extreme point of the set of loads that are carried: max y·x  s.t.  G f + wrench + ``columns`` x = 0, f
+        in the friction cones, |x_k| <= 1.
+        """
+        size, count = len(direction), self._box_program.A.shape[1]
+        q = np.zeros(count)
+        q[count - size :] = -direction / np.abs(direction).max()
+        self._prepared.aim(q)
+        found = self._prepared.solve()
+        x, forces = found.x[count - size :], self.proofs.program.scales.force * found.x[: count - size]
+        return ExtremeLoad(x, forces) if np.isfinite(found.x).all() and x.any() else None
+
+    @cached_property
+    def _prepared(self) -> Prepared:
+        return Prepared(self._box_program, tolerance=TOLERANCE)
+
+    @cached_property
+    def _box_program(self) -> ConeProgram:
+        """The program of single loads, with d columns in the place of one, and the box."""
+        single, motion = self.proofs.program.cone_program, self.proofs.program.scales.motion
+        size, forces = self.dimension, single.A.shape[1] - 1
+        loads = sparse.csc_matrix(motion[:, None] * self.columns)
+        below = sparse.csc_matrix((single.A.shape[0] - len(motion), size))
+        walls = sparse.vstack([sparse.eye(size), -sparse.eye(size)])
+        inside = sparse.hstack([sparse.csc_matrix((2 * size, forces)), walls])
+        A = sparse.vstack([sparse.hstack([single.A[:, :forces], sparse.vstack([loads, below])]), inside])
+        b = np.concatenate([single.b, np.ones(2 * size)])
+        none = sparse.csc_matrix((forces + size, forces + size))
+        return ConeProgram(
+            none, np.zeros(forces + size), sparse.csc_matrix(A), b, (*single.cones, ("nonnegative", 2 * size))
+        )
+
+    def _ray(self, direction: Float, limit: LoadLimit) -> Ray:
+        """Return what the answer for the load along a direction says of its ray."""
+        if limit.status is Status.UNDECIDED:
+            return Ray(direction, 0.0, decided=False, row=None)
+        row = None
+        if limit.proof is not None:
+            unknown = gamma(len(limit.proof)) * float((np.abs(self.columns.T) @ np.abs(limit.proof)).sum())
+            row = self.columns.T @ limit.proof / (limit.upper + unknown)
+        return Ray(direction, self._certain(limit.lower, direction), decided=True, row=row)
+
+    def _certain(self, lower: float, direction: Float) -> float:
+        """The reach along a direction, less what rounding of the load and of the point may take from ``lower``."""
+        if not lower > 0:
+            return 0.0
+        unknown = gamma(len(direction)) * (np.abs(self.columns) @ np.abs(direction))
+        paid = np.where(unknown > 0, unknown, 0.0) @ np.where(unknown > 0, self.proofs.slope, 0.0)
+        total = 1 / lower + float(paid)
+        return 1 / total * DOWN if total > 0 else np.inf
+
+
+def _in_words(direction: Float) -> str:
+    return "(" + ", ".join(f"{v + 0.0:.3g}" for v in direction) + ")"
 
 
 BUDGET = {3: 240, 6: 240}  # solves by dimension; in six dimensions the facets of a hull cost more than the solves
@@ -38,7 +179,7 @@ BATCH = {3: 6, 6: 40}  # solves by dimension before both polyhedra are computed 
 ALIKE = 0.995  # two rays with a larger cosine are too close for one batch
 
 
-def find_set(family: Family, accuracy: float, solves: int | None = None) -> LoadSet:
+def find_set(family: LoadFamily, accuracy: float, solves: int | None = None) -> LoadSet:
     """The x (d,) in the box |x_k| <= 1 for which the load of the ``family`` is carried, within ``accuracy`` if it can.
 
     ``solves`` bounds the solves; None stands for BUDGET.
@@ -57,7 +198,7 @@ class _Search:
     because the inner gauge is convex: a solve along that vertex either confirms it or cuts it off.
     """
 
-    family: Family
+    family: LoadFamily
     points: list[Float] = field(default_factory=list)
     planes: list[Float] = field(default_factory=list)
     failed: list[Float] = field(default_factory=list)
@@ -150,12 +291,12 @@ DIGITS = 6  # number of digits to which two facets must agree to be the same
 FINER = 0.25  # a ray whose gap is this share of the wanted one is left as it is
 
 
-def find_hull(family: Family, support: Support, near: Float, accuracy: float, solves: int) -> LoadHull:
+def find_hull(family: LoadFamily, near: Float, accuracy: float, solves: int) -> LoadHull:
     """Find points that the ``family`` carries, until half of the loads drawn are within ``accuracy`` of the set.
 
     Half of the loads that are drawn point anywhere, and half are among ``near`` (n, d). ``solves`` bounds the solves.
     """
-    search = _Growth(family, support, near, np.random.default_rng(0))
+    search = _Growth(family, near, np.random.default_rng(0))
     gaps = search.run(accuracy, solves)
     reached, most = np.quantile(gaps, (0.5, MOST)).tolist()
     return LoadHull(np.array(search.known), np.array(search.price), reached, most, search.solves)
@@ -170,8 +311,7 @@ class _Growth:
     for every x that is carried, as far as the solver is right: gaps are measured by them, and no point depends on them.
     """
 
-    family: Family
-    support: Support
+    family: LoadFamily
     near: Float
     rng: np.random.Generator
     known: list[Float] = field(default_factory=list)
@@ -186,7 +326,7 @@ class _Growth:
         self.solves = len(axes)
         self._learn(axes)
         while True:
-            loads = self._drawn(unit)
+            loads = self._drawn_loads(unit)
             used, facets = hull_gauge(np.array(self.known), np.array(self.price), loads)
             least = (loads @ np.array(self.planes).reshape(-1, loads.shape[1]).T).max(1, initial=0.0)
             share = np.divide(least, used, out=np.ones(len(used)), where=used > 0)  # a ray without an end has no gap
@@ -201,7 +341,7 @@ class _Growth:
                 report(self.family.where, most, most)
                 return gaps
 
-    def _drawn(self, unit: Float) -> Float:
+    def _drawn_loads(self, unit: Float) -> Float:
         """Loads (n, d): some anywhere, with coordinates in ``unit`` (d,), and some among those asked for."""
         anywhere = self.rng.normal(size=(DRAWN, len(unit))) * unit
         if not len(self.near):
@@ -218,7 +358,7 @@ class _Growth:
             seen.add(key)
             self.solves += 1
             aim = facet * (1 + TILT * self.rng.normal(size=len(facet)))
-            corner = self.support.farthest(aim)
+            corner = self.family.farthest(aim)
             if corner is None:
                 continue
             reach = float(aim @ corner.x)

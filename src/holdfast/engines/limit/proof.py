@@ -20,10 +20,9 @@ from holdfast.base.entries import Entries, together
 from holdfast.base.progress import answers_in_parallel, free_threads, reported
 from holdfast.conic.solve import ConeProgram, Outcome, Prepared
 from holdfast.engines.forces import FrictionCone, size_of
+from holdfast.engines.limit.balance import Equilibrium, Scales, usual_forces
 from holdfast.engines.limit.carrying_proof import CarryingProof, Mixture
-from holdfast.engines.limit.gauge import LoadLimit
-from holdfast.engines.limit.repair import Repair
-from holdfast.engines.limit.rounding import Equilibrium, Scales, usual_forces
+from holdfast.engines.limit.repair import MotionRepair
 from holdfast.engines.rest import Rest
 from holdfast.engines.verdict import Status
 
@@ -33,7 +32,7 @@ TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class SolvedLoad:
     """What the solver found for one load: ``forces`` (3I,) [N], the ``factor`` of the load, and the ``motion`` (6J,).
 
     ``residual`` is the largest error of equations and cones, in the units of ``Scales``. If the outcome is UNBOUNDED,
@@ -93,7 +92,7 @@ class LoadProgram:
         """Return the factor at which a load (6J,) is as large as usual forces."""
         return 1 / float(np.abs(self.scales.motion * load).max())
 
-    def maximise(self, load: Float, around: float | None = None) -> Solved:
+    def maximise(self, load: Float, around: float | None = None) -> SolvedLoad:
         """Solve the program for one ``load`` (6J,) [N, N m], which must not be zero.
 
         The factor is found to a share of that at which the load is as large as usual forces, or of ``around``.
@@ -108,7 +107,30 @@ class LoadProgram:
         solution = prepared.solve()
         self._idle.append(prepared)
         forces, motion = self.scales.force * solution.x[:-1], self.scales.motion * solution.z[: len(load)]
-        return Solved(solution.outcome, forces, float(solution.x[-1]) / size, motion, solution.residual)
+        return SolvedLoad(solution.outcome, forces, float(solution.x[-1]) / size, motion, solution.residual)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadLimit:
+    """The largest ``factor`` of one load, with its bounds ``lower`` and ``upper``, its ``status`` and the evidence.
+
+    Finite: the dual ``twists`` (6J,) of the movable bodies, scaled so that the load does work at unit power, and
+    ``proof`` (6J,), the same motion mended (repair.py) so that it proves ``upper`` and a cutting plane for all other
+    loads. Where it cannot be mended, ``proof`` is None and ``upper`` infinite. Infinite: the ``ray`` (I, 3) [N], world
+    axes: forces on each node's second body that balance the load alone, so that any multiple of it is carried.
+    ``certain`` says whether ``lower`` is proved. ``slope`` (6J,): where the ray is proved with room to spare, any
+    multiple of the load and of a wrench w with the sum of slope |w| <= 1 is carried together.
+    """
+
+    factor: float
+    lower: float
+    upper: float
+    status: Status
+    twists: Float | None
+    proof: Float | None = None
+    ray: Float | None = None
+    certain: bool = False
+    slope: Float | None = None
 
 
 MARGIN = 1e-7  # share of an estimated bound by which it is moved outwards, for the error of the solver
@@ -124,7 +146,7 @@ SOLVED = (Outcome.SOLVED, Outcome.ALMOST_SOLVED)
 
 
 @dataclass(frozen=True, eq=False)
-class Proofs:
+class LoadProofs:
     """Bounds for loads on one assembly under ``wrench`` (6J,), whose contact nodes and forces at rest are ``rest``."""
 
     assembly: Assembly
@@ -135,14 +157,14 @@ class Proofs:
     def limits(self, loads: Float) -> list[LoadLimit]:
         """Return the answers for the loads (6J, k), each by a solve of its own; all are proved together."""
         loaded = np.flatnonzero((loads != 0).any(0))
-        found = self.judged(self._solved(loads[:, loaded]), loads[:, loaded])
+        found = self.judged(self._solutions(loads[:, loaded]), loads[:, loaded])
         answers = [LoadLimit(np.inf, np.inf, np.inf, Status.INFINITE, None, certain=True)] * loads.shape[1]
         for k, answer in zip(loaded, found, strict=True):
             wide = answer.upper - answer.lower > WIDE * answer.upper
-            answers[k] = self._again(answer, loads[:, k]) if wide else answer
+            answers[k] = self._better_of_two(answer, loads[:, k]) if wide else answer
         return answers
 
-    def _solved(self, loads: Float) -> list[Solved]:
+    def _solutions(self, loads: Float) -> list[SolvedLoad]:
         """What the solver finds for each of the loads (6J, k); many are shared among threads."""
         count = loads.shape[1]
         threads = min(free_threads(), count // LEAST_LOADS)
@@ -150,7 +172,7 @@ class Proofs:
             return [self.program.maximise(loads[:, k]) for k in reported("loads", range(count))]
         return answers_in_parallel("loads", lambda k: self.program.maximise(loads[:, k]), threads, count, count)
 
-    def _again(self, answer: LoadLimit, load: Float) -> LoadLimit:
+    def _better_of_two(self, answer: LoadLimit, load: Float) -> LoadLimit:
         """The answer with the better of its bounds and those of another solve, in units of its factor."""
         usual = self.program.usual_factor(load)
         if answer.status is not Status.FINITE or not 0 < answer.factor < SMALL * usual:
@@ -160,7 +182,7 @@ class Proofs:
             return answer
         return other
 
-    def judged(self, solved: Sequence[Solved], loads: Float) -> list[LoadLimit]:
+    def judged(self, solved: Sequence[SolvedLoad], loads: Float) -> list[LoadLimit]:
         """Return the answers for the loads (6J, k) from what the solver found for each of them."""
         answers = [UNKNOWN] * len(solved)
         finite = []
@@ -180,7 +202,7 @@ class Proofs:
 
         They are 0 where nothing is proved. The forces are those of a solver, at the factor 1; they may be wrong.
         """
-        return self._carried.lower(forces, np.ones(loads.shape[1]), loads)
+        return self.carrying.lower(forces, np.ones(loads.shape[1]), loads)
 
     @cached_property
     def slope(self) -> Float:
@@ -188,40 +210,32 @@ class Proofs:
 
         The interior forces at rest change by less than their room if the wrench is small.
         """
-        reference = self._carried.reference
+        reference = self.carrying.reference
         return np.zeros(len(self.wrench)) if reference is None else reference.slope
 
     @property
     def certain(self) -> bool:
         """Whether anything can be proved to be carried: forces inside all friction cones are known."""
-        return self._carried.reference is not None
+        return self.carrying.reference is not None
 
     @property
     def loose(self) -> Bool:
         """Which bodies (J,) are only balanced, to within rounding; ``lower`` is proved as if they stayed so."""
-        reference = self._carried.reference
+        reference = self.carrying.reference
         return np.zeros(len(self.wrench) // 6, dtype=bool) if reference is None else reference.balance.loose
 
     @property
     def resting(self) -> Float | None:
         """Contact forces (3I,) [N] inside all cones that balance the wrench up to rounding, if any are proved."""
-        return None if self._carried.reference is None else self._carried.reference.forces
+        return None if self.carrying.reference is None else self.carrying.reference.forces
 
-    def mixed(self, load: Float) -> Iterator[tuple[Mixture, Mixture, float]]:
-        """Yield what proves that a load (6J,) is carried up to its ``lower``; see ``CarryingProof.mixed``."""
+    def mixtures(self, load: Float) -> Iterator[tuple[Mixture, Mixture, float]]:
+        """Yield what proves that a load (6J,) is carried up to its ``lower``; see ``CarryingProof.mixtures``."""
         solved = self.program.maximise(load)
         if solved.outcome in SOLVED and np.isfinite(solved.forces).all() and solved.factor > 0:
-            yield from self._carried.mixed(solved.forces, solved.factor, load)
+            yield from self.carrying.mixtures(solved.forces, solved.factor, load)
 
-    def fall(self, motion: Float) -> Float | None:
-        """Return a motion (6J,), mended, if it proves for certain that nothing balances the wrench; else None."""
-        return self._repair.gaining(motion)
-
-    def opened(self, motion: Float) -> Float | None:
-        """Return a motion (6J,) that opens all nodes of the bodies that ``motion`` (6J,) moves, if there is one."""
-        return self._repair.opened(motion)
-
-    def _bounded(self, solved: Sequence[Solved], loads: Float) -> list[LoadLimit]:
+    def _bounded(self, solved: Sequence[SolvedLoad], loads: Float) -> list[LoadLimit]:
         """Bounds from both sides: forces that are brought into balance, and motions brought into the dual cone."""
         forces, motions = np.column_stack([s.forces for s in solved]), np.column_stack([s.motion for s in solved])
         with np.errstate(all="ignore"):
@@ -230,8 +244,8 @@ class Proofs:
             primal = np.maximum([s.factor for s in solved], 0.0)
             dual = np.maximum(-(self.wrench @ twists), 0.0)
             estimate = np.maximum(np.minimum(primal, dual) - MARGIN * np.maximum(primal, dual), 0.0)
-        lower = self._carried.lower(forces, primal, loads)
-        upper, proofs = self._repair.upper(twists, loads)
+        lower = self.carrying.lower(forces, primal, loads)
+        upper, proofs = self.repair.upper(twists, loads)
         certain = self.certain
         lower = lower if certain else np.where(np.isfinite(estimate), np.minimum(estimate, upper), 0.0)
         known = np.isfinite(primal) & (power > 0) & np.isfinite(twists).all(0)
@@ -253,13 +267,13 @@ class Proofs:
             for k in range(len(solved))
         ]
 
-    def _endless(self, found: Solved, load: Float) -> LoadLimit:
+    def _endless(self, found: SolvedLoad, load: Float) -> LoadLimit:
         """The answer of a ray, that is of contact forces that balance the load alone, if they do."""
         if not found.factor > 0 or not np.isfinite(found.forces).all():
             return UNKNOWN
         ray = found.forces / found.factor
         certain = self.certain
-        lower, slope = self._carried.endless(ray, load) if certain else (np.inf, None)
+        lower, slope = self.carrying.endless(ray, load) if certain else (np.inf, None)
         if not (certain and lower == np.inf) and not self._supports(ray, load):
             return UNKNOWN
         world = self.rest.nodes.world(ray.reshape(-1, 3))
@@ -277,7 +291,7 @@ class Proofs:
     @cached_property
     def program(self) -> LoadProgram:
         """The program, set up once for all loads."""
-        return LoadProgram(self.equilibrium, self.rest.nodes, self.wrench, self.cone, self._usual)
+        return LoadProgram(self.equilibrium, self.rest.nodes, self.wrench, self.cone, self._usual_forces)
 
     @cached_property
     def equilibrium(self) -> Equilibrium:
@@ -285,19 +299,23 @@ class Proofs:
         return Equilibrium.of(self.assembly, self.rest.nodes)
 
     @cached_property
-    def _usual(self) -> Float:
+    def _usual_forces(self) -> Float:
         return usual_forces(self.assembly, self.rest)
 
     @cached_property
-    def _carried(self) -> CarryingProof:
+    def carrying(self) -> CarryingProof:
+        """What proves that loads are carried."""
         resting = self.rest.forces.ravel()
-        return CarryingProof(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual)
+        return CarryingProof(self.equilibrium, self.cone, self.rest.nodes.mu, self.wrench, resting, self._usual_forces)
 
     @cached_property
-    def _repair(self) -> Repair:
+    def repair(self) -> MotionRepair:
+        """What proves that motions move bodies."""
         motion = self.program.scales.motion
-        balance = self._carried.balance
-        return Repair(self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual, motion, balance)
+        balance = self.carrying.balance
+        return MotionRepair(
+            self.equilibrium, self.rest.nodes, self.cone, self.wrench, self._usual_forces, motion, balance
+        )
 
 
 UNKNOWN = LoadLimit(0.0, 0.0, np.inf, Status.UNDECIDED, None, certain=True)

@@ -27,8 +27,7 @@ from holdfast.base.arrays import Bool, Float
 from holdfast.base.entries import Entries, diagonal
 from holdfast.conic.solve import ConeProgram, solve
 from holdfast.engines.forces import FrictionCone
-from holdfast.engines.limit.balance import Balance
-from holdfast.engines.limit.rounding import DOWN, EXTENDED, LEAST, UP, Equilibrium, gamma, inner
+from holdfast.engines.limit.balance import DOWN, EXTENDED, LEAST, UP, Balance, Equilibrium, gamma, inner
 from holdfast.engines.mechanism import moving_bodies
 
 TIGHT = 5e-7  # a bound that mending raises by a smaller share needs no better motion
@@ -53,7 +52,7 @@ class Opening:
 
 
 @dataclass(frozen=True, eq=False)
-class Repair:
+class MotionRepair:
     """Upper bounds of the largest factors of loads under ``wrench`` (6J,), from motions (6J,) of a solver.
 
     ``tau`` (I,) [N] are the usual normal forces of the nodes, ``scale`` (6J,) units of the motion of every body.

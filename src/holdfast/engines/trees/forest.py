@@ -141,8 +141,9 @@ class Forest:
 
     @cached_property
     def cuts(self) -> Cuts:
-        """The bridges, plane or not."""
-        return Cuts.of(self.assembly)
+        """The bridges, plane or not; all fixed bodies are one."""
+        ends = np.array(self.assembly.ends, dtype=np.int64).reshape(-1, 2)
+        return Cuts(*core.cuts_of(len(self.assembly.movable), ends))
 
     @cached_property
     def _table(self) -> _PlaneBridges:
@@ -228,7 +229,7 @@ class Forest:
             factor, lower, upper = (theta / (1 - theta) for theta in (at, low, high))
         return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides, tied)
 
-    def told(self, found: Exit, W: Float) -> tuple[str, ...]:
+    def how_each_ends(self, found: Exit, W: Float) -> tuple[str, ...]:
         """Say in a text for each of the loads W (6J, n) which contact gives way, and what it carries just before."""
         texts = []
         for number, at, load in zip(found.bridge.tolist(), found.lower.tolist(), W.T, strict=True):
@@ -266,12 +267,6 @@ class Cuts(NamedTuple):
     beyond: Int
     since: Int
     interfaces: Int
-
-    @classmethod
-    def of(cls, assembly: Assembly) -> Cuts:
-        """Return those of an assembly; all its fixed bodies are one."""
-        ends = np.array(assembly.ends, dtype=np.int64).reshape(-1, 2)
-        return cls(*core.cuts_of(len(assembly.movable), ends))
 
 
 class _PlaneBridges(NamedTuple):

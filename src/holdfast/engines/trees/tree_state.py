@@ -13,7 +13,6 @@ is one of either body, with half the motion of that body against the other (node
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -24,7 +23,7 @@ from holdfast.assembly.node_motion import edges_of_second
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import cross
 from holdfast.base.values import altered
-from holdfast.engines.answers import Answers, Bound, Claim, Step, joined
+from holdfast.engines.answers import Answers, Bound, Step, joined
 from holdfast.engines.contract import EXACT, Accuracy, Engine, Loadable, Slope, State, fresh, held_by
 from holdfast.engines.mechanism import Kinematics, Mechanism, Mode, describe_all
 from holdfast.engines.rest import corner_nodes, find_rest
@@ -180,60 +179,56 @@ WHY = "equilibrium alone says what each carries; an even bed says what it can"
 
 def with_trees(engine: Engine, assembly: Assembly, standing: Float | None, acceleration: Float | None) -> State:
     """Prepare ``engine``, whose place trees take where they decide and it ``takes_trees``; see ``Engine.prepare``."""
-
-    def make() -> State:
-        return engine.prepare(assembly, standing, acceleration)
-
-    if not getattr(engine, "takes_trees", False) or assembly.hanging:
-        return make()
-    wrench = assembly.weight_wrench(acceleration)
-    forest = forest_of(assembly, wrench if standing is None else wrench + standing)
-
-    def judge() -> Verdict | None:
-        found = left_over(forest)
-        if found is None:
-            return None
-        part, members = found
-        own = None if standing is None else standing.reshape(-1, 6)[members].ravel()
-        return engine.prepare(part, own, acceleration).verdict()
-
-    return TreeState(forest, engine.name, engine.claim, make, judge) if forest.decided.any() else make()
+    if getattr(engine, "takes_trees", False) and not assembly.hanging:
+        wrench = assembly.weight_wrench(acceleration)
+        forest = forest_of(assembly, wrench if standing is None else wrench + standing)
+        if forest.decided.any():
+            return TreeState(forest, engine, standing, acceleration)
+    return engine.prepare(assembly, standing, acceleration)
 
 
 @dataclass(frozen=True, eq=False)
 class TreeState:
     """An assembly in which plane contacts that are bridges (forest.py) decide what some loads move.
 
-    ``make`` prepares the engine that answers for the other loads. ``judge`` asks it whether the bodies stand that are
-    not ``forest.decided``, on the others; its verdict is None if that depends on these, too.
+    The ``engine`` answers for the other loads; ``standing`` and ``acceleration`` are as in ``Engine.prepare``.
     """
 
     forest: Forest
-    engine: str
-    claim: Claim
-    make: Callable[[], State]
-    judge: Callable[[], Verdict | None]
+    engine: Engine
+    standing: Float | None
+    acceleration: Float | None
 
     @cached_property
     def behind(self) -> State:
         """The state of the engine that answers for loads that no tree decides, prepared when it is first asked."""
-        return self.make()
+        return self.engine.prepare(self.forest.assembly, self.standing, self.acceleration)
 
     def fresh(self) -> TreeState:
         """Return the same state as it was before it was asked anything."""
-        other = TreeState(self.forest, self.engine, self.claim, self.make, self.judge)
+        other = TreeState(self.forest, self.engine, self.standing, self.acceleration)
         if "behind" in self.__dict__:
             other.__dict__["behind"] = fresh(self.behind)
         return other
 
     @cached_property
-    def _decided(self) -> Verdict:
+    def _verdict_found(self) -> Verdict:
+        """The verdict of trees where they tell that all stands, else that of the engine."""
         verdict = FIRM if self.forest.decided.all() else self.judge()
         if verdict is None or verdict.status is not Status.STABLE:
             return self.behind.verdict()
         return verdict.with_evidence(
             lambda: self._balanced.forces, lambda: self._balanced.residual, lambda: self._balanced.self_stress
         )
+
+    def judge(self) -> Verdict | None:
+        """Ask the engine whether the bodies stand that are not decided, on the others; None if it depends on these."""
+        found = left_over(self.forest)
+        if found is None:
+            return None
+        part, members = found
+        own = None if self.standing is None else self.standing.reshape(-1, 6)[members].ravel()
+        return self.engine.prepare(part, own, self.acceleration).verdict()
 
     @cached_property
     def _balanced(self) -> Verdict:
@@ -245,7 +240,7 @@ class TreeState:
 
     def verdict(self) -> Verdict:
         """Say whether the assembly stands under its weight and the standing loads."""
-        return self._decided
+        return self._verdict_found
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -261,23 +256,24 @@ class TreeState:
         """Find the largest factor of each column of W (6J, n) before something moves: exactly, where trees decide."""
         verdict = self.verdict()
         if verdict.status is not Status.STABLE:
-            return Answers.not_standing(W.shape[1], engine=self.engine, claim=self.claim, verdict=verdict)
+            return Answers.not_standing(W.shape[1], engine=self.engine.name, claim=self.engine.claim, verdict=verdict)
         mine = np.flatnonzero(self._by_trees(W))
         found = self.forest.exits(W[:, mine])
         known = np.isfinite(found.lower) | np.isinf(found.factor)
         mine, found = mine[known], found.rows(known)
         others = np.setdiff1d(np.arange(W.shape[1]), mine)
-        parts = [self._answers(found, verdict, W[:, mine])] if len(mine) or not len(others) else []
+        parts = [self._answers_by_trees(found, verdict, W[:, mine])] if len(mine) or not len(others) else []
         parts += [self.behind.load_factor(W[:, others], accuracy)] if len(others) else []
         whole = joined(parts) if len(parts) > 1 else parts[0]
         return whole if not len(mine) or not len(others) else whole.rows(np.argsort(np.concatenate([mine, others])))
 
-    def _answers(self, found: Exit, verdict: Verdict, W: Float) -> Answers:
+    def _answers_by_trees(self, found: Exit, verdict: Verdict, W: Float) -> Answers:
+        """Return the table of loads that trees decide."""
         finite = np.isfinite(found.factor)
-        said = self.forest.told(found, W) if len(finite) <= MOST_TOLD else ()
+        said = self.forest.how_each_ends(found, W) if len(finite) <= MOST_TOLD else ()
         return Answers.of(
-            engine=self.engine,
-            claim=self.claim,
+            engine=self.engine.name,
+            claim=self.engine.claim,
             verdict=verdict,
             force=found.factor,
             lower=found.lower,
