@@ -2,7 +2,7 @@
 
 ``highest support`` puts each object, the largest base first, where most of its face is supported, ``bottom-left``
 where it is lowest and then farthest into one corner. All of them choose among the same level places, and the rules are
-those that ``place_all`` tries too, but for what stands and for wider distances (``placement/choices.py``).
+those that ``place_all`` tries too, but for what stands and for wider distances (``placement/several.py``).
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ import holdfast as hf
 from bench.suite import Case, Row
 from bench.suites.placement_random import MU, thing
 from holdfast.applications.placement.comparing import Clock, rated
-from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.planner import Planner
+from holdfast.applications.placement.planner import Planner, planner
 from holdfast.applications.placement.result import Candidate
 from holdfast.applications.placement.several import POINTS, RULES, Placing, Rule, base_area
 from holdfast.assembly.assembly import Assembly

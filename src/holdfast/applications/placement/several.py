@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import dropwhile, groupby, islice
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from holdfast.applications.placement.comparing import Clock, Compared, rated
+from holdfast.applications.placement.conditions import Approach, Search, Where, friction_with, names_of
 from holdfast.applications.placement.level_places import (
     LevelPlace,
     SeenFromAbove,
@@ -29,14 +30,25 @@ from holdfast.applications.placement.level_places import (
     levels_of,
     turns_of,
 )
-from holdfast.applications.placement.planner import Planner
-from holdfast.applications.placement.rating import TOPPLED
-from holdfast.applications.placement.result import Candidate, PlacedObject
+from holdfast.applications.placement.planner import Planner, planner
+from holdfast.applications.placement.result import TOPPLED, Candidate, PlacedObject, Placements
 from holdfast.applications.resting_poses import Face
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import checked_items
+from holdfast.base.errors import SceneError, hinting, message
 from holdfast.base.progress import OutOfTimeError, report, until
-from holdfast.scene.body import Body
+from holdfast.base.text import listed, quoted
+from holdfast.engines.groups import prepared
+from holdfast.engines.rest import undecided
+from holdfast.engines.verdict import Status
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, checked_options, engine_of
+from holdfast.scene.body import Body, materials_of
+from holdfast.scene.friction import Friction
+from holdfast.scene.hold import refuse_holds
+from holdfast.scene.scene import Scene
 
+SEVERAL = "place_all"
+APART = 0.005  # [m] the least distance between objects beside each other
 Order = Callable[[Body], float]
 Rule = Callable[[LevelPlace], tuple[float, ...]]
 MOST_FACES = 3  # number of faces of an object on which it is placed
@@ -230,7 +242,7 @@ class Placing:
         found = list[Compared]()
         places = sorted(self.places(before, assembly, body, faces, apart, asked), key=lambda place: place.face)
         for _, alike in islice(groupby(places, key=lambda place: place.face), MOST_FACES):
-            found += self._standing(list(alike), asked, faces, rules)
+            found += self._standing(list(alike), asked, body, faces, rules)
             if found and len(rules) == 1:
                 break
         if found:
@@ -243,13 +255,13 @@ class Placing:
         return None
 
     def _standing(
-        self, places: Sequence[LevelPlace], asked: Planner, faces: Sequence[Face], rules: Sequence[Rule]
+        self, places: Sequence[LevelPlace], asked: Planner, body: Body, faces: Sequence[Face], rules: Sequence[Rule]
     ) -> list[Compared]:
         """Return the first place of each rule where everything stands, rated and without duplicates."""
         known, found = dict[int, Assembly | None](), dict[int, Assembly]()
         for rule in rules:
             ranked = sorted(range(len(places)), key=lambda k: rule(places[k]))
-            asked_for = (k for k in ranked if not asked.checks.misplaced(asked.body.moved(places[k].pose)))
+            asked_for = (k for k in ranked if not asked.checks.misplaced(body.moved(places[k].pose)))
             for k in islice(asked_for, MOST_REFUSED):
                 if k not in known:
                     known[k] = asked.checks.fault(places[k].pose)[1]
@@ -277,4 +289,108 @@ class Placing:
                 self._outlines[b.name] = SeenFromAbove(b, up, axes)
         outlines = [self._outlines[b.name] for b in asked.checks.frozen]
         inset = 0.0 if self.stack else apart
-        return level_places_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
+        return level_places_for(body, turns_of(faces, asked.checks.approach, up, axes), levels, outlines, apart, inset)
+
+
+@hinting(where=Where, approach=Approach, search=Search)
+def place_all(
+    assembly: Assembly | Scene,
+    objects: Sequence[Body],
+    where: Where | None = None,
+    approach: Approach | None = None,
+    search: Search | None = None,
+    *,
+    engine: EngineChoice = DEFAULT_ENGINE,
+    friction: Friction | float | None = None,
+) -> Placements:
+    """Find places for ``objects``, to be put down one after the other, so that everything stands after each of them.
+
+    Several orders are tried: the object with the largest base, the heaviest and the bulkiest first. Two rules propose
+    places: the one where most of the object is supported, and the lowest one that is farthest in a corner. Each rule is
+    first used alone. Then each object takes the better of the proposed places, by the pushes that the object and its
+    supports withstand. The result is the attempt that places most objects; among these, the one whose weakest state
+    withstands the largest push, and then the one with the most room. The poses that the objects already have are
+    ignored.
+
+    - ``where`` and ``approach`` hold for every object, see Where and Approach.
+    - ``search`` limits the whole call, see Search; the result names the objects without a place. Its ``seed`` and
+      ``solves`` are those of the random search for objects without a level place. ``candidates`` and ``weights`` must
+      not be given.
+    - ``friction`` has the same meaning as in ``plan_placement``.
+
+    Raises SceneError if there are no objects, or if they or an option are invalid.
+    """
+    assembly = checked_assembly(assembly)
+    refuse_holds(assembly.scene.holds, "place_all", "place into the scene without them")
+    bodies = checked_items(objects, f"{SEVERAL}: objects", "bodies")
+    _check_several(assembly, bodies)
+    place = checked_options(where, Where, f"{SEVERAL}: where", "holdfast")
+    way = checked_options(approach, Approach, f"{SEVERAL}: approach", "holdfast")
+    how = checked_options(search, Search, f"{SEVERAL}: search", "holdfast")
+    usual = Search()
+    of_one = [name for name in ("candidates", "weights") if getattr(how, name) != getattr(usual, name)]
+    if of_one:
+        problem = f"has {' and '.join(of_one)}, which are for one object"
+        raise SceneError(message(f"{SEVERAL}: search", problem, "leave them out, or ask plan_placement"))
+    grounds = names_of(assembly, place.supports, "supports")
+    clock = Clock.started(how.limit)
+    table = Scene([*assembly.bodies, *bodies], friction_with(assembly, bodies, friction, grounds)).friction
+
+    def planner_of(now: Assembly, body: Body) -> Planner:
+        placed = [other.name for other in now.bodies[len(assembly.bodies) :]]
+        known = {other.name for other in (*now.bodies, body)} | materials_of([*now.bodies, body])
+        there = replace(place, supports=[*grounds, *placed] if place.stack else grounds)
+        return planner(now, body, there, way, how, engine=engine, friction=table.among(known))
+
+    for body in bodies:
+        planner_of(assembly, body)  # raises an error for invalid arguments before the search begins
+    solves = RANDOM if how.solves is None else how.solves
+    apart = APART if place.apart is None else place.apart
+    placing = Placing(planner_of, grounds, place.stack, apart, how.seed, solves)
+    return _answered(assembly, bodies, placing, engine, clock)
+
+
+def _answered(
+    assembly: Assembly, bodies: Sequence[Body], placing: Placing, engine: EngineChoice, clock: Clock
+) -> Placements:
+    method = engine_of(engine)
+    names = tuple(body.name for body in bodies)
+    # an engine may have options that name the new bodies
+    assembly = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))
+    try:
+        with until(clock.by("search")):
+            verdict = prepared(method, assembly).verdict()
+    except OutOfTimeError:
+        verdict = undecided("the time was used up before it was known")
+    status: Status = verdict.status
+    if status is not Status.STABLE:
+        words = "does not stand" if status is Status.UNSTABLE else "is undecided"
+        reason = f"the scene {words} before anything is put down: {verdict.reason}"
+        best, tries = Try((), assembly, names, placing.apart), 0
+    else:
+        best, tries = placing.best(assembly, bodies, clock)
+        status = Status.UNDECIDED if best.left else Status.STABLE
+        reason = f"everything stands after each step, {1e3 * best.apart:.3g} mm apart"
+        if best.left:
+            reason = f"no place found for {listed(best.left)}"
+            if clock.seconds is not None and clock.elapsed > 0.9 * clock.seconds:
+                reason += ", the time was used up"
+    return Placements(
+        assembly=best.assembly, status=status, reason=reason,
+        steps=best.steps, left=best.left, apart=best.apart, tries=tries, elapsed=clock.elapsed,
+        engine=method.name, claim=method.claim,
+    )  # fmt: skip
+
+
+def _check_several(assembly: Assembly, bodies: Sequence[object]) -> None:
+    """Raise SceneError unless there are objects, all of them bodies, with names of their own."""
+    where = f"{SEVERAL}: objects"
+    if not bodies:
+        raise SceneError(message(where, "is empty", "needs a list of holdfast.Body"))
+    seen = {body.name for body in assembly.bodies}
+    for body in bodies:
+        if not isinstance(body, Body):
+            raise SceneError(message(where, f"hold a {type(body).__name__}", "needs a list of holdfast.Body"))
+        if body.name in seen:
+            raise SceneError(message(where, f"two bodies are named {quoted(body.name)}", "give each another name"))
+        seen.add(body.name)
