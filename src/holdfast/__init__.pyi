@@ -9,14 +9,14 @@ from holdfast.applications.carrying.profile import Profile as Profile
 from holdfast.applications.disassembly.build import build_order as build_order
 from holdfast.applications.disassembly.order import can_remove as can_remove
 from holdfast.applications.disassembly.order import disassembly_order as disassembly_order
-from holdfast.applications.firmer import firmer as firmer
 from holdfast.applications.monitor import Monitor as Monitor
 from holdfast.applications.placement.conditions import Search as Search
 from holdfast.applications.placement.conditions import Where as Where
 from holdfast.applications.placement.planner import plan_placement as plan_placement
 from holdfast.applications.placement.several import place_all as place_all
+from holdfast.applications.pushing.firmer import firmer as firmer
+from holdfast.applications.pushing.safe_pushes import safe_pushes as safe_pushes
 from holdfast.applications.resting_poses import resting_poses as resting_poses
-from holdfast.applications.safe_pushes import safe_pushes as safe_pushes
 from holdfast.applications.settled import settle as settle
 from holdfast.applications.strap import Strap as Strap
 from holdfast.applications.transport import transport_limits as transport_limits

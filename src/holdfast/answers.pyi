@@ -4,8 +4,6 @@ from holdfast.applications.disassembly.build import BuildOrder as BuildOrder
 from holdfast.applications.disassembly.least_hold import HandHold as HandHold
 from holdfast.applications.disassembly.order import Disassembly as Disassembly
 from holdfast.applications.disassembly.removal import Removal as Removal
-from holdfast.applications.firmer import Firmer as Firmer
-from holdfast.applications.firmer import FirmerStep as FirmerStep
 from holdfast.applications.gradients.differentiate import Derivatives as Derivatives
 from holdfast.applications.gradients.differentiate import Kink as Kink
 from holdfast.applications.gradients.differentiate import Slopes as Slopes
@@ -14,10 +12,12 @@ from holdfast.applications.placement.result import PlacedObject as PlacedObject
 from holdfast.applications.placement.result import Placement as Placement
 from holdfast.applications.placement.result import Placements as Placements
 from holdfast.applications.placement.result import Rating as Rating
+from holdfast.applications.pushing.firmer import Firmer as Firmer
+from holdfast.applications.pushing.firmer import FirmerStep as FirmerStep
+from holdfast.applications.pushing.safe_pushes import Effect as Effect
+from holdfast.applications.pushing.safe_pushes import SafePushes as SafePushes
 from holdfast.applications.resting_poses import RestingPose as RestingPose
 from holdfast.applications.resting_poses import RestingPoses as RestingPoses
-from holdfast.applications.safe_pushes import Effect as Effect
-from holdfast.applications.safe_pushes import SafePushes as SafePushes
 from holdfast.applications.settled import Fall as Fall
 from holdfast.applications.settled import Settled as Settled
 from holdfast.applications.transport import TransportLimits as TransportLimits

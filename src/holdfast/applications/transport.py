@@ -33,18 +33,9 @@ from holdfast.certificates.certified import Certified, asking
 from holdfast.certificates.question import Question
 from holdfast.engines.answers import Claim, Undecided
 from holdfast.engines.imperfect import Imperfect
+from holdfast.queries import request
 from holdfast.queries.push import load_factors
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    Load,
-    body_numbers,
-    checked_assembly,
-    checked_loads,
-    engine_of,
-    pressed_by,
-    total_wrench,
-)
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load
 from holdfast.queries.result import ROW, Columns, least, vector_text, verdict_words
 from holdfast.queries.sampled import Sampled
 from holdfast.queries.sampler import Sample, sampler
@@ -85,7 +76,7 @@ def inertial_loads(
         np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}", within=within)
         for name, (value, within) in given.items()
     )
-    given_assembly = checked_assembly(assembly)
+    given_assembly = request.checked_assembly(assembly)
     wrenches = inertial_wrenches(given_assembly, a[None], alpha[None], omega[None], at)[:, 0].reshape(-1, 6)
     return tuple(
         Load(body.name, body.com_world, wrench[:3], wrench[3:])
@@ -235,12 +226,12 @@ def transport_limits(
         ways = checked_directions(directions, "transport_limits: directions")
         if not len(ways):
             raise SceneError(message("transport_limits: directions", "is empty", "needs at least one"))
-    method = engine_of(engine)
+    method = request.engine_of(engine)
     counted, note = counted_bodies(given, bodies, "transport_limits")
     W = carrier_columns(given, counted, ways)
-    standing = checked_loads(standing)
-    standing_wrench = total_wrench(given, standing)
-    pressed = pressed_by(given, standing), np.zeros((len(given.bodies), len(ways)))
+    standing = request.checked_loads(standing)
+    standing_wrench = request.total_wrench(given, standing)
+    pressed = request.pressed_by(given, standing), np.zeros((len(given.bodies), len(ways)))
     found = load_factors(method, given, W, standing_wrench, bounds=bounds, imperfect=imperfect, pressed=pressed)
     found = replace(found, notes=(*found.notes, *note))
     return asking(
@@ -250,7 +241,7 @@ def transport_limits(
 
 def _on_carrier(assembly: Assembly | Scene, tilt_degrees: ArrayLike | None) -> Assembly:
     """Return the assembly on a carrier that is tilted throughout."""
-    given = checked_assembly(assembly)
+    given = request.checked_assembly(assembly)
     return given if tilt_degrees is None else given.tilted(tilt_degrees)
 
 
@@ -270,7 +261,7 @@ def counted_bodies(assembly: Assembly, bodies: Sequence[str] | None, where: str)
     """
     if bodies is None:
         return np.ones(len(assembly.movable), dtype=bool), ()
-    numbers = body_numbers(assembly, bodies, where)
+    numbers = request.body_numbers(assembly, bodies, where)
     fixed = [name for name, number in numbers.items() if number == FIXED]
     if fixed:
         raise SceneError(message(where, f"{quoted(fixed[0])} is fixed", "name movable bodies"))
@@ -380,7 +371,7 @@ def transport_under(
     docs/howto/uncertainty.md.
     """
     given = _on_carrier(assembly, tilt_degrees)
-    method, loads = engine_of(engine), checked_loads(standing)
+    method, loads = request.engine_of(engine), request.checked_loads(standing)
     samples = sampler(given, uncertain, method, loads, "transport under uncertainty")
     nominal = transport_limits(given, directions, standing=loads, engine=method, bodies=bodies)
     counted, _ = counted_bodies(given, bodies, "transport_under")

@@ -10,12 +10,12 @@ from holdfast.applications.carrying.carry import Carried
 from holdfast.applications.disassembly.build import BuildOrder
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.disassembly.removal import Removal
-from holdfast.applications.firmer import Firmer
 from holdfast.applications.gradients.differentiate import Derivatives
 from holdfast.applications.monitor import Monitored
 from holdfast.applications.placement.result import Placement, Placements
+from holdfast.applications.pushing.firmer import Firmer
+from holdfast.applications.pushing.safe_pushes import SafePushes
 from holdfast.applications.resting_poses import RestingPoses
-from holdfast.applications.safe_pushes import SafePushes
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits, TransportUnder
 from holdfast.base.archive import load

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
+from holdfast.applications.pushing.safe_pushes import DOUBT, Effect, Tool, safe_pushes
 from holdfast.applications.resting_poses import resting_poses
-from holdfast.applications.safe_pushes import DOUBT, Effect, Tool, safe_pushes
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import listed
 from holdfast.base.values import altered

@@ -26,17 +26,9 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
+from holdfast.queries import request
 from holdfast.queries.push import load_factors
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    Load,
-    checked_assembly,
-    checked_loads,
-    engine_of,
-    pressed_by,
-    total_wrench,
-)
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load
 from holdfast.queries.result import NAMED, ROW, Columns, gives_way, verdict_words
 from holdfast.scene.scene import Scene
 
@@ -210,11 +202,11 @@ def carry(
 
     Raises HoldfastError for a profile that cannot be read.
     """
-    given = checked_assembly(assembly)
+    given = request.checked_assembly(assembly)
     motion = checked_profile(profile, given)
-    loads = checked_loads(standing)
-    wrench, pressed = total_wrench(given, loads), pressed_by(given, loads)
-    question = _Question(given, engine_of(engine), bounds, imperfect, wrench, pressed)
+    loads = request.checked_loads(standing)
+    wrench, pressed = request.total_wrench(given, loads), request.pressed_by(given, loads)
+    question = _Question(given, request.engine_of(engine), bounds, imperfect, wrench, pressed)
     answers = question.over(motion, motion.gravity(given.scene.gravity))
     answers = replace(answers, notes=(*answers.notes, *_doubts(motion, given.scene.gravity)))
     time: float = np.inf

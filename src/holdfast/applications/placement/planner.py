@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from holdfast.applications.placement.checks import FALLS, OVERLAPS, Checks
-from holdfast.applications.placement.comparing import UNASKED, Clock, Compared, Trials, compared, unasked_map
+from holdfast.applications.placement.comparing import UNASKED, Clock, RatedPose, Trials, compared, unasked_map
 from holdfast.applications.placement.conditions import (
     ATTEMPTS,
     CANDIDATES,
@@ -319,7 +319,7 @@ class Planner:
             time_to_stable=search.first,
         )
 
-    def _full_map(self, chosen: Compared, clock: Clock) -> tuple[RobustnessMap, str]:
+    def _full_map(self, chosen: RatedPose, clock: Clock) -> tuple[RobustnessMap, str]:
         """Return a map of all movable bodies, or the part that there was time for, with a remark on what is missing."""
         checks, name = self.checks, self.checks.body.name
         try:

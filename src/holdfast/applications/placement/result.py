@@ -12,7 +12,7 @@ import numpy as np
 from holdfast.applications.placement.margins import contacts_of
 from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, frozen
 from holdfast.base.painters import paint
 from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.text import listed
@@ -244,8 +244,7 @@ class Placement(Result, ask=".stable, which says whether a place was found, or .
         return Summary("; ".join(filter(None, [place, unknown])), facts, notes=self.notes)
 
 
-_NONE = np.empty((0, 3))
-_NONE.setflags(write=False)
+_NONE = frozen(np.empty((0, 3)))
 
 
 def least_push(found: RobustnessMap, column: Literal["force", "lower"] = "force") -> float | None:

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from holdfast.applications.carrying.carry import ProfileChoice, carry, checked_profile
 from holdfast.applications.carrying.profile import Profile
-from holdfast.applications.freedom import WAYS, Freedom, Moves
 from holdfast.applications.placement.comparing import pattern_search
+from holdfast.applications.pushing.freedom import WAYS, Freedom, Moves
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.on_surface import check_on_surface
 from holdfast.base.arrays import Float, Int, Objects, checked_number, objects
@@ -23,20 +23,10 @@ from holdfast.base.text import listed, quoted
 from holdfast.base.values import Table
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
+from holdfast.queries import request
 from holdfast.queries.map import exposed_cells
 from holdfast.queries.push import load_factors
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    Load,
-    body_numbers,
-    checked_assembly,
-    checked_loads,
-    checked_options,
-    engine_of,
-    pressed_by_pushes,
-    push_columns,
-)
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load
 from holdfast.queries.result import Result
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
@@ -198,7 +188,7 @@ class Pushes:
     @classmethod
     def given(cls, assembly: Assembly, loads: Iterable[Load], engine: Engine) -> Pushes:
         """Return the pushes of ``loads``, each of which is asked on its own."""
-        found = checked_loads(loads)
+        found = request.checked_loads(loads)
         for load in found:
             where = f"firmer: push on {quoted(load.body)}"
             if assembly.index.get(load.body, FIXED) == FIXED or np.any(load.moment) or not np.any(load.force):
@@ -247,8 +237,8 @@ class Pushes:
             pose = assembly.scene.body(name).pose
             points = self.points[rows[mine]] @ pose[:3, :3].T + pose[:3, 3]
             ways[mine] = self.directions[rows[mine]] @ pose[:3, :3].T
-            W[:, mine] = push_columns(assembly, assembly.index[name], points, ways[mine])
-        pressed = np.zeros(len(assembly.bodies)), pressed_by_pushes(assembly, self.body[rows].tolist(), ways)
+            W[:, mine] = request.push_columns(assembly, assembly.index[name], points, ways[mine])
+        pressed = np.zeros(len(assembly.bodies)), request.pressed_by_pushes(assembly, self.body[rows].tolist(), ways)
         return load_factors(self.engine, assembly, W, np.zeros(len(W)), bounds=False, pressed=pressed)
 
 
@@ -297,17 +287,17 @@ def firmer(
     Raises SceneError for a body that is unknown, is fixed or stands on nothing, and HoldfastError for interfaces that
     were given, or both ``pushes`` and a ``motion``.
     """
-    assembly = checked_assembly(assembly)
+    assembly = request.checked_assembly(assembly)
     refuse_holds(assembly.scene.holds, "firmer", "move bodies in the scene without them")
     names = tuple(dict.fromkeys([bodies] if isinstance(bodies, str) else bodies))
-    for name, index in body_numbers(assembly, names, "firmer").items():
+    for name, index in request.body_numbers(assembly, names, "firmer").items():
         if index == FIXED:
             raise SceneError(message(f"firmer: {quoted(name)}", "is fixed", "needs bodies that can be moved"))
-    free_moves = checked_options(moves, Moves, "firmer: moves")
+    free_moves = request.checked_options(moves, Moves, "firmer: moves")
     if pushes is not None and motion is not None:
         raise HoldfastError(message("firmer", "got pushes and a motion", "ask one after the other"))
     limit = np.inf if seconds is None else checked_number(seconds, "firmer: seconds", above=0)
-    method = engine_of(engine)
+    method = request.engine_of(engine)
     free = Freedom(assembly, names, free_moves)
     measure: Pushes | CarrierMotion
     if motion is not None:

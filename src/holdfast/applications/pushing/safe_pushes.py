@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
+from holdfast.assembly.node_motion import displaced
 from holdfast.base.archive import archived
-from holdfast.base.arrays import Bool, Float, Objects, checked_directions, checked_number, objects
+from holdfast.base.arrays import Bool, Float, Objects, checked_directions, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, SceneError, message, no_truth
 from holdfast.base.progress import reported
 from holdfast.base.public import PublicValue, Summary, column, number
@@ -30,18 +31,10 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.distance import rod_clearance
+from holdfast.queries import request
 from holdfast.queries.map import exposed_cells, spacing_for
 from holdfast.queries.push import load_factors
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    body_number,
-    checked_assembly,
-    checked_options,
-    engine_of,
-    push_columns,
-    quiet,
-)
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
 from holdfast.queries.result import places_of, vector_text
 from holdfast.scene.scene import Scene
 
@@ -97,10 +90,6 @@ class SafePushes(PublicValue):
     doubt: float
     notes: tuple[str, ...]
 
-    plain = (
-        "body engine claim force points directions effect reason lower upper unreached tool_radius travel doubt notes"
-    )
-
     @property
     def nothing(self) -> Bool:
         """Which pushes (n,) move nothing."""
@@ -113,9 +102,7 @@ class SafePushes(PublicValue):
 
     def are(self, effect: Effect) -> Bool:
         """Return which pushes (n,) have this effect."""
-        found: Bool = self.effect == effect
-        found.setflags(write=False)
-        return found
+        return frozen(np.asarray(self.effect == effect))
 
     def checked_after_load(self) -> None:
         """Raise HoldfastError if the columns that were read from a file are not those of pushes."""
@@ -200,15 +187,15 @@ def safe_pushes(
     Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the engine does not claim that contacts
     hold (Claim.HOLDS).
     """
-    assembly = checked_assembly(assembly)
+    assembly = request.checked_assembly(assembly)
     where = f"safe pushes on {quoted(body)}"
     most = checked_number(force, f"{where}: force", above=0, within=FORCE)
-    rod = checked_options(tool, Tool, f"{where}: tool")
+    rod = request.checked_options(tool, Tool, f"{where}: tool")
     share = checked_number(doubt, f"{where}: doubt", minimum=0, below=1)
-    method = engine_of(engine)
+    method = request.engine_of(engine)
     if method.claim is not Claim.HOLDS:
         raise HoldfastError(message(where, f"engine {method.name!r} does not claim that it holds", "use 'compliant'"))
-    if body_number(assembly, body) == FIXED:
+    if request.body_number(assembly, body) == FIXED:
         raise SceneError(message(where, "the body is fixed: no push moves it", "name a movable body"))
     if spacing is None:
         step = spacing_for(assembly, [body], POINTS)
@@ -263,7 +250,7 @@ class _Trials:
 
     def judged(self, points: Float, along: Float) -> tuple[list[Effect], list[str], Float, Float, tuple[str, ...]]:
         """Return effects and reasons, the least lower and the largest upper bounds (n,), and the notes."""
-        columns = push_columns(self.assembly, self.assembly.index[self.body], points, along)
+        columns = request.push_columns(self.assembly, self.assembly.index[self.body], points, along)
         mine = np.array([self.body in interface.bodies for interface in self.assembly.interfaces], dtype=bool)
         cases = [(1.0, 1.0), (1 + self.doubt, 1 - self.doubt), (1 - self.doubt, 1 - self.doubt)]
         mu = np.array(self.assembly.mu)
@@ -329,20 +316,14 @@ class _Trials:
 
     def _moved(self, found: list[Answers], k: int, states: dict[bytes, str]) -> str:
         """Say what is wrong with the assembly after the body has moved; empty if it stands in all cases."""
-        from scipy.spatial.transform import Rotation  # here, because importing it takes long
-
+        body, index = self.assembly.scene.body(self.body), self.assembly.index[self.body]
+        centre = self.assembly.com[index]
+        arms = body.surface_world.vertices - centre
         for answers in found:
-            twist = answers.mechanism[k].twists[self.assembly.index[self.body]]
+            twist = answers.mechanism[k].twists[index]
+            speed = float(np.linalg.norm(twist[:3] + np.cross(twist[3:], arms), axis=1).max())
             for part in PARTS:
-                way = part * self.travel
-                body = self.assembly.scene.body(self.body)
-                centre = self.assembly.com[self.assembly.index[self.body]]
-                arms = body.surface_world.vertices - centre
-                speed = float(np.linalg.norm(twist[:3] + np.cross(twist[3:], arms), axis=1).max())
-                turn = np.eye(4)
-                turn[:3, :3] = Rotation.from_rotvec(twist[3:] * way / speed).as_matrix()
-                turn[:3, 3] = centre + twist[:3] * way / speed - turn[:3, :3] @ centre
-                pose = np.asarray(turn @ (np.eye(4) if body.pose is None else body.pose))
+                pose = displaced(body.pose, part * self.travel / speed * twist, centre)
                 key = np.round(pose, SAME).tobytes()
                 if key not in states:
                     states[key] = self._trouble(pose)
@@ -355,7 +336,7 @@ class _Trials:
         if not self.assembly.detected:
             return "it may touch others: the contacts were given, so new ones cannot be detected"
         try:
-            with quiet():
+            with request.quiet():
                 moved = self.assembly.moved({self.body: pose})
         except HoldfastError as error:
             return f"is not known: {error}"
