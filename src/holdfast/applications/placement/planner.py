@@ -4,7 +4,7 @@
 object is laid on them with opposed normals, with the centre of mass between the points. 3. The object is lowered until
 it rests (``lowering``). 4. Overlap, supports, region, orientation and the way in are checked, and then whether
 everything stands (``checks``). 5. Several such poses are compared by the pushes that the object and its supports
-withstand and by the room around it (``rating``), and the best few are shifted to where there is more room (``refine``).
+withstand and by the room around it, and the best few are shifted to where there is more room (``comparing``).
 
 The planner of the paper's reference [16] was not available. The steps are those that Sec. VII-A describes; the details
 are our own.
@@ -219,12 +219,26 @@ class Planner:
         assert self.checks.body.mass is not None
         return self.checks.body.mass * float(np.linalg.norm(self.checks.assembly.scene.gravity))
 
-    def attempt(self, rng: np.random.Generator, points: Any = None) -> tuple[Candidate, Assembly | None]:  # noqa: ANN401
+    def attempt(
+        self,
+        rng: np.random.Generator,
+        points: Any = None,  # noqa: ANN401 - numbers
+        proposals: Proposals | None = None,
+    ) -> tuple[Candidate, Assembly | None]:
         """Make one attempt: return a pose with its fault, or a stable pose with the assembly after the placement.
 
-        ``points`` are the numbers of the points of ``support`` to build on; by default they are chosen at random.
+        ``points`` are the numbers of the support points to build on; by default they are chosen at random.
+        ``proposals`` are by default those on the points of ``support``.
         """
-        return self._attempted(self.proposals, rng, points)
+        proposals = self.proposals if proposals is None else proposals
+        chosen = proposals.points(rng) if points is None else points
+        places, normals = proposals.support.points[chosen], proposals.support.normals[chosen]
+        pose = proposals.pose(places, normals, rng)
+        rest = proposals.let_down(pose)
+        if rest is None:
+            return Candidate(pose, places, normals, FALLS if self.checks.free(pose) else OVERLAPS), None
+        fault, pose, after = self.checks.nudged(rest)
+        return Candidate(pose, places, normals, fault), after
 
     def _maps_at(self, spacing: float) -> list[RobustnessMap]:
         return scene_map(self.checks.assembly, self.checks.engine, spacing, self.checks.supports)
@@ -258,7 +272,7 @@ class Planner:
                 if search.tried >= attempts:
                     return
                 report("attempts to place it", search.tried, attempts)
-                candidate, after = self._attempted(proposals, rng)
+                candidate, after = self.attempt(rng, proposals=proposals)
                 search.tried += 1
                 if after is None:
                     search.failed(candidate)
@@ -278,21 +292,6 @@ class Planner:
                 if search.found:
                     break
         return search
-
-    def _attempted(
-        self,
-        proposals: Proposals,
-        rng: np.random.Generator,
-        points: Any = None,  # noqa: ANN401 - numbers
-    ) -> tuple[Candidate, Assembly | None]:
-        chosen = proposals.points(rng) if points is None else points
-        places, normals = proposals.support.points[chosen], proposals.support.normals[chosen]
-        pose = proposals.pose(places, normals, rng)
-        rest = proposals.let_down(pose)
-        if rest is None:
-            return Candidate(pose, places, normals, FALLS if self.checks.free(pose) else OVERLAPS), None
-        fault, pose, after = self.checks.nudged(rest)
-        return Candidate(pose, places, normals, fault), after
 
     def _best(self, search: Trials, support: SupportPoints, clock: Clock) -> Placement:
         """Choose the best candidate, and compute its full map."""

@@ -1,12 +1,12 @@
 """Place several objects one after the other, in the best order found, so that everything stands after each step.
 
-A systematic search lists the level places of an object (``places``). If everything stands in none of them, the random
-search of ``plan_placement`` is used. A strategy determines the order of the objects and the rules that choose places by
-geometry alone, two of the packing literature: the place where most of the face is supported, or the lowest one that is
-farthest in a corner. Each rule is tried alone first. Then, while there is time, the places that the rules choose are
-compared by the pushes that the object and its supports withstand, for several faces, orders and distances. The best
-attempt is the one that places most objects; among these, the one with the strongest weakest state, and then the one
-with the most room.
+A systematic search lists the level places of an object (``level_places``). If everything stands in none of them, the
+random search of ``plan_placement`` is used. A strategy determines the order of the objects and the rules that choose
+places by geometry alone, two of the packing literature: the place where most of the face is supported, or the lowest
+one that is farthest in a corner. Each rule is tried alone first. Then, while there is time, the places that the rules
+choose are compared by the pushes that the object and its supports withstand, for several faces, orders and distances.
+The best attempt is the one that places most objects; among these, the one with the strongest weakest state, and then
+the one with the most room.
 """
 
 from __future__ import annotations
