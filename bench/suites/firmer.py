@@ -17,8 +17,8 @@ from bench.baselines.drop import drop
 from bench.scenes.random_assemblies import can, finished, resting
 from bench.scenes.shelf import shelf
 from bench.suite import Case, Row, Suite
-from holdfast.applications.firmer.firmer import Climb, Firmness, Pushes, firmer_than
-from holdfast.applications.firmer.freedom import Freedom, Moves
+from holdfast.applications.pushing.firmer import Climb, Firmness, Pushes, firmer_than
+from holdfast.applications.pushing.freedom import Freedom, Moves
 from holdfast.base.values import Table
 from holdfast.contacts.overlap import distance
 from holdfast.queries.request import engine_of

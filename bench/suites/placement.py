@@ -15,7 +15,7 @@ from bench.suite import Case, Row, Suite, table
 from bench.suites import placement_random, placement_several
 from bench.suites.placements import ENGINES
 from holdfast.applications.placement.checks import FALLEN, MARGINAL, REFUSED, UNSURE
-from holdfast.applications.placement.plan import planner
+from holdfast.applications.placement.planner import planner
 from holdfast.drawing.panel_sheets import PointsPanel, sheet_png
 from holdfast.report.map_picture import picture_of
 

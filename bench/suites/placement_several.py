@@ -2,7 +2,7 @@
 
 ``highest support`` puts each object, the largest base first, where most of its face is supported, ``bottom-left``
 where it is lowest and then farthest into one corner. All of them choose among the same level places, and the rules are
-those that ``place_all`` tries too, but for what stands and for wider distances (``placement/choices.py``).
+those that ``place_all`` tries too, but for what stands and for wider distances (``placement/several.py``).
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ import holdfast as hf
 from bench.suite import Case, Row
 from bench.suites.placement_random import MU, thing
 from holdfast.applications.placement.comparing import Clock, rated
-from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.planner import Planner
+from holdfast.applications.placement.planner import Planner, planner
 from holdfast.applications.placement.result import Candidate
 from holdfast.applications.placement.several import POINTS, RULES, Placing, Rule, base_area
 from holdfast.assembly.assembly import Assembly
@@ -99,8 +98,7 @@ def run(kind: str, count: int, method: str) -> list[Row]:
 
 def by_rule(assembly: Assembly, bodies: Sequence[Body], kind: str, rule: Rule) -> list[tuple[str, Float]]:
     """The poses of all objects that find a place by a rule: nothing overlaps, and whether it stands is not asked."""
-    stack, first = kind == "pallet", assembly
-    ground = assembly.bodies[0].name
+    stack, ground = kind == "pallet", assembly.bodies[0].name
 
     def planner_of(now: Assembly, body: Body) -> Planner:
         supports = [ground, *(b.name for b in now.movable)] if stack else [ground]
@@ -111,11 +109,11 @@ def by_rule(assembly: Assembly, bodies: Sequence[Body], kind: str, rule: Rule) -
             approach=hf.sets.Approach(orientations="upright" if stack else None),
         )
 
-    placing = Placing(planner_of, (ground,), stack, APART[kind], 0)
+    placing = Placing(planner_of, assembly, (ground,), stack, APART[kind], 0)
     poses = []
     for body in sorted(bodies, key=base_area, reverse=True):
-        asked = planner_of(assembly, body)
-        found = placing.places(first, assembly, body, asked.faces, APART[kind], asked)
+        asked = placing.planner(assembly, body)
+        found = placing.places(asked, APART[kind])
         best = min(face.face for face in found) if found else 0
         for spot in sorted((spot for spot in found if spot.face == best), key=rule):
             fault, placed, contacts = asked.checks.fits(spot.pose)

@@ -19,9 +19,8 @@ import holdfast as hf
 from bench.baselines.drop import SECONDS, Drop, drop
 from bench.scenes.placement_scenes import PlacementScene
 from bench.suite import Case, Row
-from holdfast.applications.placement.plan import planner
-from holdfast.applications.placement.planner import Planner
-from holdfast.applications.placement.rating import least_push
+from holdfast.applications.placement.planner import Planner, planner
+from holdfast.applications.placement.result import least_push
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.errors import HoldfastError
 from holdfast.engines.contract import Engine
@@ -61,14 +60,14 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
         seconds.append(search.first)
         _, after = search.found[0]
         again += hf.stability(hf.assemble(after.scene)).status is hf.Status.STABLE
-        fall = dropped(after, asked.body.name)
+        fall = dropped(after, asked.checks.body.name)
         drops += [] if fall is None else [fall]
         if len(least) < RATED:
             full = hf.robustness_map(after, None, spacing=SPACING)
             decided = least_push(full)
             least += [] if decided is None else [decided]
             undecided += full.undecided.count
-            decided = least_push(hf.robustness_map(after, None, spacing=SPACING, engine=asked.engine))
+            decided = least_push(hf.robustness_map(after, None, spacing=SPACING, engine=asked.checks.engine))
             own += [] if decided is None else [decided]
     placed = len(seconds)
     row: Row = {

@@ -1,9 +1,9 @@
 from holdfast.applications.carrying.fastest import fastest_carry as fastest_carry
-from holdfast.applications.firmer.freedom import Moves as Moves
 from holdfast.applications.gradients.differentiate import gradients as gradients
 from holdfast.applications.placement.conditions import Approach as Approach
 from holdfast.applications.placement.conditions import Weights as Weights
-from holdfast.applications.pushing.safe import Tool as Tool
+from holdfast.applications.pushing.freedom import Moves as Moves
+from holdfast.applications.pushing.safe_pushes import Tool as Tool
 from holdfast.applications.transport import inertial_loads as inertial_loads
 from holdfast.applications.transport import safe_time_scale as safe_time_scale
 from holdfast.batches.run import Resources as Resources

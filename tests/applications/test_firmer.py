@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.firmer.firmer import Climb, Firmness, firmer_than
+from holdfast.applications.pushing.firmer import Climb, Firmness, firmer_than
 from holdfast.base.values import Table
 from holdfast.scene.shipped.blocks import at, box, floor
 

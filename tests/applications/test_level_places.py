@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.placement.conditions import Options, Weights
+from holdfast.applications.placement.conditions import Approach
 from holdfast.applications.placement.level_places import (
     LevelPlace,
     SeenFromAbove,
@@ -22,16 +22,6 @@ from holdfast.scene.shipped.blocks import at, box
 
 UP = np.array([0, 0, 1.0])
 TURNED = pose_from(np.zeros(3), np.array([np.cos(0.3), 0, 0, np.sin(0.3)]))
-ANYWHERE = np.array([[-np.inf] * 3, [np.inf] * 3])
-
-
-def options(orientations: Float | None = None, prefer_upright: bool = True) -> Options:
-    return Options(
-        box=ANYWHERE, supports=("tray",), least_supports=1, avoid=(), orientations=orientations, free_yaw=True,
-        lean_degrees=5.0,
-        approach=None, weights=Weights(), friction=hf.Friction(0.5), mass_margin=0.1, spacing=0.01,
-        prefer_upright=prefer_upright,
-    )  # fmt: skip
 
 
 def tray(pose: Float = TURNED) -> hf.Body:
@@ -42,7 +32,7 @@ def found(thing: hf.Body, *others: hf.Body, apart: float = 0.01, inset: float = 
     ground = tray()
     axes = frame_of([ground], UP)
     outlines = [SeenFromAbove(body, UP, axes) for body in (ground, *others)]
-    upright = options(np.eye(3)[None])
+    upright = Approach(np.eye(3))
     turns = turns_of(StandingFaces(thing).faces(), upright, UP, axes)
     return level_places_for(thing, turns, levels_of([ground], UP, axes), outlines, apart, inset)
 
@@ -110,7 +100,7 @@ def test_the_rim_of_a_tray_keeps_its_distance() -> None:
     thing = box("thing", (0.1, 0.06, 0.08), 1, (0, 0, 0))
     axes = frame_of([rimmed], UP)
     levels = [level for level in levels_of([rimmed], UP, axes) if level.height < 0.02]
-    turns = turns_of(StandingFaces(thing).faces(), options(np.eye(3)[None]), UP, axes)
+    turns = turns_of(StandingFaces(thing).faces(), Approach(np.eye(3)), UP, axes)
     places = level_places_for(thing, turns, levels, [SeenFromAbove(rimmed, UP, axes)], 0.005, 0.005)
     assert places
     for place in places:
@@ -122,6 +112,6 @@ def test_the_rim_of_a_tray_keeps_its_distance() -> None:
 def test_the_faces_on_which_a_cup_is_put() -> None:
     cup = hf.Body("cup", hf.Cylinder(0.03, 0.1), mass=1)
     axes = np.eye(3)[:2]
-    turns = turns_of(StandingFaces(cup).faces(), options(), UP, axes)
+    turns = turns_of(StandingFaces(cup).faces(), Approach(), UP, axes)
     assert [turn[2, 2].round(9) for turn in turns] == [1, 1, -1, -1], "upright first, never on a round side"
-    assert len(turns_of(StandingFaces(cup).faces(), options(np.eye(3)[None]), UP, axes)) == 2
+    assert len(turns_of(StandingFaces(cup).faces(), Approach(np.eye(3)), UP, axes)) == 2

@@ -12,7 +12,7 @@ import pytest
 
 import holdfast as hf
 from bench.scenes.placement_scenes import TABLE_II, TABLE_III
-from holdfast.applications.placement.plan import planner
+from holdfast.applications.placement.planner import planner
 from holdfast.applications.resting_poses import StandingFaces
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped import shipped_scene

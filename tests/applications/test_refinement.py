@@ -11,7 +11,7 @@ import pytest
 import holdfast as hf
 from holdfast.applications.placement.checks import Checks
 from holdfast.applications.placement.comparing import Clock, rated, refined
-from holdfast.applications.placement.plan import planner
+from holdfast.applications.placement.planner import planner
 from holdfast.applications.placement.result import Candidate
 from holdfast.scene.shipped.blocks import at, box, floor
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.applications.pushing.safe import reached
+from holdfast.applications.pushing.safe_pushes import reached
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import at, box, floor
 

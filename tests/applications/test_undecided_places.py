@@ -12,7 +12,7 @@ import pytest
 from retold import REASON, retold, unknown
 
 import holdfast as hf
-from holdfast.applications.placement import comparing, planner, rating, support
+from holdfast.applications.placement import comparing, planner, support
 from holdfast.queries import map as maps
 from holdfast.report.pose_report import placement_report
 from holdfast.scene.shipped.blocks import box, floor
@@ -32,7 +32,7 @@ def place(monkeypatch: pytest.MonkeyPatch) -> Callable[..., hf.answers.Placement
     def call(*changes: Callable[[Any], Any], before: Callable[[Any], Any] = lambda found: found, **options: Any) -> Any:
         turn = itertools.chain(changes, itertools.repeat(changes[-1]))
         monkeypatch.setattr(comparing, "refined", lambda checks, after, pose, beneath: (pose, after))
-        for module in (rating, planner):
+        for module in (comparing, planner):
             monkeypatch.setattr(module, "robustness_map", lambda *a, **k: next(turn)(maps.robustness_map(*a, **k)))
         monkeypatch.setattr(support, "robustness_map", lambda *a, **k: before(maps.robustness_map(*a, **k)))
         return hf.plan_placement(

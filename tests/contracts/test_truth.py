@@ -15,7 +15,7 @@ import pytest
 
 import holdfast as hf
 from holdfast.applications.disassembly.removal import Answer
-from holdfast.applications.pushing.result import Effect
+from holdfast.applications.pushing.safe_pushes import Effect
 from holdfast.scene.shipped.blocks import at
 
 

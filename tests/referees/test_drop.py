@@ -8,7 +8,7 @@ import pytest
 import holdfast as hf
 from bench.baselines.drop import describe, drop
 from bench.scenes.placement_scenes import TABLE_II, TABLE_III
-from holdfast.applications.placement.plan import planner
+from holdfast.applications.placement.planner import planner
 from holdfast.base.rigid import pose_from
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import about_x, box, floor

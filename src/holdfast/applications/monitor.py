@@ -31,15 +31,8 @@ from holdfast.engines.answers import only_balanced
 from holdfast.engines.groups import Groups, PreparedGroup, prepared
 from holdfast.engines.mechanism import NAMED
 from holdfast.engines.verdict import Status
-from holdfast.queries.request import (
-    CERTAIN_ENGINE,
-    DEFAULT_ENGINE,
-    Load,
-    checked_assembly,
-    checked_loads,
-    engine_of,
-    total_wrench,
-)
+from holdfast.queries import request
+from holdfast.queries.request import CERTAIN_ENGINE, DEFAULT_ENGINE, Load
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
@@ -171,7 +164,7 @@ class Monitor:
         seconds: float = 0.02,
         solves: int = 5,
     ) -> None:
-        given = checked_assembly(assembly)
+        given = request.checked_assembly(assembly)
         if given.tolerances.capped:
             remedy = "needs contacts that are known: assemble the scene without pose_sigma"
             raise HoldfastError(message("monitor", "the poses of the assembly are uncertain", remedy))
@@ -179,7 +172,7 @@ class Monitor:
         self._pivot = checked(pivot, (3,), "monitor: pivot", within=PLACE)
         self._seconds = checked_number(seconds, "monitor: seconds", minimum=0, within=SCALE)
         self._solves = checked_whole(solves, "monitor: solves", 0, MANY)
-        self._standing = checked_loads(standing)
+        self._standing = request.checked_loads(standing)
         counted, self._notes = counted_bodies(given, bodies, "monitor")
         self._names = {body.name for body, taken in zip(given.movable, counted, strict=True) if taken}
         if not self._names:
@@ -310,9 +303,11 @@ class Monitor:
     def _prepare(self, solves: int) -> None:
         """Prepare all groups that have changed, and ask each of them about so many likely motions."""
         assembly = self._assembly
-        standing = total_wrench(assembly, self._standing)
+        standing = request.total_wrench(assembly, self._standing)
         columns, times = motion_columns(assembly, self._pivot), {w.names: w.holds.times for w in self._watched.values()}
-        holding, moving = (prepared(engine_of(name), assembly, standing) for name in (DEFAULT_ENGINE, CERTAIN_ENGINE))
+        holding, moving = (
+            prepared(request.engine_of(name), assembly, standing) for name in (DEFAULT_ENGINE, CERTAIN_ENGINE)
+        )
         numbers = [k for k, names in enumerate(assembly.groups) if not self._names.isdisjoint(names)]
         rng = np.random.default_rng(0)
         x = motion_coordinates(*(deviation * rng.normal(size=(solves, 3)) for deviation in LIKELY))

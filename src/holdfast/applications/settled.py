@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from holdfast.applications.settled_words import fate_of, moving, status_and_reason
 from holdfast.assembly.assembly import assemble
 from holdfast.assembly.caution import doubts_of_scene
 from holdfast.base.archive import to_dict
@@ -36,6 +35,9 @@ MEETING = CALM  # groups whose bodies end up closer to each other than this are 
 UNFINISHED = (End.GOING, End.EFFORT, End.TROUBLE)
 
 Done = Mapping[tuple[str, ...], Motion]  # the motion of each group
+LEAST = 1e-6  # [m] smaller motions count as none
+STILL_GOING = 0.1  # share of the largest motion of the last step, below which a body counts as dragged along
+UPWARD = 0.01  # cosine of the largest angle between up and the normal of a contact that carries weight
 
 
 class Fall(Record):
@@ -195,15 +197,9 @@ def _brought_to_rest(
     while True:
         for group in groups:
             if group not in done and not _among(deep, group):
-                inside = _among(overlaps, group)
+                here, inside, slides = alone(start, group), _among(overlaps, group), group in smooth
                 done[group] = come_to_rest(
-                    alone(start, group),
-                    group,
-                    limits,
-                    known=exact,
-                    sigma=sigma,
-                    overlaps=inside,
-                    smooth=group in smooth,
+                    here, group, limits, known=exact, sigma=sigma, overlaps=inside, smooth=slides
                 )
         done = {group: motion for group, motion in done.items() if group in groups}
         result = start.moved({p.start.name: p.body.pose for m in done.values() for p in m.bodies if not p.start.fixed})
@@ -227,8 +223,11 @@ def _judged(
 ) -> Settled:
     """Decide whether the scene at rest stands, and describe the result in words."""
     names = tuple(body.name for body in given.movable)
-    fates = [fate_of(group, motion, limits, given.up) for group, motion in done.items()]
-    fell = tuple(Fall(name, direction, distance) for fate in fates for name, direction, distance in fate.left)
+    fell, words = list[Fall](), dict[str, str]()
+    for group, motion in done.items():
+        falls, reasons = fate_of(group, motion, limits, given.up)
+        fell += falls
+        words |= reasons
     resting = {name for g, m in done.items() if m.end not in (End.LEFT, End.APART) for name in g}
     verdict, faults = None, []
     if resting:
@@ -242,7 +241,6 @@ def _judged(
     unfinished = [f"{listed(moving(g, m))}: {m.end.value}" for g, m in done.items() if m.end in UNFINISHED]
     far = [group[k] for group, m in done.items() if m.end is not End.LEFT for k in m.left]
     status, reason = status_and_reason(verdict, [f.body for f in fell], deep, far, faults, unfinished, limits)
-    words = {name: word for fate in fates for name, word in fate.words.items()}
     for o in deep:
         words |= {n: f"overlaps {quoted(m)} by {1e3 * o.depth:.3g} mm" for n, m in (o.bodies, o.bodies[::-1])}
     before, after = given.movable, result.movable
@@ -255,7 +253,7 @@ def _judged(
         moved=np.array([np.linalg.norm(b.com_world - a.com_world) for a, b in zip(before, after, strict=True)]),
         turned_degrees=np.array([turn_between(a.pose, b.pose) for a, b in zip(before, after, strict=True)]),
         reasons=tuple(words.get(name, "not moved: bodies of its group overlap too deeply") for name in names),
-        fell=fell,
+        fell=tuple(fell),
         stability=verdict,
         travel=limits.reach,
         steps=sum(motion.steps for motion in done.values()),
@@ -298,3 +296,91 @@ def _upright(scene: Scene, names: Iterable[str], turn: float) -> Scene:
                 message(f"settle: upright: {quoted(name)}", problem, f"needs a movable body within {turn:g}")
             )
     return scene.moved(poses) if poses else scene
+
+
+def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> tuple[list[Fall], dict[str, str]]:
+    """Return the falls in a group, and what happened to each of its bodies in words; ``up`` (3,) points upwards."""
+    falls, words = [], {}
+    for k, name in enumerate(group):
+        posed = motion.bodies[k]
+        way = float(np.linalg.norm(posed.moved))
+        if k in motion.left and motion.end is End.LEFT:
+            going = motion.going[k] if np.linalg.norm(motion.going[k]) > 0 else posed.moved
+            direction = going / max(float(np.linalg.norm(going)), 1e-300)
+            falls.append(Fall(name, direction, way))
+            x, y, z = direction + 0.0
+            how = f"after {1e3 * way:.3g} mm and {posed.turned:.3g} degrees"
+            words[name] = f"falls: goes beyond the travel {how}, moving along ({x:.2f}, {y:.2f}, {z:.2f})"
+        elif motion.end is End.LEFT:
+            words[name] = "not brought to rest: a body that it may touch falls"
+        elif k in motion.left:
+            words[name] = f"moved {1e3 * way:.3g} mm, beyond the travel, to end overlaps"
+        elif motion.end is not End.REST:
+            words[name] = f"moved {1e3 * way:.3g} mm: {motion.end.value}"
+        else:
+            words[name] = _why(motion, k, way, limits, up)
+    return falls, words
+
+
+def moving(group: Sequence[str], motion: Motion) -> list[str]:
+    """Return the names of the bodies of a group that still moved in the last step, or of all if none did."""
+    ways = np.linalg.norm(motion.going, axis=1)
+    return [name for name, way in zip(group, ways, strict=True) if way >= STILL_GOING * float(ways.max())]
+
+
+def _why(motion: Motion, k: int, way: float, limits: Limits, up: Float) -> str:
+    """Say why a body that came to rest has moved."""
+    touched = np.abs(motion.contacts.gaps) <= TOUCH * limits.reach
+    ends, normals = motion.contacts.ends[touched], motion.contacts.normals[touched]
+    mine = np.flatnonzero((ends == k).any(1))
+    others = np.where(ends[mine, 0] == k, ends[mine, 1], ends[mine, 0])
+    upward = np.where(ends[mine, 1] == k, 1.0, -1.0) * (normals[mine] @ up)
+    below = others[upward > UPWARD]
+    leant = np.unique(below if len(below) else others).tolist()  # on those that press it upwards, or on all it touches
+    where = listed([motion.bodies[other].start.name for other in leant]) or "nothing"
+    if way < LEAST and motion.bodies[k].turned < 1e-3:
+        return f"was at rest on {where}"
+    pushed = float(np.linalg.norm(motion.pushed[k]))
+    sunk = float(np.linalg.norm(motion.bodies[k].moved - motion.pushed[k]))
+    parts = [f"pushed {1e3 * pushed:.2g} mm out of an overlap"] if pushed > LEAST else []
+    parts += [f"sank {1e3 * sunk:.2g} mm"] if sunk > LEAST else []
+    return " and ".join(parts or ["turned"]) + f"; rests on {where}"
+
+
+def status_and_reason(
+    verdict: Stability | None,
+    fell: Sequence[str],
+    deep: Sequence[Overlap],
+    far: Sequence[str],
+    faults: Sequence[str],
+    unfinished: Sequence[str],
+    limits: Limits,
+) -> tuple[Status, str]:
+    """Return the status of a scene brought to rest and the reason for it."""
+    travel = f"the travel of {1e3 * limits.reach:.3g} mm"
+    if fell:
+        return (
+            Status.UNSTABLE,
+            f"{listed(fell)}: went beyond {travel} or turned by more than {limits.turn:.3g} degrees",
+        )
+    if deep:
+        worst = max(deep, key=lambda o: o.depth)
+        a, b = map(quoted, worst.bodies)
+        return (
+            Status.UNDECIDED,
+            f"{a} and {b} overlap by {1e3 * worst.depth:.3g} mm, deeper than {travel}: correct the poses",
+        )
+    if far:
+        return Status.UNDECIDED, f"{listed(far)}: overlaps end only beyond {travel}: correct the poses"
+    if verdict is None:
+        return Status.STABLE, "nothing can move"
+    if faults and verdict.status is Status.STABLE:
+        return Status.UNDECIDED, f"overlaps are left: {'; '.join(faults[:3])}"
+    if verdict.status is Status.STABLE:
+        return Status.STABLE, f"at rest within {travel}; {verdict.reason}"
+    if unfinished:
+        return (
+            Status.UNDECIDED,
+            f"{'; '.join(unfinished)}: settle the resulting scene once more, or correct the poses",
+        )
+    return verdict.status, verdict.reason

@@ -16,44 +16,31 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly, body_forces
 from holdfast.base.archive import to_dict
-from holdfast.base.arrays import (
-    Bool,
-    Float,
-    checked,
-    checked_directions,
-    checked_number,
-    objects,
-)
-from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.arrays import Bool, Float, checked, checked_directions, checked_number, objects
+from holdfast.base.errors import HoldfastError, SceneError, hinting, message
 from holdfast.base.painters import paint
 from holdfast.base.public import Of, Summary, column
 from holdfast.base.ranges import ACCELERATION, PLACE, TURNING
 from holdfast.base.text import listed, quoted
 from holdfast.certificates.certified import Certified, asking
 from holdfast.certificates.question import Question
-from holdfast.engines.answers import Claim
+from holdfast.engines.answers import Claim, Undecided
 from holdfast.engines.imperfect import Imperfect
+from holdfast.queries import request
 from holdfast.queries.push import load_factors
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    Load,
-    body_numbers,
-    checked_assembly,
-    checked_loads,
-    engine_of,
-    pressed_by,
-    total_wrench,
-)
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load
 from holdfast.queries.result import ROW, Columns, least, vector_text, verdict_words
+from holdfast.queries.sampled import Sampled
+from holdfast.queries.sampler import Sample, sampler
 from holdfast.queries.sets import ConvexSet
+from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene
 
 # ω ωᵀ where one of the products that ``motion_coordinates`` ends with is 1 and the others are 0
@@ -89,7 +76,7 @@ def inertial_loads(
         np.zeros(3) if value is None else checked(value, (3,), f"{where}: {name}", within=within)
         for name, (value, within) in given.items()
     )
-    given_assembly = checked_assembly(assembly)
+    given_assembly = request.checked_assembly(assembly)
     wrenches = inertial_wrenches(given_assembly, a[None], alpha[None], omega[None], at)[:, 0].reshape(-1, 6)
     return tuple(
         Load(body.name, body.com_world, wrench[:3], wrench[3:])
@@ -232,26 +219,30 @@ def transport_limits(
 
     Raises SceneError if there is no direction, if one is zero, or if one of ``bodies`` is unknown or fixed.
     """
-    given = checked_assembly(assembly)
-    if tilt_degrees is not None:
-        given = given.tilted(tilt_degrees)
+    given = _on_carrier(assembly, tilt_degrees)
     if directions is None:
         ways = given.scene.horizontal_directions()
     else:
         ways = checked_directions(directions, "transport_limits: directions")
         if not len(ways):
             raise SceneError(message("transport_limits: directions", "is empty", "needs at least one"))
-    method = engine_of(engine)
+    method = request.engine_of(engine)
     counted, note = counted_bodies(given, bodies, "transport_limits")
     W = carrier_columns(given, counted, ways)
-    standing = checked_loads(standing)
-    standing_wrench = total_wrench(given, standing)
-    pressed = pressed_by(given, standing), np.zeros((len(given.bodies), len(ways)))
+    standing = request.checked_loads(standing)
+    standing_wrench = request.total_wrench(given, standing)
+    pressed = request.pressed_by(given, standing), np.zeros((len(given.bodies), len(ways)))
     found = load_factors(method, given, W, standing_wrench, bounds=bounds, imperfect=imperfect, pressed=pressed)
     found = replace(found, notes=(*found.notes, *note))
     return asking(
         TransportLimits(answers=found, assembly=given, directions=ways), Question(given, standing_wrench, None, W)
     )
+
+
+def _on_carrier(assembly: Assembly | Scene, tilt_degrees: ArrayLike | None) -> Assembly:
+    """Return the assembly on a carrier that is tilted throughout."""
+    given = request.checked_assembly(assembly)
+    return given if tilt_degrees is None else given.tilted(tilt_degrees)
 
 
 def carrier_columns(assembly: Assembly, counted: Bool, ways: Float) -> Float:
@@ -270,7 +261,7 @@ def counted_bodies(assembly: Assembly, bodies: Sequence[str] | None, where: str)
     """
     if bodies is None:
         return np.ones(len(assembly.movable), dtype=bool), ()
-    numbers = body_numbers(assembly, bodies, where)
+    numbers = request.body_numbers(assembly, bodies, where)
     fixed = [name for name, number in numbers.items() if number == FIXED]
     if fixed:
         raise SceneError(message(where, f"{quoted(fixed[0])} is fixed", "name movable bodies"))
@@ -322,3 +313,74 @@ def _usage(a: Float, limits: object) -> Float:
         remedy = "ask transport_limits along the accelerations of the path that are not zero, or give a set"
         raise HoldfastError(message("safe_time_scale", "the limits are along other directions", remedy))
     return np.asarray(np.divide(size, limits.lower, out=np.full(len(a), np.inf), where=limits.lower > 0))
+
+
+class TransportUnder(Sampled):
+    """The largest acceleration of the carrier along each of n directions, in each of ``samples`` samples.
+
+    ``acceleration`` (samples, n) [m/s²] is 0 where a sample does not stand, and inf where no acceleration moves
+    anything. Where the sample or the limit is undecided, the 0 is no answer. ``status`` (samples, n) distinguishes
+    these cases, as in TransportLimits, and ``undecided_limits`` counts the undecided ones. ``lower`` and ``upper``
+    (samples, n) [m/s²] bound the true answer of each sample.
+
+    ``stands`` is the share of samples that certainly stand on the carrier at rest (STABLE), and ``undecided`` the share
+    that may stand; the remaining samples do not stand. ``nominal`` (n,) [m/s²] is the limit of the assembly as it was
+    given, without uncertainty, and ``nominal_status`` (n,) is its status. The unit ``directions`` (n, 3) are in the
+    axes of the scene. ``seed`` is the seed of the samples, and ``notes`` are the simplifications on which the answer
+    depends.
+    """
+
+    unit: ClassVar[str] = "m/s²"
+    place: ClassVar[str] = "along"
+
+    scene: str
+    directions: Float = column("n 3")
+
+    plain = "scene directions acceleration status nominal nominal_status stands undecided undecided_limits samples seed"
+
+    acceleration = Of[Float]("_values", "The largest acceleration (samples, n) [m/s²] before anything moves.")
+    undecided_limits = Of[Undecided](
+        "answers.undecided", "How many of the limits on all samples are not known (``count``, ``share``), and why."
+    )
+
+    def summary(self) -> Summary:
+        """Summarise the answer by quantiles of the directions with the smallest medians."""
+        headline = f"{self.samples} samples of {self.scene or 'assembly'} on its carrier"
+        return self.weakest(headline, objects([vector_text(way, ".3f") for way in self.directions]))
+
+
+@hinting(uncertain=Uncertain)
+def transport_under(
+    assembly: Assembly | Scene,
+    directions: ArrayLike | None = None,
+    uncertain: Uncertain | None = None,
+    *,
+    tilt_degrees: ArrayLike | None = None,
+    standing: Iterable[Load] = (),
+    engine: EngineChoice = DEFAULT_ENGINE,
+    bodies: Sequence[str] | None = None,
+) -> TransportUnder:
+    """Compute how fast the carrier may accelerate in samples of uncertain poses, friction, masses and faces.
+
+    ``directions``, ``tilt_degrees``, ``standing``, ``engine`` and ``bodies`` have the same meaning as in
+    ``transport_limits``, and ``uncertain`` the same as in ``robustness_under``, from which the samples do not differ:
+    standing loads move with their body, and directions stay fixed in the scene. With ``bodies``, ``stands`` is about
+    the groups of these bodies alone.
+
+    Raises SceneError as ``transport_limits`` does, and HoldfastError as ``robustness_under`` does. See
+    docs/howto/uncertainty.md.
+    """
+    given = _on_carrier(assembly, tilt_degrees)
+    method, loads = request.engine_of(engine), request.checked_loads(standing)
+    samples = sampler(given, uncertain, method, loads, "transport under uncertainty")
+    nominal = transport_limits(given, directions, standing=loads, engine=method, bodies=bodies)
+    counted, _ = counted_bodies(given, bodies, "transport_under")
+
+    def columns(sample: Sample) -> Float:
+        return carrier_columns(sample.assembly, counted, nominal.directions)
+
+    return TransportUnder(
+        scene=given.scene.name,
+        directions=nominal.directions,
+        **samples.fields(nominal, np.flatnonzero(counted), columns),
+    )

@@ -6,19 +6,18 @@ import os
 from typing import Any
 
 from holdfast.applications.calibration.measured_friction import MeasuredFriction
-from holdfast.applications.carrying.result import Carried
+from holdfast.applications.carrying.carry import Carried
 from holdfast.applications.disassembly.build import BuildOrder
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.disassembly.removal import Removal
-from holdfast.applications.firmer.result import Firmer
-from holdfast.applications.gradients.result import Derivatives
+from holdfast.applications.gradients.differentiate import Derivatives
 from holdfast.applications.monitor import Monitored
 from holdfast.applications.placement.result import Placement, Placements
-from holdfast.applications.pushing.result import SafePushes
+from holdfast.applications.pushing.firmer import Firmer
+from holdfast.applications.pushing.safe_pushes import SafePushes
 from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
-from holdfast.applications.transport import TransportLimits
-from holdfast.applications.transport_under import TransportUnder
+from holdfast.applications.transport import TransportLimits, TransportUnder
 from holdfast.base.archive import load
 from holdfast.base.errors import HoldfastError, message
 from holdfast.batches.result import BatchReport

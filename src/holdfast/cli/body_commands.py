@@ -9,8 +9,7 @@ from typing import Annotated
 
 import typer
 
-from holdfast.applications.pushing.result import Effect
-from holdfast.applications.pushing.safe import DOUBT, Tool, safe_pushes
+from holdfast.applications.pushing.safe_pushes import DOUBT, Effect, Tool, safe_pushes
 from holdfast.applications.resting_poses import resting_poses
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import listed

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from holdfast.applications.firmer.firmer import firmer as make_firmer
-from holdfast.applications.firmer.freedom import Moves
+from holdfast.applications.pushing.firmer import firmer as make_firmer
+from holdfast.applications.pushing.freedom import Moves
 from holdfast.cli.file_commands import WRITTEN_SUFFIXES
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene

@@ -11,7 +11,8 @@ from typing import Annotated, Any
 import typer
 
 from holdfast.applications.placement.conditions import Approach, Search, Where, with_own
-from holdfast.applications.placement.plan import place_all, plan_placement
+from holdfast.applications.placement.planner import plan_placement
+from holdfast.applications.placement.several import place_all
 from holdfast.assembly.caution import doubts
 from holdfast.base.errors import HoldfastError, message
 from holdfast.cli.assignments import of_all_and_each

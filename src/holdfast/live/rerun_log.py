@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from holdfast.applications.carrying.result import Carried
+from holdfast.applications.carrying.carry import Carried
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.placement.result import Placement, Placements
 from holdfast.applications.resting_poses import RestingPoses

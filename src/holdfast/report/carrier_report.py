@@ -37,7 +37,7 @@ from holdfast.report.description import (
 )
 
 if TYPE_CHECKING:
-    from holdfast.applications.carrying.result import Carried
+    from holdfast.applications.carrying.carry import Carried
 
 ARCS = 12  # largest number of rows of directions in a table
 TIMES = 12  # largest number of times in the table of a motion

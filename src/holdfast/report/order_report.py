@@ -11,7 +11,7 @@ from holdfast.applications.disassembly.build import BuildOrder, shown
 from holdfast.applications.disassembly.least_hold import handled, hands_column
 from holdfast.applications.disassembly.order import Disassembly
 from holdfast.applications.disassembly.removal import Answer, Removal
-from holdfast.applications.pushing.result import Effect, SafePushes
+from holdfast.applications.pushing.safe_pushes import Effect, SafePushes
 from holdfast.base.public import number
 from holdfast.base.text import listed
 from holdfast.drawing.panel_sheets import StateFrame, StateSequence, write_sequence

@@ -12,10 +12,10 @@ from functools import partial
 
 import numpy as np
 
-from holdfast.applications.carrying.result import Carried
+from holdfast.applications.carrying.carry import Carried
 from holdfast.applications.disassembly.order import Disassembly
-from holdfast.applications.firmer.result import Firmer
 from holdfast.applications.placement.result import Placement, Placements
+from holdfast.applications.pushing.firmer import Firmer
 from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits

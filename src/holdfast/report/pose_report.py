@@ -21,8 +21,8 @@ from holdfast.report.map_picture import bare_picture, solids_of
 
 if TYPE_CHECKING:
     from holdfast.applications.calibration.measured_friction import MeasuredFriction
-    from holdfast.applications.firmer.result import Firmer
     from holdfast.applications.placement.result import Placement
+    from holdfast.applications.pushing.firmer import Firmer
     from holdfast.applications.settled import Settled
 
 SAMPLED = 160  # number of support points that are sampled for the picture of a placement
@@ -161,7 +161,7 @@ def firmer_report(result: Firmer) -> Report:
 
 def save_firmer_png(result: Firmer, path: str | os.PathLike[str]) -> None:
     """Write the scene before and after as a PNG; before, with an arrow the way in which the first body was moved."""
-    from holdfast.applications.firmer.result import STILL  # only here, as it takes long to import
+    from holdfast.applications.pushing.firmer import STILL  # only here, as it takes long to import
 
     scene, unit = result.assembly.scene, "times" if result.times else "N"
     name, last = next(iter(result.poses.items()))

@@ -12,17 +12,8 @@ from holdfast.applications.calibration.friction_fit import LEAST_SCATTER, MOST_S
 from holdfast.applications.calibration.measured_friction import MeasuredFriction
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.on_surface import check_on_surface
-from holdfast.base.arrays import (
-    Bool,
-    Float,
-    checked,
-    checked_direction,
-    checked_items,
-    checked_name,
-    checked_number,
-    checked_truth,
-    objects,
-)
+from holdfast.base import arrays
+from holdfast.base.arrays import Bool, Float, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.progress import report
 from holdfast.base.public import number
@@ -31,16 +22,8 @@ from holdfast.base.text import listed, quoted
 from holdfast.base.values import Table
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    Load,
-    body_number,
-    checked_assembly,
-    engine_of,
-    push_columns,
-    total_wrench,
-)
+from holdfast.queries import request
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load
 from holdfast.queries.uncertain import Pair
 from holdfast.scene.scene import Scene
 
@@ -101,17 +84,17 @@ def friction_from(
     Raises SceneError if there are no pushes, or if one is malformed or on a fixed or unknown body. Raises HoldfastError
     if the scatter cannot be estimated. See docs/howto/friction.md.
     """
-    given = checked_assembly(assembly)
+    given = request.checked_assembly(assembly)
     pushes = _checked(given, measured)
     if scatter is not None:
-        scatter = checked_number(scatter, f"{WHERE}: scatter", minimum=LEAST_SCATTER)
+        scatter = arrays.checked_number(scatter, f"{WHERE}: scatter", minimum=LEAST_SCATTER)
         if scatter > MOST_SCATTER:
             raise HoldfastError(message(f"{WHERE}: scatter", f"is {scatter:g}", f"needs at most {MOST_SCATTER:g}"))
     elif not pushes.moved.any():
         _refuse_scatter(0, 1)
-    confidence = checked_number(confidence, f"{WHERE}: confidence", above=0, below=1)
-    method = engine_of(engine)
-    forces = _Forces(given, method, total_wrench(given, standing), pushes)
+    confidence = arrays.checked_number(confidence, f"{WHERE}: confidence", above=0, below=1)
+    method = request.engine_of(engine)
+    forces = _Forces(given, method, request.total_wrench(given, standing), pushes)
     pairs = _unknowns(given, pushes.bodies)
     at, fit, used, notes = _settled(forces, pairs, scatter)
     depends = [k for k, scan in enumerate(fit.scans) if (np.ptp(scan, axis=0) > DEPENDS).any()]
@@ -163,7 +146,7 @@ def _plateaus(several: Sequence[Pair]) -> list[str]:
 
 def _checked(assembly: Assembly, measured: Iterable[Sequence[Any]]) -> _Pushes:
     """Return checked pushes; raise SceneError for the first that is malformed, or if there are none."""
-    rows = checked_items(measured, f"{WHERE}: measured", FORM)
+    rows = arrays.checked_items(measured, f"{WHERE}: measured", FORM)
     if not rows:
         raise SceneError(message(f"{WHERE}: measured", "is empty", "needs at least one push"))
     found = []
@@ -172,14 +155,14 @@ def _checked(assembly: Assembly, measured: Iterable[Sequence[Any]]) -> _Pushes:
         if not isinstance(row, tuple | list) or len(row) not in (4, 5):
             raise SceneError(message(where, f"is {quoted(row, 80)}", f"needs {FORM}"))
         body, point, direction, force, moved = (*row, True)[:5]
-        name = checked_name(body, f"{where}: body")
-        if body_number(assembly, name) == FIXED:
+        name = arrays.checked_name(body, f"{where}: body")
+        if request.body_number(assembly, name) == FIXED:
             raise SceneError(message(where, f"{quoted(name)} is fixed", "name movable bodies"))
-        place = checked(point, (3,), f"{where}: point", within=PLACE)
+        place = arrays.checked(point, (3,), f"{where}: point", within=PLACE)
         check_on_surface(assembly, name, place[None], where)
-        way = checked_direction(direction, f"{where}: direction")
-        size = checked_number(force, f"{where}: force", above=0, within=FORCE)
-        found.append((name, place, way, size, checked_truth(moved, f"{where}: moved")))
+        way = arrays.checked_direction(direction, f"{where}: direction")
+        size = arrays.checked_number(force, f"{where}: force", above=0, within=FORCE)
+        found.append((name, place, way, size, arrays.checked_truth(moved, f"{where}: moved")))
     bodies, points, directions, forces, moves = zip(*found, strict=True)
     return _Pushes(list(bodies), np.array(points), np.array(directions), np.array(forces), np.array(moves))
 
@@ -211,7 +194,7 @@ class _Forces:
         """Return the logarithms (n,) of the forces at which something moves; NaN where that is undecided."""
         a, pushes = self.assembly.with_friction(mu), self.pushes
         ones = zip(pushes.bodies, pushes.points, pushes.directions, strict=True)
-        W = np.hstack([push_columns(a, a.index[name], p[None], e[None]) for name, p, e in ones])
+        W = np.hstack([request.push_columns(a, a.index[name], p[None], e[None]) for name, p, e in ones])
         found = prepared(self.engine, a, self.standing).load_factor(W)
         force = np.log(np.clip(found.force / a.weight, 1 / REACH, REACH)) + np.log(a.weight)
         return np.where(found.decided, force, np.nan)

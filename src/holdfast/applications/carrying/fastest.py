@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.carrying.carry import carry
+from holdfast.applications.carrying.carry import Carried, carry
 from holdfast.applications.carrying.profile import Profile
-from holdfast.applications.carrying.result import Carried
 from holdfast.applications.transport import checked_margin, transport_limits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked, checked_number

@@ -18,18 +18,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.applications.disassembly.hands import held_still
 from holdfast.applications.disassembly.least_hold import HandHold, handled, hands_column
 from holdfast.applications.disassembly.order import SHOWN, SOLVES, StepByStep, planned
 from holdfast.applications.disassembly.removal import Answer, Removal, Removals
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import to_dict
-from holdfast.base.arrays import Float, checked_direction, checked_whole
+from holdfast.base.arrays import Float, checked_direction, checked_whole, frozen
 from holdfast.base.progress import reported
 from holdfast.base.public import Record, Summary, number
 from holdfast.base.ranges import MANY
 from holdfast.base.text import listed
-from holdfast.certificates.question import Question
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.verdict import Status
@@ -74,6 +72,7 @@ class BuildOrder(StepByStep, ask=".reached, which says whether everything can be
     steps: tuple[BuildStep, ...]
     stuck: tuple[Removal, ...]
 
+    builds = True
     plain = "engine claim lift order reached proven first steps stuck hands falsework"
 
     @property
@@ -81,23 +80,11 @@ class BuildOrder(StepByStep, ask=".reached, which says whether everything can be
         """The names of the bodies that must stand before the first step."""
         return tuple(body.name for body in self.assembly.movable if body.name not in self.order)
 
-    @property
-    def questions(self) -> tuple[Question, ...]:
-        """What a certificate proves: that everything stands before the first step, and after each.
-
-        What hands hold is fixed there.
-        """
-        states = [self.assembly.without(set(self.order[k:])) for k in range(len(self.order) + 1)]
-        held = [frozenset(hold.body for hold in step.holds) for step in self.steps]
-        return tuple(Question.of(held_still(*each)) for each in zip(states, [*held, frozenset[str]()], strict=True))
-
     @cached_property
     def force(self) -> Float:
         """The smallest push (n,) [N] that moves something after each step; nan where it is not known."""
-        known = [NOTHING if step.weakest is None else _known(step.weakest) for step in self.steps]
-        found = np.array(known, dtype=np.float64)
-        found.setflags(write=False)
-        return found
+        points = [step.weakest for step in self.steps]
+        return frozen(np.array([p.force if p and p.status is not Status.UNDECIDED else NOTHING for p in points]))
 
     @property
     def least(self) -> BuildStep | None:
@@ -126,10 +113,6 @@ class BuildOrder(StepByStep, ask=".reached, which says whether everything can be
         ]
         heads = ("step", "put in", "least push then", *hands_column(self.hands), "why it may go in")
         return Summary(headline, facts, heads, rows)
-
-
-def _known(point: MapPoint) -> float:
-    return NOTHING if point.status is Status.UNDECIDED else point.force
 
 
 def shown(step: BuildStep) -> str:

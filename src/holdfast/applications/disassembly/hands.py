@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from holdfast.applications.disassembly.least_hold import HandHold, least_holds
 from holdfast.applications.disassembly.order_search import Plan, depth_first, from_the_top
@@ -39,12 +40,10 @@ def held_still(assembly: Assembly, names: State) -> Assembly:
     return replace(assembly, scene=still, interfaces=kept)
 
 
-@dataclass(frozen=True)
-class Move:
-    """One removal: which bodies are held until it, ``before``, and from then on, ``after``."""
+class Move(NamedTuple):
+    """One removal, and which bodies are held from then on."""
 
     removal: Removal
-    before: State
     after: State
 
 
@@ -141,7 +140,7 @@ class Hands:
             yield from map(frozenset, itertools.combinations(tried, count))
 
 
-def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[Plan, tuple[Move, ...]]:
+def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> Plan:
     """Take bodies out one by one with up to ``hands`` hands, the highest first, until all or the ``goals`` are out.
 
     The search is depth-first and remembers dead ends. It stops after ``budget`` states were checked.
@@ -166,7 +165,7 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
                 if (present - {name}, after) not in dead:
                     found = asked.removal(name, present, before, after)
                     if found.answer is Answer.SAFE:
-                        yield Move(found, before, after)
+                        yield Move(found, after)
         dead.add((present, before))
 
     longest: tuple[Move, ...] = ()
@@ -175,12 +174,10 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> tuple[
         longest = taken if reached else max(longest, taken, key=len)
         if reached:
             break
-    found, present = list[Move](), whole
-    for move in longest:  # with the least holds of what is held once each is done
-        present -= {move.removal.body}
-        found.append(replace(move, removal=replace(move.removal, holds=asked.least(present, move.after))))
-    steps = tuple(move.removal for move in found)
-    return Plan(steps, reached, reached and not goals, float(len(wanted))), tuple(found)
+    steps = tuple(  # with the least holds of what is held once each is done
+        replace(move.removal, holds=asked.least(left(longest[: k + 1]), move.after)) for k, move in enumerate(longest)
+    )
+    return Plan(steps, reached, reached and not goals, float(len(wanted)))
 
 
 def propped(plain: Removals, hands: int, goals: State, budget: int) -> tuple[Plan, tuple[str, ...]]:
@@ -188,11 +185,11 @@ def propped(plain: Removals, hands: int, goals: State, budget: int) -> tuple[Pla
 
     As few bodies are propped as suffice, and each of them in all steps in which it is held.
     """
-    first = with_hands(plain, hands, goals, budget)[0]
+    first = with_hands(plain, hands, goals, budget)
     if first.reached:
         return first, ()
     for more in range(1, PROPS + 1):
-        plan = with_hands(plain, hands + more, goals, budget)[0]
+        plan = with_hands(plain, hands + more, goals, budget)
         if plan.reached:
             held = [{hold.body for hold in step.holds} for step in plan.steps]
             props = set[str]()  # at most ``hands`` others are held at any time; those that are held longest come first

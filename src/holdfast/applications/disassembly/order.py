@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,6 +59,7 @@ class StepByStep(CertifiedStates, PublicValue):
     hands: int = 0
     falsework: tuple[str, ...] = ()
 
+    builds: ClassVar[bool] = False  # bodies are put in, not taken out
     engine = Of[str]("method.name", "The name of the engine.")
     claim = Of[Claim]("method.claim", "What the engine promises about its answers.")
 
@@ -66,6 +67,18 @@ class StepByStep(CertifiedStates, PublicValue):
     def order(self) -> tuple[str, ...]:
         """The names of the bodies, step by step."""
         return tuple(step.body for step in self.steps)
+
+    @property
+    def questions(self) -> tuple[Question, ...]:
+        """What a certificate proves: that everything stands before the first step, and after each.
+
+        What hands hold is fixed there.
+        """
+        every = range(len(self.order) + 1)
+        gone = [self.order[k:] if self.builds else self.order[:k] for k in every]
+        held = [frozenset(hold.body for hold in step.holds) for step in self.steps]
+        held.insert(len(held) if self.builds else 0, frozenset())
+        return tuple(Question.of(held_still(self.assembly.without(gone[k]), held[k])) for k in every)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data for JSON; without hands, nothing is told of them."""
@@ -94,16 +107,6 @@ class Disassembly(Pictured, StepByStep, ask=".reached, which says whether everyt
     fewest: float
 
     plain = "engine claim lift goal order assembly_order reached proven fewest blocked hands falsework undecided steps"
-
-    @property
-    def questions(self) -> tuple[Question, ...]:
-        """What a certificate proves: that everything stands before the first step, and after each.
-
-        What hands hold is fixed there.
-        """
-        states = [self.assembly.without(set(self.order[:k])) for k in range(len(self.order) + 1)]
-        held = [frozenset(hold.body for hold in step.holds) for step in self.steps]
-        return tuple(Question.of(held_still(*each)) for each in zip(states, [frozenset[str](), *held], strict=True))
 
     @cached_property
     def removals(self) -> Removals:
@@ -147,20 +150,15 @@ class Disassembly(Pictured, StepByStep, ask=".reached, which says whether everyt
 
         Raises HoldfastError if there is no such step.
         """
-        left = frozenset(self.removals.names) - set(self.order[: self._checked(step)])
-        names = [name for name in self.removals.names if name in left]
-        return tuple(self.removals.answer(name, left, exit_first=False) for name in names)
+        left = self._before(step)
+        return tuple(self.removals.answer(name, left, exit_first=False) for name in self.removals.names if name in left)
 
     def paper_table(self, step: int = 0) -> tuple[PaperRow, ...]:
         """Return the paper's table for the bodies that are present before ``step``; see PaperRow.
 
         Raises HoldfastError if there is no such step.
         """
-        left = frozenset(self.removals.names) - set(self.order[: self._checked(step)])
-        rows = {}
-        for part in self.removals.parts(left):
-            for name in part:
-                rows[name] = self._paper_row(name, part)
+        rows = {name: self._paper_row(name, part) for part in self.removals.parts(self._before(step)) for name in part}
         return tuple(rows[name] for name in self.removals.names if name in rows)
 
     def summary(self) -> Summary:
@@ -186,8 +184,10 @@ class Disassembly(Pictured, StepByStep, ask=".reached, which says whether everyt
         factor = float(found.force[0])
         return PaperRow(name, factor * weight, weight, abs(factor - 1) <= WHOLE)
 
-    def _checked(self, step: int) -> int:
-        return checked_whole(step, "disassembly: step", 0, len(self.steps), HoldfastError)
+    def _before(self, step: int) -> frozenset[str]:
+        """Return the bodies that are present before a step."""
+        number = checked_whole(step, "disassembly: step", 0, len(self.steps), HoldfastError)
+        return frozenset(self.removals.names) - set(self.order[:number])
 
 
 def disassembly_order(

@@ -245,16 +245,8 @@ class _Best:
             ):
                 continue
             count = len(steps) + 1 + len(needed - {name})
-            entry = (
-                count,
-                self.hops.get(name, len(self.whole)),
-                -len(steps),
-                next(self.ticket),
-                remaining,
-                name,
-                steps,
-            )
-            heapq.heappush(self.heap, entry)
+            hops = self.hops.get(name, len(self.whole))
+            heapq.heappush(self.heap, (count, hops, -len(steps), next(self.ticket), remaining, name, steps))
 
     def _given_up(self, bound: float) -> Plan:
         """Return the order of the greedy search, as the best-first search found no better one."""

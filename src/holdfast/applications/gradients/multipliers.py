@@ -13,7 +13,7 @@ the factor, it is not, unless they change no derivative; the same holds for moti
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -109,8 +109,9 @@ class OtherOptima:
         """Vectors (I, 3) along the surface, across these; 0 without friction, where velocities are free."""
         return np.column_stack([np.zeros(len(self.mu)), -self.along[:, 2], self.along[:, 1]])
 
+    @cached_property
     def other_forces(self) -> Float:
-        """Return forces (m, I, 3) [N], world axes, of contacts that move, which can be added to those at the limit."""
+        """The forces (m, I, 3) [N], world axes, of contacts that move, which can be added to those at the limit."""
         interface = self.found.nodes.interface
         moves = np.isin(interface, interface[self.speed > AT_REST])  # all nodes of a contact count
         slides = moves & self.pressed & ~self.open & ((self.speed > TIGHT) | (self.mu == 0))
@@ -129,8 +130,9 @@ class OtherOptima:
         found *= self.largest / np.maximum(np.abs(found).max(axis=(1, 2), initial=0.0), 1e-300)[:, None, None]
         return np.asarray(np.einsum("mik,ikx->mix", found, self.found.nodes.axes))
 
+    @cached_property
     def other_twists(self) -> Float:
-        """Return motions (m, J, 6) that can be added to the one at the limit, as fast as it."""
+        """The motions (m, J, 6) that can be added to the one at the limit, as fast as it."""
         assembly = self.found.assembly
         tied = self.sticks & (self.mu > 0)
         slides = ~tied & ~self.open & self.pressed
@@ -151,55 +153,45 @@ def _null(matrix: Float) -> Float:
     return np.asarray(rows[rank:].T)
 
 
+Motions = dict[tuple[bytes, tuple[str, str]], NodeMotion]  # by the places of nodes and the pair of bodies
+
+
 @dataclass(frozen=True, eq=False)
 class Multipliers:
-    """Derivatives of single rows by all ``parameters``; how the nodes of each pair of bodies move is found once."""
+    """The multipliers ``found`` for one ``row``, what else they may be, ``others``, and derivatives by ``parameters``.
+
+    How the nodes of each pair of bodies move is found once for all rows: ``motions`` keeps it.
+    """
 
     parameters: Parameters
-    _motions: dict[tuple[bytes, tuple[str, str]], NodeMotion] = field(default_factory=dict, init=False, repr=False)
-
-    def slopes(self, found: Gradient, load: Float, row: int) -> tuple[Float, Bool]:
-        """Return the derivatives (P,) of one row, solved for a ``load`` (6J,), and which of them are kinks."""
-        one = _SolvedRow(self, found, row, OtherOptima(found, load))
-        value = one.of(found.forces, found.twists, 0.5, loads=True)
-        others = [one.of(found.forces, found.twists, 1.0) - one.of(found.forces, found.twists, 0.0)]  # flush edges
-        others += [one.of(forces, found.twists, 0.5) for forces in one.other_forces]
-        others += [one.of(found.forces, twists, 0.5, loads=True) for twists in one.other_twists]
-        limit = KINK * one.factor / self.parameters.units
-        return value, one.changed | (np.abs(others) > limit).any(axis=0)
-
-    def motion_of(self, found: Gradient, pair: tuple[str, str], own: Int) -> NodeMotion:
-        """Return how the nodes ``own`` of a pair of bodies move."""
-        points, normals = found.nodes.points[own], found.nodes.normals[own]
-        key = points.tobytes(), pair
-        if key not in self._motions:
-            contacts = [one for one in found.assembly.interfaces if one.bodies == pair]
-            with quiet():
-                self._motions[key] = node_motion(self.parameters.assembly, contacts, points, normals)
-        return self._motions[key]
-
-
-@dataclass(frozen=True, eq=False)
-class _SolvedRow:
-    """One solved row: its multipliers are ``found``, and what else they may be ``others``."""
-
-    shared: Multipliers
+    motions: Motions
     found: Gradient
     row: int
     others: OtherOptima
 
-    @cached_property
-    def other_forces(self) -> Float:
-        """Forces (m, I, 3) that may be added."""
-        return self.others.other_forces()
+    def slopes(self) -> tuple[Float, Bool]:
+        """Return the derivatives (P,) of the row, and which of them are kinks."""
+        forces, twists = self.found.forces, self.found.twists
+        value = self.of(forces, twists, 0.5, loads=True)
+        others = [self.of(forces, twists, 1.0) - self.of(forces, twists, 0.0)]  # flush edges
+        others += [self.of(other, twists, 0.5) for other in self.others.other_forces]
+        others += [self.of(forces, other, 0.5, loads=True) for other in self.others.other_twists]
+        limit = KINK * self.factor / self.parameters.units
+        return value, self.changed | (np.abs(others) > limit).any(axis=0)
 
-    @cached_property
-    def other_twists(self) -> Float:
-        """Motions (m, J, 6) that may be added."""
-        return self.others.other_twists()
+    def motion_of(self, pair: tuple[str, str], own: Int) -> NodeMotion:
+        """Return how the nodes ``own`` of a pair of bodies move."""
+        points, normals = self.found.nodes.points[own], self.found.nodes.normals[own]
+        key = points.tobytes(), pair
+        if key not in self.motions:
+            contacts = [one for one in self.found.assembly.interfaces if one.bodies == pair]
+            with quiet():
+                self.motions[key] = node_motion(self.parameters.assembly, contacts, points, normals)
+        return self.motions[key]
 
     @property
     def factor(self) -> float:
+        """The answer of the row."""
         return float(self.found.answers.force[0])
 
     @cached_property
@@ -209,9 +201,9 @@ class _SolvedRow:
         u, spin = self._relative(found.twists)
         speed = np.linalg.norm(u, axis=1) + found.assembly.size * np.linalg.norm(spin, axis=1)
         pressed = np.linalg.norm(found.forces, axis=1)
-        for other in self.other_forces:
+        for other in self.others.other_forces:
             pressed = np.maximum(pressed, np.linalg.norm(other, axis=1))
-        for other in self.other_twists:
+        for other in self.others.other_twists:
             u, spin = self._relative(other)
             speed = np.maximum(speed, np.linalg.norm(u, axis=1) + found.assembly.size * np.linalg.norm(spin, axis=1))
         acts = speed * pressed > NO_EFFECT * self.factor
@@ -222,12 +214,12 @@ class _SolvedRow:
     @cached_property
     def changed(self) -> Bool:
         """By which parameters (P,) a node appears or is gone."""
-        found = np.zeros(len(self.shared.parameters.every))
+        found = np.zeros(len(self.parameters.every))
         for pair, own in self._pairs.items():
-            motion = self.shared.motion_of(self.found, pair, own)
+            motion = self.motion_of(pair, own)
             for name in pair if motion.changed.any() else ():
                 own_part = np.zeros_like(found)
-                self.shared.parameters.add_pose(own_part, name, motion.changed.astype(np.float64), motion.origin)
+                self.parameters.add_pose(own_part, name, motion.changed.astype(np.float64), motion.origin)
                 found += np.abs(own_part)  # of two pairs, none cancels the other
         return found > 0
 
@@ -237,27 +229,27 @@ class _SolvedRow:
         Where edges are flush, ``share`` says how much they move with the one body or the other.
         """
         nodes = self.found.nodes
-        total = np.zeros(len(self.shared.parameters.every))
+        total = np.zeros(len(self.parameters.every))
         u, spin = self._relative(twists)
         torque, push = cross(forces, u), cross(forces, spin)
         for pair, own in self._pairs.items():
-            motion = self.shared.motion_of(self.found, pair, own)
+            motion = self.motion_of(pair, own)
             weight = np.array([1 - share, share])
             second = -np.einsum("s,snik,ni->k", weight, motion.turn, torque[own])
             second -= np.einsum("s,snik,ni->k", weight, motion.shift, push[own])
             arms = nodes.points[own] - motion.origin
             whole = -np.concatenate([push[own].sum(0), (torque[own] + cross(arms, push[own])).sum(0)])
             for name, slope in zip(pair, (whole - second, second), strict=True):
-                self.shared.parameters.add_pose(total, name, slope, motion.origin)
+                self.parameters.add_pose(total, name, slope, motion.origin)
         normal = (forces * nodes.normals).sum(axis=1)
         across = u - (u * nodes.normals).sum(axis=1)[:, None] * nodes.normals
         rubbing = -np.divide((forces * across).sum(1), nodes.mu, out=np.zeros(len(nodes)), where=nodes.mu > 0)
         slopes = np.where(nodes.mu > 0, rubbing, np.linalg.norm(across, axis=1) * normal)
         each = np.bincount(nodes.interface, slopes, len(self.found.assembly.interfaces))
         for interface, slope in zip(self.found.assembly.interfaces, each.tolist(), strict=True):
-            self.shared.parameters.add(total, "friction", interface.bodies, slope)
+            self.parameters.add(total, "friction", interface.bodies, slope)
         if loads:
-            add_loads(total, self.shared.parameters, self.row, self.found.assembly, self.factor, twists)
+            add_loads(total, self.parameters, self.row, self.found.assembly, self.factor, twists)
         return total
 
     def _relative(self, twists: Float) -> tuple[Float, Float]:

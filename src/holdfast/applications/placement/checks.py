@@ -12,24 +12,28 @@ from functools import cached_property
 import manifold3d
 import numpy as np
 
-from holdfast.applications.placement.conditions import Options
+from holdfast.applications.placement.conditions import Approach, Search, Where, names_of
 from holdfast.applications.placement.margins import around, clearance, edge_margin, supporting_bodies, way_back
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, unit
+from holdfast.base.errors import SceneError, message
 from holdfast.base.progress import keep_to_time
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents, transform
+from holdfast.base.text import listed
 from holdfast.contacts.contact_search import find_contacts
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import find_overlaps, solid_of
 from holdfast.engines.bearing import bearings
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
+from holdfast.engines.imperfect import Imperfect
 from holdfast.engines.verdict import Status
 from holdfast.geometry.solid import hull_solid
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.sweep import Swept, first_hit, hit_distance
 from holdfast.scene.body import Body
+from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box
 
@@ -51,16 +55,54 @@ BESIDE = 0.5  # largest distance between bodies next to each other, as a share o
 
 @dataclass(frozen=True, eq=False)
 class Checks:
-    """The checks of poses of one object in one scene.
+    """The checks of poses of one object in one scene, for what is asked of them.
 
-    ``confirm`` is a second engine that must also find every pose stable, or None.
+    ``confirm`` is a second engine that must also find every pose stable, or None. ``friction`` is the table of the
+    scene with the object. Raises SceneError for what the scene makes invalid.
     """
 
     assembly: Assembly
     body: Body
     engine: Engine
     confirm: Engine | None
-    options: Options
+    where: Where
+    approach: Approach
+    search: Search
+    friction: Friction
+    imperfect: Imperfect | None = None
+
+    def __post_init__(self) -> None:
+        _ = self.region, self.supports, self.avoid, self.turns, self.closed
+        if self.where.next_to is not None:
+            self.assembly.scene.body(self.where.next_to)
+        if self.where.least_supports > len(self.supports):
+            problem = f"least_supports is {self.where.least_supports}, supports are {listed(self.supports)}"
+            raise SceneError(message("Where", problem, "ask for no more than there are"))
+
+    @cached_property
+    def region(self) -> Float:
+        """The low and the high corner (2, 3) [m] of where the object may be placed."""
+        return self.where.region(self.up)
+
+    @cached_property
+    def supports(self) -> tuple[str, ...]:
+        """The names of the bodies to place the object on."""
+        return names_of(self.assembly, self.where.supports, "supports")
+
+    @cached_property
+    def avoid(self) -> tuple[str, ...]:
+        """The names of the bodies that it may not touch."""
+        return names_of(self.assembly, self.where.avoid, "avoid")
+
+    @cached_property
+    def turns(self) -> Float | None:
+        """The allowed rotations (k, 3, 3), or None if every rotation is allowed."""
+        return self.approach.turns(self.up)
+
+    @cached_property
+    def closed(self) -> list[Float]:
+        """The low and the high corners (2, 3) [m] of the regions to keep out of."""
+        return self.where.closed(self.up)
 
     @cached_property
     def frozen(self) -> tuple[Body, ...]:
@@ -107,30 +149,30 @@ class Checks:
         Interfaces are returned only without a fault, or for HANGS.
         """
         keep_to_time()
-        options, placed = self.options, self.body.moved(pose)
+        placed = self.body.moved(pose)
         fault = self.misplaced(placed)
         if fault:
             return fault, placed, ()
-        if options.next_to is not None:  # near it, with overlapping ranges of height
-            other, near = self.assembly.scene.body(options.next_to), BESIDE * placed.size
+        if self.where.next_to is not None:  # near it, with overlapping ranges of height
+            other, near = self.assembly.scene.body(self.where.next_to), BESIDE * placed.size
             ours, theirs = placed.surface_world.vertices @ self.up, other.surface_world.vertices @ self.up
             level = min(ours.max(), theirs.max()) - max(ours.min(), theirs.min())
             if level <= COORDINATES * placed.size or clearance(placed, [other], 2 * near) > near:
                 return AWAY, placed, ()
-        beside = Scene([*self.frozen, placed], options.friction, self.assembly.scene.gravity)
+        beside = Scene([*self.frozen, placed], self.friction, self.assembly.scene.gravity)
         if find_overlaps(beside, self.assembly.tolerances, drawn=True):  # the pose is chosen, not measured
             return OVERLAPS, placed, ()
         contacts = find_contacts(beside, self.assembly.tolerances).interfaces
         touched = {name for interface in contacts for name in interface.bodies}
         carriers = supporting_bodies(placed.name, contacts, self.up)
-        asked = bool(carriers) and carriers <= set(options.supports)
-        if not asked or len(touched.intersection(options.supports)) < options.least_supports:
+        wanted = bool(carriers) and carriers <= set(self.supports)
+        if not wanted or len(touched.intersection(self.supports)) < self.where.least_supports:
             return UNSUPPORTED, placed, ()
         if way_back(placed, self.frozen, contacts, self.up) is not None:
             return HANGS, placed, contacts
-        if touched.intersection(options.avoid):
+        if touched.intersection(self.avoid):
             return FORBIDDEN, placed, ()
-        if options.approach is not None and not any(self._open(placed, way) for way in self._ways):
+        if self.approach.direction is not None and not any(self._open(placed, way) for way in self._ways):
             return SHUT_IN, placed, ()
         if not self._gripper_fits(placed):
             return GRIPPED, placed, ()
@@ -138,7 +180,7 @@ class Checks:
 
     def misplaced(self, placed: Body) -> str:
         """Return the fault of a pose with a wrong position or orientation ("" if it has none), without the scene."""
-        com, region = placed.com_world, self.options.box
+        com, region = placed.com_world, self.region
         level = np.abs(self.up) < 1 - 1e-9  # the box does not limit the height of the centre of mass
         if not ((com >= region[0]) & (com <= region[1]))[level].all():
             return OUTSIDE
@@ -167,7 +209,7 @@ class Checks:
     def with_object(self, placed: Body, contacts: Sequence[Interface]) -> Assembly:
         """Return the assembly with the object added, with its interfaces ``contacts``."""
         scene = self.assembly.scene
-        after = Scene([*scene.bodies, placed], self.options.friction, scene.gravity, scene.name, scene.excluded)
+        after = Scene([*scene.bodies, placed], self.friction, scene.gravity, scene.name, scene.excluded)
         whole = replace(self.assembly, scene=after, interfaces=(*self.assembly.interfaces, *contacts))
         return self.assembly.heir(whole)
 
@@ -184,7 +226,7 @@ class Checks:
             return CRUSHED, None
         if self.confirm is not None and prepared(self.confirm, after).verdict().status is not Status.STABLE:
             return REFUSED, None
-        margin = self.options.mass_margin
+        margin = self.search.mass_margin
         if margin > 0:
             assert self.body.mass is not None
             more = np.zeros((len(after.movable), 6))
@@ -203,25 +245,24 @@ class Checks:
         under = [body for body in self.frozen if body.name in beneath]
         beside = {name for interface in interfaces for name in interface.bodies} - {placed.name}
         beside -= supporting_bodies(placed.name, interfaces, self.up)
-        apart = (set(beneath) - beside) | {self.options.next_to}
+        apart = (set(beneath) - beside) | {self.where.next_to}
         others = [body for body in self.frozen if body.name not in apart]
         return edge_margin(placed, under, interfaces, self.up), clearance(placed, others, placed.size)
 
     def _allowed(self, pose: Float) -> bool:
-        allowed = self.options.orientations
-        if allowed is None:
+        if self.turns is None:
             return True
-        turns = pose[:3, :3]
-        if self.options.free_yaw:  # compare which direction of the body points up
-            cosine = (np.swapaxes(allowed, 1, 2) @ self.up) @ (turns.T @ self.up)
+        turn = pose[:3, :3]
+        if self.approach.free_yaw:  # compare which direction of the body points up
+            cosine = (np.swapaxes(self.turns, 1, 2) @ self.up) @ (turn.T @ self.up)
         else:
-            cosine = (np.einsum("kij,ij->k", allowed, turns) - 1) / 2
-        return bool(cosine.max() >= np.cos(np.radians(self.options.lean_degrees)) - 1e-12)
+            cosine = (np.einsum("kij,ij->k", self.turns, turn) - 1) / 2
+        return bool(cosine.max() >= np.cos(np.radians(self.approach.lean_degrees)) - 1e-12)
 
     def _kept_out(self, placed: Body) -> bool:
         """Return whether the object's convex hull overlaps a region of ``keep_out``."""
         low, high = placed.box
-        near = [box for box in self.options.keep_out if (box[0] < high).all() and (box[1] > low).all()]
+        near = [box for box in self.closed if (box[0] < high).all() and (box[1] > low).all()]
         if not near:
             return False
         solid = hull_solid(placed.surface_world.vertices)
@@ -237,7 +278,8 @@ class Checks:
     @cached_property
     def _ways(self) -> tuple[Float, ...]:
         """The unit directions (3,) of straight ways in that are tried, the axis of the cone first."""
-        axis, cone = -self.up if self.options.approach is None else self.options.approach, self.options.cone
+        way, cone = self.approach.direction, float(np.radians(self.approach.cone_degrees))
+        axis = -self.up if way is None else np.asarray(way)
         if cone == 0:
             return (axis,)
         ring = around(np.array(tangents(axis)))
@@ -246,10 +288,10 @@ class Checks:
 
     def _gripper_fits(self, placed: Body) -> bool:
         """Return whether there is a straight way in that is free for both the object and the gripper's box."""
-        if self.options.gripper is None:
+        if self.approach.gripper is None:
             return True
-        ways = [way for way in self._ways if self.options.approach is None or self._open(placed, way)]
-        boxes = self._gripper_boxes(placed, *self.options.gripper)
+        ways = [way for way in self._ways if self.approach.direction is None or self._open(placed, way)]
+        boxes = self._gripper_boxes(placed, *np.asarray(self.approach.gripper))
         return any(self._room_for(box, way) for way in ways for box in boxes)
 
     def _open(self, placed: Body, way: Float) -> bool:

@@ -14,25 +14,20 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
+from holdfast.applications.placement import margins
 from holdfast.applications.placement.checks import STAGES, Checks
-from holdfast.applications.placement.margins import (
-    AROUND,
-    around,
-    contacts_of,
-    normals_into,
-    rests_on,
-    supporting_bodies,
-)
-from holdfast.applications.placement.rating import MOST_RATED, Rating, least_push, weakest_of
-from holdfast.applications.placement.result import Candidate
+from holdfast.applications.placement.result import Candidate, Rating, least_push
 from holdfast.applications.resting_poses import UPRIGHT, Face, rolls_on
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float
+from holdfast.base.arrays import Float, objects
 from holdfast.base.progress import OutOfTimeError, reported, until
 from holdfast.base.rigid import tangents
+from holdfast.base.values import Table
 from holdfast.contacts.interface import Interface
+from holdfast.engines.answers import Answers
+from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
-from holdfast.queries.map import RobustnessMap
+from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map, spacing_for
 from holdfast.scene.body import Body
 
 # shares of the time limit after which each stage of a plan must end
@@ -46,6 +41,9 @@ Place = tuple[Float, Assembly, float]  # a pose (4, 4), the assembly with the ob
 T = TypeVar("T")
 
 REFINED = 3  # number of the best poses that are refined
+ROUGHLY = 3  # spacing of the coarse maps by which poses are compared, as a multiple of the spacing of the full map
+MOST_RATED = 150  # approximate largest number of points of such a map
+UNASKED = "the time was used up before any push was computed: give more seconds"
 
 
 @dataclass(frozen=True)
@@ -107,13 +105,13 @@ def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ..
     supports, and everything stands at each step; contacts at its sides may open. ``after`` is the assembly with the
     object at ``pose`` (4, 4), where it rests on the bodies ``beneath``.
     """
-    ways = around(np.array(tangents(checks.up)))
+    ways = margins.around(np.array(tangents(checks.up)))
     name, size = checks.body.name, checks.body.size
-    carriers = supporting_bodies(name, after.interfaces, checks.up)
+    carriers = margins.supporting_bodies(name, after.interfaces, checks.up)
 
     def room(at: Float) -> tuple[float, Body, tuple[Interface, ...]]:
         fault, placed, contacts = checks.fits(at)
-        if fault or supporting_bodies(name, contacts, checks.up) != carriers:
+        if fault or margins.supporting_bodies(name, contacts, checks.up) != carriers:
             return -1.0, placed, contacts
         return min(checks.room(placed, contacts, beneath)), placed, contacts
 
@@ -127,7 +125,7 @@ def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ..
         return None if stands is None else (new, stands, found)
 
     start = pose, after, room(pose)[0]
-    return pattern_search(start, better, AROUND, first=FIRST_STEP * size, last=LAST_STEP * size)[:2]
+    return pattern_search(start, better, margins.AROUND, first=FIRST_STEP * size, last=LAST_STEP * size)[:2]
 
 
 def pattern_search(start: T, better: Callable[[T, int, float], T | None], ways: int, *, first: float, last: float) -> T:
@@ -144,7 +142,7 @@ def pattern_search(start: T, better: Callable[[T, int, float], T | None], ways: 
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class RatedPose:
     """A stable pose with its ``rating`` and the assembly ``after`` the placement.
 
     ``beneath`` names the bodies that the object rests on, directly or through others. ``own`` is the coarse map of the
@@ -160,10 +158,10 @@ class Compared:
 
 def compared(
     checks: Checks, faces: Sequence[Face], found: Sequence[tuple[Candidate, Assembly]], clock: Clock
-) -> list[Compared]:
+) -> list[RatedPose]:
     """Rate all poses and refine the best few of them; return them in decreasing order of their ratings."""
 
-    def in_order(entries: list[Compared]) -> list[Compared]:
+    def in_order(entries: list[RatedPose]) -> list[RatedPose]:
         return sorted(entries, key=lambda entry: entry.rating.key, reverse=True)
 
     several = len(found) > 1
@@ -193,36 +191,56 @@ def rated(
     after: Assembly,
     clock: Clock,
     points: int = MOST_RATED,
-) -> Compared:
+) -> RatedPose:
     """Rate a stable pose by coarse maps of at most about ``points`` points each.
 
     The rating uses ``lower`` of the maps if faces are imperfect, and ``force`` otherwise.
     """
-    options, name = checks.options, checks.body.name
-    beneath = rests_on(after, name)
+    imperfect, name = checks.imperfect, checks.body.name
+    beneath = margins.rests_on(after, name)
     known = prepared(checks.engine, checks.assembly).verdict().balanced  # a ball rolls whatever is put beside it
     movable = [body.name for body in after.movable if body.name in beneath and body.name not in known]
     placed = after.scene.body(name)
-    edge, clear = checks.room(placed, contacts_of(name, after.interfaces), beneath)
+    edge, clear = checks.room(placed, margins.contacts_of(name, after.interfaces), beneath)
+
+    def weakest_of(names: Sequence[str]) -> RobustnessMap:
+        step = max(ROUGHLY * checks.search.spacing, spacing_for(after, names, points))
+        return robustness_map(after, names, spacing=step, engine=checks.engine, imperfect=imperfect)
+
     own = below = None
     try:
         with until(clock.by("compare")):
-            own = weakest_of(after, [name], options.spacing, points, checks.engine, options.imperfect)
-            if movable:
-                below = weakest_of(after, movable, options.spacing, points, checks.engine, options.imperfect)
+            own = weakest_of([name])
+            below = weakest_of(movable) if movable else None
     except OutOfTimeError:
         own = below = None
-    column: Literal["force", "lower"] = "force" if options.imperfect is None else "lower"
+    column: Literal["force", "lower"] = "force" if imperfect is None else "lower"
     rating = Rating(
         own=None if own is None else least_push(own, column=column),
         beneath=np.inf if not movable else None if below is None else least_push(below, column=column),
         edge=edge,
         clearance=clear,
-        rolls=rolls_on(faces, candidate.pose, normals_into(after, name)),
-        upright=not options.prefer_upright or bool(candidate.pose[:3, 2] @ checks.up >= UPRIGHT),
+        rolls=rolls_on(faces, candidate.pose, margins.normals_into(after, name)),
+        upright=not checks.approach.prefers_upright or bool(candidate.pose[:3, 2] @ checks.up >= UPRIGHT),
         size=placed.size,
     )
     ideal = [least_push(found) for found in (own, below) if found is not None]
     robustness = min((force for force in ideal if force is not None), default=None)
-    lower = None if options.imperfect is None else rating.least
-    return Compared(replace(candidate, robustness=robustness, lower=lower, rating=rating), after, rating, beneath, own)
+    lower = None if imperfect is None else rating.least
+    return RatedPose(replace(candidate, robustness=robustness, lower=lower, rating=rating), after, rating, beneath, own)
+
+
+def unasked_map(assembly: Assembly, name: str, spacing: float, engine: Engine) -> RobustnessMap:
+    """Return a map of a few points of one body without answers, for a search that ran out of time."""
+    shown, hidden = exposed_cells(assembly, name, max(spacing, spacing_for(assembly, [name], MOST_RATED)))
+    verdict = prepared(engine, assembly).verdict()
+    known = {"engine": engine.name, "claim": engine.claim, "notes": (UNASKED,)}
+    return RobustnessMap(
+        answers=Answers.not_standing(len(shown.points), verdict=verdict, **known),
+        assembly=assembly,
+        points=shown.points,
+        normals=shown.normals,
+        body=objects([name] * len(shown.points)),
+        cells=Table({name: shown}),
+        hidden=Table({name: hidden}),
+    )

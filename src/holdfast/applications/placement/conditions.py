@@ -27,7 +27,6 @@ from holdfast.base.ranges import BETWEEN, EXPONENT, FRICTION, LENGTH, MANY, MOST
 from holdfast.base.rigid import checked_pose, tangents
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
-from holdfast.engines.imperfect import Imperfect
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
 from holdfast.scene.body import Body
 from holdfast.scene.friction import Friction, number_between, refuse_strengths
@@ -60,55 +59,6 @@ class Weights:
             checked_number(getattr(self, name), f"Weights: {name}", minimum=0, within=EXPONENT)
 
 
-@dataclass(frozen=True, eq=False)
-class Options:
-    """The checked options of a placement; Where, Approach and Search describe them.
-
-    ``cone`` is in radians, and ``box`` (2, 3) [m] may be infinite.
-    """
-
-    box: Float
-    supports: tuple[str, ...]
-    least_supports: int
-    avoid: tuple[str, ...]
-    orientations: Float | None
-    free_yaw: bool
-    lean_degrees: float
-    approach: Float | None
-    weights: Weights
-    friction: Friction
-    mass_margin: float
-    spacing: float
-    imperfect: Imperfect | None = None
-    prefer_upright: bool = True
-    keep_out: tuple[Float, ...] = ()
-    next_to: str | None = None
-    cone: float = 0.0
-    gripper: Float | None = None
-
-
-def checked_region(region: object, up: Float, where: str = "Where: box") -> Float:
-    """Return the low and the high corner (2, 3) [m] of the region.
-
-    A region (2, 2) is horizontal and reaches from minus to plus infinity along the vertical.
-    """
-    if region is None:
-        return np.array([[-np.inf] * 3, [np.inf] * 3])
-    try:
-        box = np.array(region, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise SceneError(message(where, f"is {quoted(region)}", "needs the low and the high corner of a box")) from None
-    if box.shape == (2, 2):
-        if np.abs(up[:2]).max() > 1e-9:
-            raise SceneError(message(where, "has two coordinates, but up is not z", "give three"))
-        box = np.column_stack([box, [-np.inf, np.inf]])
-    if box.shape != (2, 3) or np.isnan(box).any():
-        raise SceneError(message(where, f"has shape {box.shape}", "needs (2, 2) or (2, 3): low and high corner [m]"))
-    if not (box[0] < box[1]).all():
-        raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
-    return box
-
-
 def names_of(assembly: Assembly, names: Sequence[str] | None, option: str) -> tuple[str, ...]:
     """Return the names as a tuple, those of all bodies for None; raises SceneError for one that no body has."""
     if names is None:
@@ -117,49 +67,6 @@ def names_of(assembly: Assembly, names: Sequence[str] | None, option: str) -> tu
     if option == "supports" and not found:
         raise SceneError(message(f"Where: {option}", f"is {quoted(names)}", "needs a list of names of bodies"))
     return tuple(assembly.scene.body(name).name for name in found)
-
-
-def checked_orientations(value: Any, up: Float) -> Float | None:  # noqa: ANN401
-    """Return the allowed rotations (k, 3, 3), or None if every rotation is allowed.
-
-    "upright" allows those in which the object's own third axis points along ``up`` (3,).
-    """
-    if value is None or (isinstance(value, str) and value == ANY):
-        return None
-    where = "Approach: orientations"
-    if isinstance(value, str):
-        if value != UPRIGHT:
-            raise SceneError(
-                message(where, f"is {quoted(value)}", f"needs {UPRIGHT!r}, {ANY!r} or rotations (k, 3, 3)")
-            )
-        return np.array([np.column_stack([*tangents(up), up])])
-    single = np.asarray(value, dtype=object).ndim == 2
-    turns = checked([value] if single else value, (None, 3, 3), where)
-    if not len(turns):
-        raise SceneError(message(where, "is empty", "give rotations (k, 3, 3), or None for any"))
-    poses = np.tile(np.eye(4), (len(turns), 1, 1))
-    poses[:, :3, :3] = turns
-    return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
-
-
-def checked_keep_out(value: Any, up: Float) -> tuple[Float, ...]:  # noqa: ANN401
-    """Return the regions to keep out of, each with its low and high corner (2, 3) [m]."""
-    where = "Where: keep_out"
-    regions = checked_items(value, where, "regions, each with a low and a high corner")
-    if any(region is None for region in regions):
-        raise SceneError(message(where, "holds None, which is everywhere", "give regions, or leave it out"))
-    return tuple(checked_region(region, up, f"{where}[{k}]") for k, region in enumerate(regions))
-
-
-def checked_gripper(value: Any) -> Float | None:  # noqa: ANN401
-    """Return the low and the high corner (2, 3) [m] of the gripper's box, or None."""
-    if value is None:
-        return None
-    where = "Approach: gripper"
-    box = checked(value, (2, 3), where, within=LENGTH)
-    if not (box[0] < box[1]).all():
-        raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
-    return box
 
 
 def friction_with(
@@ -201,6 +108,30 @@ def with_own(table: Friction, bodies: Sequence[Body], objects: Sequence[Body], m
     return replace(table, pairs={**own, **table.pairs})
 
 
+def region_of(corners: object, up: Float, where: str) -> Float:
+    """Return the low and the high corner (2, 3) [m] of a region, infinite for None; it is named ``where`` in errors.
+
+    A region (2, 2) is horizontal and reaches from minus to plus infinity along the vertical.
+    """
+    if corners is None:
+        return np.array([[-np.inf] * 3, [np.inf] * 3])
+    try:
+        box = np.array(corners, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise SceneError(
+            message(where, f"is {quoted(corners)}", "needs the low and the high corner of a box")
+        ) from None
+    if box.shape == (2, 2):
+        if np.abs(up[:2]).max() > 1e-9:
+            raise SceneError(message(where, "has two coordinates, but up is not z", "give three"))
+        box = np.column_stack([box, [-np.inf, np.inf]])
+    if box.shape != (2, 3) or np.isnan(box).any():
+        raise SceneError(message(where, f"has shape {box.shape}", "needs (2, 2) or (2, 3): low and high corner [m]"))
+    if not (box[0] < box[1]).all():
+        raise SceneError(message(where, f"low {box[0].tolist()}, high {box[1].tolist()}", "needs low < high"))
+    return box
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Where(Value):
     """Where objects may be placed.
@@ -238,6 +169,18 @@ class Where(Value):
         if self.apart is not None:
             set_(self, "apart", checked_number(self.apart, "Where: apart", minimum=0, within=LENGTH))
 
+    def region(self, up: Float) -> Float:
+        """Return the low and the high corner (2, 3) [m] of ``box``, infinite where it has no limits."""
+        return region_of(self.box, up, "Where: box")
+
+    def closed(self, up: Float) -> list[Float]:
+        """Return the low and the high corner (2, 3) [m] of each region of ``keep_out``."""
+        where = "Where: keep_out"
+        regions = checked_items(self.keep_out, where, "regions, each with a low and a high corner")
+        if any(region is None for region in regions):
+            raise SceneError(message(where, "holds None, which is everywhere", "give regions, or leave it out"))
+        return [region_of(region, up, f"{where}[{k}]") for k, region in enumerate(regions)]
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Approach(Value):
@@ -271,17 +214,41 @@ class Approach(Value):
         set_(self, "free_yaw", checked_truth(self.free_yaw, "Approach: free_yaw"))
         if self.direction is not None:
             set_(self, "direction", checked_direction(self.direction, "Approach: direction"))
-        set_(self, "gripper", checked_gripper(self.gripper))
+        if self.gripper is not None:
+            box = checked(self.gripper, (2, 3), "Approach: gripper", within=LENGTH)
+            if not (box[0] < box[1]).all():
+                problem = f"low {box[0].tolist()}, high {box[1].tolist()}"
+                raise SceneError(message("Approach: gripper", problem, "needs low < high"))
+            set_(self, "gripper", box)
+
+    def turns(self, up: Float) -> Float | None:
+        """Return the allowed rotations (k, 3, 3), or None if every rotation is allowed.
+
+        "upright" allows those in which the object's own third axis points along ``up`` (3,). Raises SceneError for any
+        other word, and for rotations that are none.
+        """
+        value: Any = self.orientations
+        if value is None or (isinstance(value, str) and value == ANY):
+            return None
+        where = "Approach: orientations"
+        if isinstance(value, str):
+            if value != UPRIGHT:
+                raise SceneError(
+                    message(where, f"is {quoted(value)}", f"needs {UPRIGHT!r}, {ANY!r} or rotations (k, 3, 3)")
+                )
+            return np.array([np.column_stack([*tangents(up), up])])
+        single = np.asarray(value, dtype=object).ndim == 2
+        turns = checked([value] if single else value, (None, 3, 3), where)
+        if not len(turns):
+            raise SceneError(message(where, "is empty", "give rotations (k, 3, 3), or None for any"))
+        poses = np.tile(np.eye(4), (len(turns), 1, 1))
+        poses[:, :3, :3] = turns
+        return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
 
     @property
-    def way(self) -> Float | None:
-        """The unit direction (3,) of the way in, or None if the way in is not checked."""
-        return None if self.direction is None else np.asarray(self.direction, dtype=np.float64)
-
-    @property
-    def hand(self) -> Float | None:
-        """The low and the high corner (2, 3) [m] of the gripper's box, or None."""
-        return None if self.gripper is None else np.asarray(self.gripper, dtype=np.float64)
+    def prefers_upright(self) -> bool:
+        """Whether an upright orientation counts for more than others: if none is asked for."""
+        return self.orientations is None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

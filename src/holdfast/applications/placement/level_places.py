@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from holdfast.applications.placement.conditions import Options
+from holdfast.applications.placement.conditions import Approach
 from holdfast.applications.resting_poses import Face
 from holdfast.base.arrays import Float
 from holdfast.base.progress import keep_to_time
@@ -97,20 +97,19 @@ def _level_triangles(body: Body, up: Float) -> Float:
     return np.asarray(surface.vertices[surface.faces][surface.normals @ up > LEVEL])
 
 
-def turns_of(faces: Sequence[Face], options: Options, up: Float, axes: Float) -> list[Float]:
+def turns_of(faces: Sequence[Face], approach: Approach, up: Float, axes: Float) -> list[Float]:
     """Return rotations (3, 3) with a face down and its longer side along one of ``axes`` (2, 3), the best faces first.
 
     Facets of round sides are skipped. Upright orientations come first unless orientations are given.
     """
     steady = [face for face in faces if face.tilt > 0 and not face.rolls]
-    if options.orientations is not None:
-        wanted = [turn.T @ -up for turn in options.orientations]
-        steady = [
-            f for f in steady if any(f.normal @ down > np.cos(np.radians(options.lean_degrees)) for down in wanted)
-        ]
-        if not options.free_yaw:
-            return list(options.orientations)
-    elif options.prefer_upright:
+    allowed = approach.turns(up)
+    if allowed is not None:
+        if not approach.free_yaw:
+            return list(allowed)
+        least = np.cos(np.radians(approach.lean_degrees))
+        steady = [face for face in steady if any(face.normal @ (turn.T @ -up) > least for turn in allowed)]
+    elif approach.prefers_upright:
         steady = sorted(steady, key=lambda face: not face.upright)
     turns = []
     for face in steady[:MOST_FACES]:

@@ -1,26 +1,27 @@
 """Place several objects one after the other, in the best order found, so that everything stands after each step.
 
-A systematic search lists the level places of an object (``places``). If everything stands in none of them, the random
-search of ``plan_placement`` is used. A strategy determines the order of the objects and the rules that choose places by
-geometry alone, two of the packing literature: the place where most of the face is supported, or the lowest one that is
-farthest in a corner. Each rule is tried alone first. Then, while there is time, the places that the rules choose are
-compared by the pushes that the object and its supports withstand, for several faces, orders and distances. The best
-attempt is the one that places most objects; among these, the one with the strongest weakest state, and then the one
-with the most room.
+A systematic search lists the level places of an object (``level_places``). If everything stands in none of them, the
+random search of ``plan_placement`` is used. A strategy determines the order of the objects and the rules that choose
+places by geometry alone, two of the packing literature: the place where most of the face is supported, or the lowest
+one that is farthest in a corner. Each rule is tried alone first. Then, while there is time, the places that the rules
+choose are compared by the pushes that the object and its supports withstand, for several faces, orders and distances.
+The best attempt is the one that places most objects; among these, the one with the strongest weakest state, and then
+the one with the most room.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import dropwhile, groupby, islice
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from holdfast.applications.placement.comparing import Clock, Compared, rated
+from holdfast.applications.placement.comparing import Clock, RatedPose, rated
+from holdfast.applications.placement.conditions import Approach, Search, Where, friction_with, names_of
 from holdfast.applications.placement.level_places import (
     LevelPlace,
     SeenFromAbove,
@@ -29,14 +30,25 @@ from holdfast.applications.placement.level_places import (
     levels_of,
     turns_of,
 )
-from holdfast.applications.placement.planner import Planner
-from holdfast.applications.placement.rating import TOPPLED
-from holdfast.applications.placement.result import Candidate, PlacedObject
+from holdfast.applications.placement.planner import Planner, planner
+from holdfast.applications.placement.result import TOPPLED, Candidate, PlacedObject, Placements
 from holdfast.applications.resting_poses import Face
 from holdfast.assembly.assembly import Assembly
+from holdfast.base.arrays import checked_items
+from holdfast.base.errors import SceneError, hinting, message
 from holdfast.base.progress import OutOfTimeError, report, until
-from holdfast.scene.body import Body
+from holdfast.base.text import listed, quoted
+from holdfast.engines.groups import prepared
+from holdfast.engines.rest import undecided
+from holdfast.engines.verdict import Status
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, checked_options, engine_of
+from holdfast.scene.body import Body, materials_of
+from holdfast.scene.friction import Friction
+from holdfast.scene.hold import refuse_holds
+from holdfast.scene.scene import Scene
 
+SEVERAL = "place_all"
+APART = 0.005  # [m] the least distance between objects beside each other
 Order = Callable[[Body], float]
 Rule = Callable[[LevelPlace], tuple[float, ...]]
 MOST_FACES = 3  # number of faces of an object on which it is placed
@@ -91,7 +103,7 @@ RULED = tuple(Strategy(base_area, (rule,)) for rule in RULES.values())
 COMPARING = tuple(Strategy(order, tuple(RULES.values())) for order in (base_area, weight, bulk))
 
 
-def worth(place: Compared) -> tuple[float, ...]:
+def worth(place: RatedPose) -> tuple[float, ...]:
     """Return the sort key of the places of one object: the smallest push, halved if the object is not upright."""
     rating = place.rating
     return float(rating.own is not None), (rating.least or 0.0) * (1.0 if rating.upright else TOPPLED)
@@ -129,12 +141,13 @@ def _rounded(step: PlacedObject) -> float:
 class Placing:
     """Places several objects in one scene.
 
-    ``planner_of`` makes a planner for an object in an assembly. ``grounds`` names the bodies on which objects may be
-    placed; with ``stack``, they may also be placed on each other. ``apart`` [m] is the smallest distance between them.
-    ``solves`` limits the random search, with ``seed``, for an object that has no level place.
+    ``planner_of`` makes a planner for an object in an assembly; the first is ``before``. ``grounds`` names the bodies
+    on which objects may be placed; with ``stack``, they may also be placed on each other. ``apart`` [m] is the smallest
+    distance between them. ``solves`` limits the random search, with ``seed``, for an object that has no level place.
     """
 
     planner_of: Callable[[Assembly, Body], Planner]
+    before: Assembly
     grounds: tuple[str, ...]
     stack: bool
     apart: float
@@ -143,7 +156,15 @@ class Placing:
     _faces: dict[str, tuple[Face, ...]] = field(default_factory=dict)
     _outlines: dict[str, SeenFromAbove] = field(default_factory=dict)
 
-    def best(self, assembly: Assembly, objects: Sequence[Body], clock: Clock) -> tuple[Try, int]:
+    def planner(self, assembly: Assembly, body: Body) -> Planner:
+        """Return the planner of an object; its faces are found once."""
+        planner = self.planner_of(assembly, body)
+        if body.name in self._faces:
+            vars(planner)["faces"] = self._faces[body.name]  # fills the cached property
+        self._faces[body.name] = planner.faces
+        return planner
+
+    def best(self, objects: Sequence[Body], clock: Clock) -> tuple[Try, int]:
         """Return the best of all attempts that there is time for, and their number.
 
         The baseline is each rule at the smallest distance. Then the widest distance is sought at which a rule places
@@ -158,7 +179,7 @@ class Placing:
             if tries and clock.seconds is not None and begun + SLACK * max(spent) > clock.seconds:
                 return False
             beat = max((one.key for one in tries), default=None)
-            one = self._tried(assembly, objects, strategy, wider * self.apart, deadline, wider == 1, beat)
+            one = self._tried(objects, strategy, wider * self.apart, deadline, wider == 1, beat)
             spent.append(clock.elapsed - begun)
             tries.extend([] if one is None else [one])
             return one is not None and not one.left
@@ -177,7 +198,6 @@ class Placing:
 
     def _tried(
         self,
-        assembly: Assembly,
         objects: Sequence[Body],
         strategy: Strategy,
         apart: float,
@@ -189,7 +209,7 @@ class Placing:
 
         If an object has no place or the time is up, the result is None, or with ``whole`` the attempt without it.
         """
-        steps, left, after = list[PlacedObject](), list[str](), assembly
+        steps, left, after = list[PlacedObject](), list[str](), self.before
         begun = time.perf_counter()
         ordered = sorted(objects, key=strategy.order, reverse=True)
         for number, body in enumerate(ordered):
@@ -199,7 +219,7 @@ class Placing:
             try:
                 with until(deadline):
                     rules = strategy.rules[:1] if hurry else strategy.rules
-                    found = self._placed(assembly, after, body, rules, apart, whole)
+                    found = self._placed(self.planner(after, body), rules, apart, whole)
             except OutOfTimeError:
                 if not whole:
                     return None
@@ -219,62 +239,155 @@ class Placing:
                 break
         return Try(tuple(steps), after, tuple(left), apart)
 
-    def _placed(
-        self, before: Assembly, assembly: Assembly, body: Body, rules: Sequence[Rule], apart: float, whole: bool
-    ) -> Compared | None:
+    def _placed(self, planner: Planner, rules: Sequence[Rule], apart: float, whole: bool) -> RatedPose | None:
         """Return the best place that the rules choose where everything stands, or None."""
-        asked = self.planner_of(assembly, body)
-        if body.name not in self._faces:
-            self._faces[body.name] = asked.faces
-        faces = self._faces[body.name]
-        found = list[Compared]()
-        places = sorted(self.places(before, assembly, body, faces, apart, asked), key=lambda place: place.face)
+        found = list[RatedPose]()
+        places = sorted(self.places(planner, apart), key=lambda place: place.face)
         for _, alike in islice(groupby(places, key=lambda place: place.face), MOST_FACES):
-            found += self._standing(list(alike), asked, faces, rules)
+            found += self._standing(list(alike), planner, rules)
             if found and len(rules) == 1:
                 break
         if found:
             return max(found, key=worth)
         if not whole:
             return None
-        search = asked.search(seed=self.seed, attempts=self.solves, mapped=False)
+        search = planner.search(seed=self.seed, attempts=self.solves, mapped=False)
         for candidate, after in search.stable:
-            return rated(asked.checks, faces, candidate, after, Clock.started(None), POINTS)
+            return rated(planner.checks, planner.faces, candidate, after, Clock.started(None), POINTS)
         return None
 
-    def _standing(
-        self, places: Sequence[LevelPlace], asked: Planner, faces: Sequence[Face], rules: Sequence[Rule]
-    ) -> list[Compared]:
+    def _standing(self, places: Sequence[LevelPlace], planner: Planner, rules: Sequence[Rule]) -> list[RatedPose]:
         """Return the first place of each rule where everything stands, rated and without duplicates."""
+        checks = planner.checks
         known, found = dict[int, Assembly | None](), dict[int, Assembly]()
         for rule in rules:
             ranked = sorted(range(len(places)), key=lambda k: rule(places[k]))
-            asked_for = (k for k in ranked if not asked.checks.misplaced(asked.body.moved(places[k].pose)))
-            for k in islice(asked_for, MOST_REFUSED):
+            allowed = (k for k in ranked if not checks.misplaced(checks.body.moved(places[k].pose)))
+            for k in islice(allowed, MOST_REFUSED):
                 if k not in known:
-                    known[k] = asked.checks.fault(places[k].pose)[1]
+                    known[k] = checks.fault(places[k].pose)[1]
                 after = known[k]
                 if after is not None:
                     found[k] = after
                     break
         candidates = {k: Candidate(places[k].pose, _NONE, _NONE, "") for k in found}
         return [
-            rated(asked.checks, faces, candidates[k], after, Clock.started(None), POINTS) for k, after in found.items()
+            rated(checks, planner.faces, candidates[k], after, Clock.started(None), POINTS)
+            for k, after in found.items()
         ]
 
-    def places(
-        self, before: Assembly, assembly: Assembly, body: Body, faces: Sequence[Face], apart: float, asked: Planner
-    ) -> list[LevelPlace]:
+    def places(self, planner: Planner, apart: float) -> list[LevelPlace]:
         """Return all level places of an object on its possible supports, ``apart`` [m] from other bodies."""
-        up = assembly.scene.up
-        first = [b for b in before.bodies if b.name in self.grounds]
+        checks, up = planner.checks, planner.checks.up
+        first = [b for b in self.before.bodies if b.name in self.grounds]
         axes = frame_of(first, up)
-        placed = [b for b in assembly.bodies if b.name not in before.index and not b.fixed]
+        placed = [b for b in checks.assembly.bodies if b.name not in self.before.index and not b.fixed]
         levels = levels_of(first + (placed if self.stack else []), up, axes)
-        for b in asked.checks.frozen:
+        for b in checks.frozen:
             known = self._outlines.get(b.name)
             if known is None or (known.body.pose != b.pose).any():
                 self._outlines[b.name] = SeenFromAbove(b, up, axes)
-        outlines = [self._outlines[b.name] for b in asked.checks.frozen]
+        outlines = [self._outlines[b.name] for b in checks.frozen]
         inset = 0.0 if self.stack else apart
-        return level_places_for(body, turns_of(faces, asked.options, up, axes), levels, outlines, apart, inset)
+        turns = turns_of(planner.faces, checks.approach, up, axes)
+        return level_places_for(checks.body, turns, levels, outlines, apart, inset)
+
+
+@hinting(where=Where, approach=Approach, search=Search)
+def place_all(
+    assembly: Assembly | Scene,
+    objects: Sequence[Body],
+    where: Where | None = None,
+    approach: Approach | None = None,
+    search: Search | None = None,
+    *,
+    engine: EngineChoice = DEFAULT_ENGINE,
+    friction: Friction | float | None = None,
+) -> Placements:
+    """Find places for ``objects``, to be put down one after the other, so that everything stands after each of them.
+
+    Several orders are tried: the object with the largest base, the heaviest and the bulkiest first. Two rules propose
+    places: the one where most of the object is supported, and the lowest one that is farthest in a corner. Each rule is
+    first used alone. Then each object takes the better of the proposed places, by the pushes that the object and its
+    supports withstand. The result is the attempt that places most objects; among these, the one whose weakest state
+    withstands the largest push, and then the one with the most room. The poses that the objects already have are
+    ignored.
+
+    - ``where`` and ``approach`` hold for every object, see Where and Approach.
+    - ``search`` limits the whole call, see Search; the result names the objects without a place. Its ``seed`` and
+      ``solves`` are those of the random search for objects without a level place. ``candidates`` and ``weights`` must
+      not be given.
+    - ``friction`` has the same meaning as in ``plan_placement``.
+
+    Raises SceneError if there are no objects, or if they or an option are invalid.
+    """
+    assembly = checked_assembly(assembly)
+    refuse_holds(assembly.scene.holds, "place_all", "place into the scene without them")
+    bodies = checked_items(objects, f"{SEVERAL}: objects", "bodies")
+    _check_several(assembly, bodies)
+    place = checked_options(where, Where, f"{SEVERAL}: where", "holdfast")
+    way = checked_options(approach, Approach, f"{SEVERAL}: approach", "holdfast")
+    how = checked_options(search, Search, f"{SEVERAL}: search", "holdfast")
+    usual = Search()
+    of_one = [name for name in ("candidates", "weights") if getattr(how, name) != getattr(usual, name)]
+    if of_one:
+        problem = f"has {' and '.join(of_one)}, which are for one object"
+        raise SceneError(message(f"{SEVERAL}: search", problem, "leave them out, or ask plan_placement"))
+    grounds = names_of(assembly, place.supports, "supports")
+    clock = Clock.started(how.limit)
+    table = Scene([*assembly.bodies, *bodies], friction_with(assembly, bodies, friction, grounds)).friction
+
+    def planner_of(now: Assembly, body: Body) -> Planner:
+        placed = [other.name for other in now.bodies[len(assembly.bodies) :]]
+        known = {other.name for other in (*now.bodies, body)} | materials_of([*now.bodies, body])
+        there = replace(place, supports=[*grounds, *placed] if place.stack else grounds)
+        return planner(now, body, there, way, how, engine=engine, friction=table.among(known))
+
+    for body in bodies:
+        planner_of(assembly, body)  # raises an error for invalid arguments before the search begins
+    names = {body.name for body in bodies}  # an engine may have options that name them
+    before = replace(assembly, absent=tuple(sorted({*assembly.absent, *names})))
+    solves = RANDOM if how.solves is None else how.solves
+    apart = APART if place.apart is None else place.apart
+    return _answered(Placing(planner_of, before, grounds, place.stack, apart, how.seed, solves), bodies, engine, clock)
+
+
+def _answered(placing: Placing, bodies: Sequence[Body], engine: EngineChoice, clock: Clock) -> Placements:
+    method = engine_of(engine)
+    try:
+        with until(clock.by("search")):
+            verdict = prepared(method, placing.before).verdict()
+    except OutOfTimeError:
+        verdict = undecided("the time was used up before it was known")
+    status: Status = verdict.status
+    if status is not Status.STABLE:
+        words = "does not stand" if status is Status.UNSTABLE else "is undecided"
+        reason = f"the scene {words} before anything is put down: {verdict.reason}"
+        best, tries = Try((), placing.before, tuple(body.name for body in bodies), placing.apart), 0
+    else:
+        best, tries = placing.best(bodies, clock)
+        status = Status.UNDECIDED if best.left else Status.STABLE
+        reason = f"everything stands after each step, {1e3 * best.apart:.3g} mm apart"
+        if best.left:
+            reason = f"no place found for {listed(best.left)}"
+            if clock.seconds is not None and clock.elapsed > 0.9 * clock.seconds:
+                reason += ", the time was used up"
+    return Placements(
+        assembly=best.assembly, status=status, reason=reason,
+        steps=best.steps, left=best.left, apart=best.apart, tries=tries, elapsed=clock.elapsed,
+        engine=method.name, claim=method.claim,
+    )  # fmt: skip
+
+
+def _check_several(assembly: Assembly, bodies: Sequence[object]) -> None:
+    """Raise SceneError unless there are objects, all of them bodies, with names of their own."""
+    where = f"{SEVERAL}: objects"
+    if not bodies:
+        raise SceneError(message(where, "is empty", "needs a list of holdfast.Body"))
+    seen = {body.name for body in assembly.bodies}
+    for body in bodies:
+        if not isinstance(body, Body):
+            raise SceneError(message(where, f"hold a {type(body).__name__}", "needs a list of holdfast.Body"))
+        if body.name in seen:
+            raise SceneError(message(where, f"two bodies are named {quoted(body.name)}", "give each another name"))
+        seen.add(body.name)

@@ -5,14 +5,14 @@ Support points can carry an object. A pose lays one of its faces on one to three
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from holdfast.applications.placement.checks import Checks
-from holdfast.applications.placement.conditions import Options, Weights
+from holdfast.applications.placement.conditions import Weights
 from holdfast.applications.placement.lowering import Moved, Still, lowered
 from holdfast.applications.placement.margins import STEEPEST
 from holdfast.applications.resting_poses import Face
@@ -21,6 +21,7 @@ from holdfast.base.arrays import Bool, Float, Int, Objects, objects, unit
 from holdfast.base.errors import SceneError
 from holdfast.base.public import Record, column
 from holdfast.base.rigid import tangents
+from holdfast.geometry.cells import Cells
 from holdfast.queries.map import RobustnessMap, exposed_cells, robustness_map, spacing_for
 from holdfast.queries.request import EngineChoice
 from holdfast.scene.scene import Scene
@@ -75,48 +76,44 @@ def support_points(
 
     ``weight`` [N] is the weight of the object, and ``up`` (3,) the unit vector opposite to gravity.
     """
-    areas = np.concatenate([cells.areas for m in maps for cells in m.cells.values()])
-    every = SupportPoints(
-        points=np.vstack([m.points for m in maps]),
-        normals=np.vstack([m.normals for m in maps]),
-        body=np.concatenate([m.body for m in maps]),
-        force=np.concatenate([m.force for m in maps]),
-        area=areas,
-        chance=areas,
-    )
-    return _chosen(every, weight, up, weights, region)
+    cells = {name: seen for found in maps for name, seen in found.cells.items()}
+    return _chosen(cells, np.concatenate([found.force for found in maps]), weight, up, weights, region)
 
 
-def unmapped_points(assembly: Assembly, options: Options) -> SupportPoints:
+def unmapped_points(checks: Checks) -> SupportPoints:
     """Return the points of the supports without computing the pushes that they withstand; ``force`` is nan.
 
     Their probabilities are those of points that withstand any push.
     """
-    names = [body.name for body in assembly.bodies if body.name in options.supports]
-    step = max(options.spacing, spacing_for(assembly, names, MOST_FIXED))
+    assembly, search = checks.assembly, checks.search
+    names = [body.name for body in assembly.bodies if body.name in checks.supports]
+    step = max(search.spacing, spacing_for(assembly, names, MOST_FIXED))
     cells = {name: exposed_cells(assembly, name, step)[0] for name in names}
-    areas = np.concatenate([seen.areas for seen in cells.values()])
-    every = SupportPoints(
-        points=np.vstack([seen.points for seen in cells.values()]),
-        normals=np.vstack([seen.normals for seen in cells.values()]),
-        body=objects([name for name, seen in cells.items() for _ in seen.points]),
-        force=np.full(len(areas), np.nan),
-        area=areas,
-        chance=areas,
-    )
-    return _chosen(every, 0.0, assembly.scene.up, options.weights, options.box)
+    force = np.full(sum(len(seen.points) for seen in cells.values()), np.nan)
+    return _chosen(cells, force, 0.0, checks.up, search.weights, checks.region)
 
 
-def _chosen(every: SupportPoints, weight: float, up: Float, weights: Weights, region: Float) -> SupportPoints:
-    """Return those of the points that can carry weight and lie in the region, with their probabilities."""
-    level = every.normals @ up
-    kept = (level > STEEPEST) & ((every.points >= region[0]) & (every.points <= region[1])).all(1)
-    sure = ~np.isfinite(every.force)
-    share = np.where(sure, 1.0, every.force / (np.where(sure, 1.0, every.force) + weight))
-    chance = np.where(kept, every.area * share**weights.robustness * np.maximum(level, 0.0) ** weights.level, 0.0)[kept]
+def _chosen(
+    cells: Mapping[str, Cells], force: Float, weight: float, up: Float, weights: Weights, region: Float
+) -> SupportPoints:
+    """Return the points of cells that can carry weight and lie in the region, with their probabilities."""
+    points = np.vstack([seen.points for seen in cells.values()])
+    normals = np.vstack([seen.normals for seen in cells.values()])
+    area = np.concatenate([seen.areas for seen in cells.values()])
+    level = normals @ up
+    kept = (level > STEEPEST) & ((points >= region[0]) & (points <= region[1])).all(1)
+    sure = ~np.isfinite(force)
+    share = np.where(sure, 1.0, force / (np.where(sure, 1.0, force) + weight))
+    chance = np.where(kept, area * share**weights.robustness * np.maximum(level, 0.0) ** weights.level, 0.0)[kept]
     total = chance.sum()
-    columns = {name: getattr(every, name)[kept] for name in ("points", "normals", "body", "force", "area")}
-    return SupportPoints(**columns, chance=chance / total if total > 0 else chance)
+    return SupportPoints(
+        points=points[kept],
+        normals=normals[kept],
+        body=objects([name for name, seen in cells.items() for _ in seen.points])[kept],
+        force=force[kept],
+        area=area[kept],
+        chance=chance / total if total > 0 else chance,
+    )
 
 
 def choose_points(
@@ -227,13 +224,13 @@ class Proposals:
         UPRIGHT_SHARE.
         """
         tilt = np.array([face.tilt for face in self.faces])
-        chance = np.where(tilt > 0, np.maximum(tilt, 0.0) ** self.checks.options.weights.steadiness, 0.0)
+        chance = np.where(tilt > 0, np.maximum(tilt, 0.0) ** self.checks.search.weights.steadiness, 0.0)
         if not chance.sum() > 0:
             return np.full(len(tilt), 1 / len(tilt))
         rolls = np.array([face.rolls for face in self.faces])
         if chance[~rolls].sum() > 0:
             chance = _at_most(chance, rolls, ROUND_SHARE)
-        if self.checks.options.prefer_upright:
+        if self.checks.approach.prefers_upright:
             upright = np.array([face.upright for face in self.faces])
             if (chance[upright] > 0).any():
                 chance = _at_most(chance, ~upright, 1 - UPRIGHT_SHARE)
@@ -241,7 +238,7 @@ class Proposals:
 
     @cached_property
     def _stills(self) -> tuple[Still, ...]:
-        with_object = Scene([*self.checks.assembly.bodies, self.checks.body], self.checks.options.friction)
+        with_object = Scene([*self.checks.assembly.bodies, self.checks.body], self.checks.friction)
 
         def mu(name: str) -> float | None:
             try:
@@ -259,25 +256,24 @@ class Proposals:
 
     def points(self, rng: np.random.Generator) -> Int:
         """Choose the support points of a pose, and return their numbers."""
-        least = min(self.checks.options.least_supports, 3)
+        wanted = self.checks.where.least_supports
+        least = min(wanted, 3)
         chance = np.array(SEVERAL[least - 1 :])
         count = least + int(rng.choice(len(chance), p=chance / chance.sum()))
-        return choose_points(
-            self.support, count, self.moved.size, self.checks.up, self.checks.options.least_supports > 1, rng
-        )
+        return choose_points(self.support, count, self.moved.size, self.checks.up, wanted > 1, rng)
 
     def pose(self, places: Float, normals: Float, rng: np.random.Generator) -> Float:
         """Return a pose (4, 4) in which a face of the object lies on points (k, 3) [m] with ``normals`` (k, 3)."""
         normal = plane_of(places, normals, self.checks.up)
-        allowed = self.checks.options.orientations
-        if allowed is None:
+        turns = self.checks.turns
+        if turns is None:
             face = self.faces[int(rng.choice(len(self.faces), p=self.chances))]
             along = direction_in(places, normal, self._edges, rng)
         else:
-            turn = allowed[rng.integers(len(allowed))]
+            turn = turns[rng.integers(len(turns))]
             face = min(self.faces, key=lambda f: float((turn @ f.normal) @ normal))
             along = direction_in(places, normal, self._edges, rng)
-            if not self.checks.options.free_yaw:
+            if not self.checks.approach.free_yaw:
                 level = turn @ face.along
                 along = unit(level - (level @ normal) * normal)
         return pose_on(places, normal, face, along, rng)
@@ -289,8 +285,8 @@ class Proposals:
         """
         lifted = pose.copy()
         lifted[:3, 3] += CLEARANCE * self.moved.size * self.checks.up
-        options = self.checks.options
-        from_afar = options.approach is not None or options.gripper is not None  # its way in is checked
+        approach = self.checks.approach
+        from_afar = approach.direction is not None or approach.gripper is not None  # its way in is checked
         if from_afar or not self.checks.free(lifted):
             lowest = float((self.moved.surface(lifted).vertices @ self.checks.up).min())
             top = max(

@@ -1,1 +1,1 @@
-"""Find where a body can be pushed so that nothing moves, or so that it moves alone."""
+"""Push a body so that no other one moves, and move bodies to where only larger pushes move something."""

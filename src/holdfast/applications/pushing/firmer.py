@@ -3,47 +3,128 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from holdfast.applications.carrying.carry import ProfileChoice, carry, checked_profile
 from holdfast.applications.carrying.profile import Profile
-from holdfast.applications.firmer.freedom import WAYS, Freedom, Moves
-from holdfast.applications.firmer.result import Firmer, FirmerStep
 from holdfast.applications.placement.comparing import pattern_search
+from holdfast.applications.pushing.freedom import WAYS, Freedom, Moves
 from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.on_surface import check_on_surface
 from holdfast.base.arrays import Float, Int, Objects, checked_number, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.progress import OutOfTimeError, keep_to_time, until
-from holdfast.base.text import quoted
+from holdfast.base.public import Pictured, Record, Summary, number
+from holdfast.base.text import listed, quoted
 from holdfast.base.values import Table
 from holdfast.engines.answers import Answers, Claim
 from holdfast.engines.contract import Engine
+from holdfast.queries import request
 from holdfast.queries.map import exposed_cells
 from holdfast.queries.push import load_factors
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    Load,
-    body_numbers,
-    checked_assembly,
-    checked_loads,
-    checked_options,
-    engine_of,
-    pressed_by_pushes,
-    push_columns,
-)
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load
+from holdfast.queries.result import Result
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
+STILL = 1e-9  # [m], rad: a body that moved less did not
 MOST_PUSHES = 150  # approximate number of pushes of a default map, on all bodies together
 GAIN = 0.01  # relative growth that counts, and loss of force that does not: so much varies with the nodes of faces
 SAME = 1e-6  # relative loss of what is promised that does not count
 LEAST = 1e-9  # [N], or times: growth from 0 that counts
 FIRST, LAST = 0.5, 0.01  # first and last step, as shares of the limit of the moves and of the size of a body
+
+
+class FirmerStep(Record):
+    """One step: the ``poses`` (4, 4) of the moved bodies, by name, and how firm the assembly is with them there.
+
+    ``least`` is the smallest push on each body [N], by its name, or the least factor of a motion, by "motion": the
+    least of ``lower`` of the ``answers``, one for each push or each time. It is 0 for the names in ``undecided``, for
+    which one of the answers is not known.
+    """
+
+    poses: Table[str, Float]
+    least: Table[str, float]
+    undecided: tuple[str, ...]
+    answers: Answers
+
+    plain = "poses least undecided"
+
+
+class Firmer(Pictured, Result, Sequence[FirmerStep]):
+    """Poses that are firmer and firmer, with answers: a sequence of ``steps``, from where the bodies were to the best.
+
+    ``assembly`` is that with the bodies at the last step, and ``answers`` are those there. ``before`` and ``after`` are
+    the least of all bodies, [N], or of the motion. Where the weakest cannot be made firmer, the next one was: ``least``
+    of the first and the last step compares all. ``poses`` are the last ones, and ``shifts`` say how far each body was
+    moved. ``solves`` counts the pushes that were asked, and ``tried`` the poses at which some were. Its
+    picture shows the scene before and after.
+    """
+
+    assembly: Assembly
+    steps: tuple[FirmerStep, ...]
+    times: bool
+    solves: int
+    tried: int
+
+    plain = "before after solves tried steps"
+
+    def __getitem__(self, k: int) -> FirmerStep:  # type: ignore[override]
+        return self.steps[k]
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+    @property
+    def before(self) -> float:
+        """The least push [N], or factor of the motion, at the first step."""
+        return min(self.steps[0].least.values())
+
+    @property
+    def after(self) -> float:
+        """The least push [N], or factor of the motion, at the last step."""
+        return min(self.steps[-1].least.values())
+
+    @property
+    def poses(self) -> Mapping[str, Float]:
+        """The poses (4, 4) of the moved bodies at the last step, by name."""
+        return self.steps[-1].poses
+
+    @property
+    def shifts(self) -> Mapping[str, tuple[float, float]]:
+        """How far [m] the centre of mass of each body was moved, and by how many degrees it was turned, by name."""
+        found = {}
+        for name, new in self.poses.items():
+            old, centre = self.steps[0].poses[name], np.append(self.assembly.scene.body(name).com_body, 1.0)
+            turned = Rotation.from_matrix(new[:3, :3] @ old[:3, :3].T).magnitude()
+            found[name] = float(np.linalg.norm((new - old) @ centre)), float(np.degrees(turned))
+        return found
+
+    def summary(self) -> Summary:
+        """Summarise from what to what each body became firmer, and what was moved."""
+        unit = "times" if self.times else "N"
+        ways = {
+            name: [*([number(1e3 * far, "mm")] if far > STILL else []), *([f"{number(turn)}°"] if turn > STILL else [])]
+            for name, (far, turn) in self.shifts.items()
+        }
+        moved = [f"{name} by {' and '.join(way)}" for name, way in ways.items() if way]
+
+        def shown(step: FirmerStep, name: str) -> str:
+            return "undecided" if name in step.undecided else number(step.least[name], unit)
+
+        first, last = self.steps[0], self.steps[-1]
+        rows = [[name, shown(first, name), shown(last, name)] for name in first.least]
+        headline = f"least {number(self.before, unit)} became {number(self.after, unit)}; moved {listed(moved)}"
+        if first.undecided and not self.before:
+            headline = f"undecided: {first.answers.undecided.text}; moved {listed(moved) or 'nothing'}"
+        elif not moved:
+            headline = f"nothing was moved: no step within the limits is firmer than {number(self.before, unit)}"
+        facts = [("poses tried", f"{self.tried:,}"), ("pushes asked", f"{self.solves:,}"), *self.facts()]
+        return Summary(headline, facts, ("least on", "before", "after"), rows, self.notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +188,7 @@ class Pushes:
     @classmethod
     def given(cls, assembly: Assembly, loads: Iterable[Load], engine: Engine) -> Pushes:
         """Return the pushes of ``loads``, each of which is asked on its own."""
-        found = checked_loads(loads)
+        found = request.checked_loads(loads)
         for load in found:
             where = f"firmer: push on {quoted(load.body)}"
             if assembly.index.get(load.body, FIXED) == FIXED or np.any(load.moment) or not np.any(load.force):
@@ -156,8 +237,8 @@ class Pushes:
             pose = assembly.scene.body(name).pose
             points = self.points[rows[mine]] @ pose[:3, :3].T + pose[:3, 3]
             ways[mine] = self.directions[rows[mine]] @ pose[:3, :3].T
-            W[:, mine] = push_columns(assembly, assembly.index[name], points, ways[mine])
-        pressed = np.zeros(len(assembly.bodies)), pressed_by_pushes(assembly, self.body[rows].tolist(), ways)
+            W[:, mine] = request.push_columns(assembly, assembly.index[name], points, ways[mine])
+        pressed = np.zeros(len(assembly.bodies)), request.pressed_by_pushes(assembly, self.body[rows].tolist(), ways)
         return load_factors(self.engine, assembly, W, np.zeros(len(W)), bounds=False, pressed=pressed)
 
 
@@ -206,17 +287,17 @@ def firmer(
     Raises SceneError for a body that is unknown, is fixed or stands on nothing, and HoldfastError for interfaces that
     were given, or both ``pushes`` and a ``motion``.
     """
-    assembly = checked_assembly(assembly)
+    assembly = request.checked_assembly(assembly)
     refuse_holds(assembly.scene.holds, "firmer", "move bodies in the scene without them")
     names = tuple(dict.fromkeys([bodies] if isinstance(bodies, str) else bodies))
-    for name, number in body_numbers(assembly, names, "firmer").items():
-        if number == FIXED:
+    for name, index in request.body_numbers(assembly, names, "firmer").items():
+        if index == FIXED:
             raise SceneError(message(f"firmer: {quoted(name)}", "is fixed", "needs bodies that can be moved"))
-    free_moves = checked_options(moves, Moves, "firmer: moves")
+    free_moves = request.checked_options(moves, Moves, "firmer: moves")
     if pushes is not None and motion is not None:
         raise HoldfastError(message("firmer", "got pushes and a motion", "ask one after the other"))
     limit = np.inf if seconds is None else checked_number(seconds, "firmer: seconds", above=0)
-    method = engine_of(engine)
+    method = request.engine_of(engine)
     free = Freedom(assembly, names, free_moves)
     measure: Pushes | CarrierMotion
     if motion is not None:

@@ -8,18 +8,21 @@ mechanism at the end of the load path. The assembly with the moved body must als
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum, auto
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
-from holdfast.applications.pushing.result import Effect, SafePushes
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.base.arrays import Bool, Float, checked_directions, checked_number, objects
-from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.assembly.node_motion import displaced
+from holdfast.base.archive import archived
+from holdfast.base.arrays import Bool, Float, Objects, checked_directions, checked_number, frozen, objects
+from holdfast.base.errors import HoldfastError, SceneError, message, no_truth
 from holdfast.base.progress import reported
+from holdfast.base.public import PublicValue, Summary, column, number
 from holdfast.base.ranges import COORDINATES, FORCE, LENGTH
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value
@@ -28,26 +31,100 @@ from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.geometry.distance import rod_clearance
+from holdfast.queries import request
 from holdfast.queries.map import exposed_cells, spacing_for
 from holdfast.queries.push import load_factors
-from holdfast.queries.request import (
-    DEFAULT_ENGINE,
-    EngineChoice,
-    body_number,
-    checked_assembly,
-    checked_options,
-    engine_of,
-    push_columns,
-    quiet,
-)
+from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice
+from holdfast.queries.result import places_of, vector_text
 from holdfast.scene.scene import Scene
 
+SHOWN = 6  # largest number of rows of each effect in a summary
 LONG = 2.0  # length of the tool, in sizes of the assembly
 POINTS = 100  # approximate default number of surface points
 OBLIQUE = 30.0  # [deg] largest angle between a push and the inward normal: at a larger one, the tool might slip
 DOUBT = 0.2  # share by which friction may differ from the given coefficients
 PARTS = (0.5, 1.0)  # shares of the travel at which the assembly is checked
 SAME = 6  # decimals [m] to which equal poses agree
+
+
+@archived
+class Effect(StrEnum):
+    """What a push certainly moves: NOTHING, the pushed body ALONE, or OTHERS too; UNKNOWN if that is not certain."""
+
+    NOTHING = auto()
+    ALONE = auto()
+    OTHERS = auto()
+    UNKNOWN = auto()
+
+    def __bool__(self) -> bool:
+        raise no_truth(self, f"compare it: effect == {self.value!r}")
+
+
+class SafePushes(PublicValue):
+    """What pushes of up to ``force`` [N] on ``body`` do, at n points that the tool can reach.
+
+    ``points`` (n, 3) [m] and the unit ``directions`` (n, 3) are in the world frame. ``effect`` (n,) holds an Effect for
+    each push, with the ``reason`` (n,) in words: NOTHING moves at any force up to this one; the body moves ALONE, by
+    ``travel`` [m], when it is pushed slowly by a tool that yields at this force; OTHERS move too; or it is UNKNOWN.
+    NOTHING and ALONE hold for the given friction and for friction that differs by the share ``doubt``, at the contacts
+    of the body and at all others.
+
+    For all these cases of friction, nothing moves at ``lower`` (n,) [N], by the engine's bound, and something certainly
+    moves at ``upper`` (n,) [N], by limit analysis. ``unreached`` is the number of pushes that were skipped because the
+    tool, of radius ``tool_radius`` [m], would touch another body.
+    """
+
+    body: str
+    engine: str
+    claim: Claim
+    force: float
+    points: Float = column("n 3")
+    directions: Float = column("n 3")
+    effect: Objects = column("n", of=Effect)
+    reason: Objects = column("n", of=str)
+    lower: Float = column("n")
+    upper: Float = column("n")
+    unreached: int
+    tool_radius: float
+    travel: float
+    doubt: float
+    notes: tuple[str, ...]
+
+    @property
+    def nothing(self) -> Bool:
+        """Which pushes (n,) move nothing."""
+        return self.are(Effect.NOTHING)
+
+    @property
+    def alone(self) -> Bool:
+        """Which pushes (n,) move the body and no other one."""
+        return self.are(Effect.ALONE)
+
+    def are(self, effect: Effect) -> Bool:
+        """Return which pushes (n,) have this effect."""
+        return frozen(np.asarray(self.effect == effect))
+
+    def checked_after_load(self) -> None:
+        """Raise HoldfastError if the columns that were read from a file are not those of pushes."""
+        if (self.lower[self.nothing] < self.force).any() or (self.upper[self.alone] > self.force).any():
+            problem = "the bounds of a push contradict its effect"
+            raise HoldfastError(message("pushes: effect", problem, "needs what was saved"))
+
+    def summary(self) -> Summary:
+        """Summarise the answer by the number of pushes with each effect, and some examples."""
+        count = Counter(self.effect.tolist())
+        counts = f"{count[Effect.ALONE]} move it alone, {count[Effect.NOTHING]} nothing"
+        headline = f"{len(self.effect)} pushes of {number(self.force, 'N')} on {self.body}: {counts}"
+        facts = [("engine", f"{self.engine} ({self.claim.words})")]
+        facts += [(f"{effect}", f"{count[effect]}") for effect in Effect]
+        facts += [("not reached by the tool", f"{self.unreached}")]
+        places = places_of(self.points)
+        rows = [
+            [str(effect), places[k], vector_text(self.directions[k], ".2f"), self.reason[k]]
+            for effect in Effect
+            for k in self.are(effect).nonzero()[0][:SHOWN].tolist()
+        ]
+        return Summary(headline, facts, ("moves", "at", "along", "why"), rows, self.notes)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -110,15 +187,15 @@ def safe_pushes(
     Raises SceneError if the body is fixed or unknown. Raises HoldfastError if the engine does not claim that contacts
     hold (Claim.HOLDS).
     """
-    assembly = checked_assembly(assembly)
+    assembly = request.checked_assembly(assembly)
     where = f"safe pushes on {quoted(body)}"
     most = checked_number(force, f"{where}: force", above=0, within=FORCE)
-    rod = checked_options(tool, Tool, f"{where}: tool")
+    rod = request.checked_options(tool, Tool, f"{where}: tool")
     share = checked_number(doubt, f"{where}: doubt", minimum=0, below=1)
-    method = engine_of(engine)
+    method = request.engine_of(engine)
     if method.claim is not Claim.HOLDS:
         raise HoldfastError(message(where, f"engine {method.name!r} does not claim that it holds", "use 'compliant'"))
-    if body_number(assembly, body) == FIXED:
+    if request.body_number(assembly, body) == FIXED:
         raise SceneError(message(where, "the body is fixed: no push moves it", "name a movable body"))
     if spacing is None:
         step = spacing_for(assembly, [body], POINTS)
@@ -173,7 +250,7 @@ class _Trials:
 
     def judged(self, points: Float, along: Float) -> tuple[list[Effect], list[str], Float, Float, tuple[str, ...]]:
         """Return effects and reasons, the least lower and the largest upper bounds (n,), and the notes."""
-        columns = push_columns(self.assembly, self.assembly.index[self.body], points, along)
+        columns = request.push_columns(self.assembly, self.assembly.index[self.body], points, along)
         mine = np.array([self.body in interface.bodies for interface in self.assembly.interfaces], dtype=bool)
         cases = [(1.0, 1.0), (1 + self.doubt, 1 - self.doubt), (1 - self.doubt, 1 - self.doubt)]
         mu = np.array(self.assembly.mu)
@@ -239,18 +316,14 @@ class _Trials:
 
     def _moved(self, found: list[Answers], k: int, states: dict[bytes, str]) -> str:
         """Say what is wrong with the assembly after the body has moved; empty if it stands in all cases."""
+        body, index = self.assembly.scene.body(self.body), self.assembly.index[self.body]
+        centre = self.assembly.com[index]
+        arms = body.surface_world.vertices - centre
         for answers in found:
-            twist = answers.mechanism[k].twists[self.assembly.index[self.body]]
+            twist = answers.mechanism[k].twists[index]
+            speed = float(np.linalg.norm(twist[:3] + np.cross(twist[3:], arms), axis=1).max())
             for part in PARTS:
-                way = part * self.travel
-                body = self.assembly.scene.body(self.body)
-                centre = self.assembly.com[self.assembly.index[self.body]]
-                arms = body.surface_world.vertices - centre
-                speed = float(np.linalg.norm(twist[:3] + np.cross(twist[3:], arms), axis=1).max())
-                turn = np.eye(4)
-                turn[:3, :3] = Rotation.from_rotvec(twist[3:] * way / speed).as_matrix()
-                turn[:3, 3] = centre + twist[:3] * way / speed - turn[:3, :3] @ centre
-                pose = np.asarray(turn @ (np.eye(4) if body.pose is None else body.pose))
+                pose = displaced(body.pose, part * self.travel / speed * twist, centre)
                 key = np.round(pose, SAME).tobytes()
                 if key not in states:
                     states[key] = self._trouble(pose)
@@ -263,7 +336,7 @@ class _Trials:
         if not self.assembly.detected:
             return "it may touch others: the contacts were given, so new ones cannot be detected"
         try:
-            with quiet():
+            with request.quiet():
                 moved = self.assembly.moved({self.body: pose})
         except HoldfastError as error:
             return f"is not known: {error}"

@@ -9,16 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from holdfast.applications.placement.margins import (
-    AROUND,
-    around,
-    clearance,
-    contacts_of,
-    edge_margin,
-    rests_on,
-    support_normal,
-    supporting_bodies,
-)
+from holdfast.applications.placement import margins
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked_number, checked_truth
 from holdfast.base.errors import SceneError, message
@@ -29,8 +20,8 @@ from holdfast.base.values import Value
 from holdfast.queries.request import quiet
 from holdfast.scene.halfspace import HalfSpace
 
-WAYS = AROUND + 2  # of one body: slides, and turns both ways
-SLIDES = np.argsort(np.arange(AROUND) % 2, kind="stable")  # those along the axes first: they change least
+WAYS = margins.AROUND + 2  # of one body: slides, and turns both ways
+SLIDES = np.argsort(np.arange(margins.AROUND) % 2, kind="stable")  # those along the axes first: they change least
 EVEN = 1e-6  # [m] a distance that is shorter by less is the same: outlines are rounded
 
 
@@ -80,7 +71,7 @@ class Freedom:
     def loads(self) -> Mapping[str, tuple[str, ...]]:
         """Each body with all bodies that rest on it, which move along."""
         movable = [body.name for body in self.assembly.movable]
-        on = {name: rests_on(self.assembly, name, touching=False) for name in movable}
+        on = {name: margins.rests_on(self.assembly, name, touching=False) for name in movable}
         return {name: (name, *(other for other in movable if name in on[other])) for name in self.bodies}
 
     @cached_property
@@ -92,7 +83,7 @@ class Freedom:
     @cached_property
     def watched(self) -> tuple[str, ...]:
         """The movable bodies that are moved, and those that they touch or on which they rest."""
-        near = {other for name in self.movers for other in rests_on(self.assembly, name)}
+        near = {other for name in self.movers for other in margins.rests_on(self.assembly, name)}
         return tuple(body.name for body in self.assembly.movable if body.name in {*self.movers, *near})
 
     @cached_property
@@ -100,7 +91,7 @@ class Freedom:
         """The unit normal (3,) of the plane on which each body stands."""
         found = {}
         for name in self.bodies:
-            normal = support_normal(self.assembly, name)
+            normal = margins.support_normal(self.assembly, name)
             if normal is None:
                 raise SceneError(message(f"firmer: {quoted(name)}", "stands on nothing", "move a body that stands"))
             found[name] = normal
@@ -121,10 +112,10 @@ class Freedom:
     def stepped(self, assembly: Assembly, way: int, step: float) -> Assembly | None:
         """Return the assembly with one body moved by ``step`` [m] along one of its ways, or None if it may not be."""
         name, own = self.bodies[way // WAYS], way % WAYS
-        if own < AROUND:
-            slide = step * around(np.array(tangents(self.normals[name])))[SLIDES[own]]
+        if own < margins.AROUND:
+            slide = step * margins.around(np.array(tangents(self.normals[name])))[SLIDES[own]]
             return self.placed(assembly, name, slide, 0.0)
-        angle = step / (assembly.scene.body(name).size / 2) * (1 if own == AROUND else -1)
+        angle = step / (assembly.scene.body(name).size / 2) * (1 if own == margins.AROUND else -1)
         return self.placed(assembly, name, np.zeros(3), angle)
 
     def placed(self, assembly: Assembly, name: str, slide: Float, angle: float) -> Assembly | None:
@@ -167,19 +158,19 @@ class Freedom:
         found = {}
         for load in self.loads.values():
             for name in load:
-                near = {other for own in contacts_of(name, self.assembly.interfaces) for other in own.bodies}
+                near = {other for own in margins.contacts_of(name, self.assembly.interfaces) for other in own.bodies}
                 found[name] = [body.name for body in self.assembly.bodies if body.name not in {*near, *load}]
         return found
 
     def _standing(self, assembly: Assembly, name: str) -> Surroundings:
         scene = assembly.scene
-        placed, own = scene.body(name), contacts_of(name, assembly.interfaces)
-        carriers = supporting_bodies(name, own, scene.up)
+        placed, own = scene.body(name), margins.contacts_of(name, assembly.interfaces)
+        carriers = margins.supporting_bodies(name, own, scene.up)
         beneath = [scene.body(other) for other in carriers]
         bounded = not any(isinstance(body.shape, HalfSpace) for body in beneath)
         return Surroundings(
             carriers=frozenset(carriers),
             touched=frozenset(other for interface in own for other in interface.bodies if other != name),
-            edge=edge_margin(placed, beneath, own, scene.up) if bounded else np.inf,
-            clearance=clearance(placed, [scene.body(other) for other in self._apart[name]], self.moves.apart),
+            edge=margins.edge_margin(placed, beneath, own, scene.up) if bounded else np.inf,
+            clearance=margins.clearance(placed, [scene.body(other) for other in self._apart[name]], self.moves.apart),
         )

@@ -1,1 +1,0 @@
-"""Move bodies to where the least push that moves something is larger."""
