@@ -16,7 +16,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.ranges import BETWEEN, LENGTH, TOLERANCE
 from holdfast.base.text import listed, quoted
-from holdfast.contacts.neighbours import neighbours
+from holdfast.contacts.neighbours import alone, groups_within, joined, neighbours
 from holdfast.contacts.overlap import Overlap, find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.engines.verdict import Status
@@ -25,9 +25,8 @@ from holdfast.queries.stability import Stability, stability
 from holdfast.scene.friction import refuse_strengths
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
-from holdfast.settling.motion import CALM, NARROW, TOUCH, End, Limits, Motion, come_to_rest
+from holdfast.settling.motion import CALM, NARROW, TOUCH, End, Motion, MotionLimits, come_to_rest
 from holdfast.settling.moved_surfaces import turn_between, upright_pose
-from holdfast.settling.settling_groups import alone, groups_within, joined
 
 # The first three are shares of the travel.
 SEEN = NARROW  # depth up to which overlaps are resolved by the motion itself
@@ -148,7 +147,7 @@ def settle(
         raise SceneError(
             message("settle", problem, "settle knows whole bodies only: make the parts bodies of their own")
         )
-    limits = Limits(
+    limits = MotionLimits(
         checked_number(travel, "settle: travel", above=0, within=LENGTH),
         checked_number(turn_degrees, "settle: turn_degrees", above=0, within=BETWEEN),
     )
@@ -178,7 +177,7 @@ def _brought_to_rest(
     start: Scene,
     overlaps: tuple[Overlap, ...],
     deep: tuple[Overlap, ...],
-    limits: Limits,
+    limits: MotionLimits,
     exact: frozenset[str],
     sigma: Mapping[str, float],
     known: Done,
@@ -221,7 +220,7 @@ def _judged(
     result: Scene,
     done: Done,
     deep: tuple[Overlap, ...],
-    limits: Limits,
+    limits: MotionLimits,
     gap: float | None,
     engine: EngineChoice,
 ) -> Settled:

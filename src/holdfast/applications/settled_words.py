@@ -12,7 +12,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.contacts.overlap import Overlap
 from holdfast.engines.verdict import Status
 from holdfast.queries.stability import Stability
-from holdfast.settling.motion import TOUCH, End, Limits, Motion
+from holdfast.settling.motion import TOUCH, End, Motion, MotionLimits
 
 LEAST = 1e-6  # [m] smaller motions count as none
 STILL_GOING = 0.1  # share of the largest motion of the last step, below which a body counts as dragged along
@@ -27,7 +27,7 @@ class Fate:
     words: Mapping[str, str]
 
 
-def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> Fate:
+def fate_of(group: Sequence[str], motion: Motion, limits: MotionLimits, up: Float) -> Fate:
     """Describe what happened to the bodies of a group, in the order of the motion; ``up`` (3,) points upwards."""
     left, words = [], {}
     for k, name in enumerate(group):
@@ -57,7 +57,7 @@ def moving(group: Sequence[str], motion: Motion) -> list[str]:
     return [name for name, way in zip(group, ways, strict=True) if way >= STILL_GOING * float(ways.max())]
 
 
-def _why(motion: Motion, k: int, way: float, limits: Limits, up: Float) -> str:
+def _why(motion: Motion, k: int, way: float, limits: MotionLimits, up: Float) -> str:
     """Say why a body that came to rest has moved."""
     touched = np.abs(motion.contacts.gaps) <= TOUCH * limits.reach
     ends, normals = motion.contacts.ends[touched], motion.contacts.normals[touched]
@@ -83,7 +83,7 @@ def status_and_reason(
     far: Sequence[str],
     faults: Sequence[str],
     unfinished: Sequence[str],
-    limits: Limits,
+    limits: MotionLimits,
 ) -> tuple[Status, str]:
     """Return the status of a scene brought to rest and the reason for it."""
     travel = f"the travel of {1e3 * limits.reach:.3g} mm"

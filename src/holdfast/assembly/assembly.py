@@ -21,7 +21,6 @@ from holdfast.assembly.caution import (
     warn_of_huge,
     warn_of_overlaps,
 )
-from holdfast.assembly.connected import components
 from holdfast.base.arrays import Float, Int, checked_items, checked_number, checked_truth, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.memory import Memory
@@ -31,10 +30,11 @@ from holdfast.base.text import listed, quoted
 from holdfast.base.values import shortened
 from holdfast.contacts.contact_search import Found, search
 from holdfast.contacts.interface import Interface
+from holdfast.contacts.neighbours import components
 from holdfast.contacts.overlap import Overlap, nearest_outside
 from holdfast.contacts.sharp_contacts import meeting_sharply, sharp_interface
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
-from holdfast.geometry.roughness import NONE
+from holdfast.geometry.topology import NONE
 from holdfast.scene.body import Body
 from holdfast.scene.friction import checked_pairs
 from holdfast.scene.hold import AnyHold, hold_ends, jointed

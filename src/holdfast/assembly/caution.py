@@ -10,7 +10,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message, warn
 from holdfast.base.text import listed, quoted
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import MISPLACED, Overlap
-from holdfast.geometry.cuboid import IDENTITY
+from holdfast.geometry.surface import IDENTITY
 from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene, like_radians

@@ -12,9 +12,8 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.ranges import COORDINATES
 from holdfast.contacts.interface import Patch
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.distance import distance_to_surface, winding_number
-from holdfast.geometry.surface import Surface
+from holdfast.geometry.surface import Cuboid, Surface
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound
 

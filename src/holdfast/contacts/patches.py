@@ -10,8 +10,8 @@ import shapely
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.rigid import tangents
 from holdfast.contacts.clipping import Piece
-from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
+from holdfast.contacts.search_mesh import Features
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.topology import SMOOTH

@@ -20,10 +20,9 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
 from holdfast.contacts.compound_parts import exposed, nearest_part
-from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
 from holdfast.contacts.interface import Patch
+from holdfast.contacts.round_bodies import Meeting, PlacedEllipsoid, PlacedRod, meet
 from holdfast.contacts.sharp_contacts import on_edges
-from holdfast.contacts.swept import Meeting, Swept
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.facets import COPLANAR
 from holdfast.geometry.topology import FLAT, SMOOTH
@@ -44,13 +43,13 @@ class Smooth(NamedTuple):
     pose: Float
 
     @property
-    def placed(self) -> Swept | PlacedEllipsoid:
+    def placed(self) -> PlacedRod | PlacedEllipsoid:
         """The shape in the world: a ball or disc swept along its axis, or an ellipsoid."""
         shape = self.shape
         if not shape.is_swept:
             return PlacedEllipsoid.of(self.pose, shape.radii)
         half = shape.half * self.pose[:3, 2]
-        return Swept(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
+        return PlacedRod(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
 
     @property
     def outer_radius(self) -> float:

@@ -16,14 +16,12 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import cross
-from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
-from holdfast.contacts.features import NEAR_PARALLEL
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.neighbours import neighbours
 from holdfast.contacts.overlap import distance
 from holdfast.contacts.patches import NOMINAL_BREADTH
-from holdfast.contacts.search_mesh import SearchMesh, near_faces
-from holdfast.contacts.swept import Meeting, Swept
+from holdfast.contacts.round_bodies import Meeting, PlacedEllipsoid, PlacedRod, meet
+from holdfast.contacts.search_mesh import NEAR_PARALLEL, SearchMesh, near_faces
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.geometry.surface import Surface
@@ -164,7 +162,7 @@ def _polar(generators: Float, slack: float = COORDINATES**0.5) -> Float:
 
 
 def on_edges(
-    one: Swept | PlacedEllipsoid,
+    one: PlacedRod | PlacedEllipsoid,
     surface: Surface,
     edges: Int,
     *,
@@ -188,7 +186,7 @@ def on_edges(
         apart = one.least_apart(ends)
         near &= (apart <= gap) & (apart >= -depth)
     for edge, (start, stop) in zip(edges[near].tolist(), ends[near], strict=True):
-        two = Swept((start + stop) / 2, (stop - start) / 2, 0.0, flat=False)
+        two = PlacedRod((start + stop) / 2, (stop - start) / 2, 0.0, flat=False)
         found = meet(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
         if found is not None and _is_nearest(surface, edge, found):
             # a face beside the edge may be tangent to the round body

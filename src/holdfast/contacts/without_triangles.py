@@ -32,7 +32,7 @@ from holdfast.contacts.patches import HAIRLINE, NEGLIGIBLE_WIDTH, NOMINAL_BREADT
 from holdfast.contacts.round_contacts import feet
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.cuboid import EXACT, Cuboid
+from holdfast.geometry.surface import EXACT, Cuboid
 from holdfast.native import core
 from holdfast.scene.body import Body
 from holdfast.scene.round_shapes import Round, round_of

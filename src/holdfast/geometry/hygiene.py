@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.public import Record
-from holdfast.geometry.closed_parts import joined, parts_as_given, parts_by_winding
+from holdfast.geometry.solid import joined, parts_as_given, parts_by_winding
 from holdfast.geometry.topology import Edges
 from holdfast.geometry.triangles import area_vectors
 
