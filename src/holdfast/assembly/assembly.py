@@ -34,7 +34,7 @@ from holdfast.contacts.neighbours import components
 from holdfast.contacts.overlap import Overlap, nearest_outside
 from holdfast.contacts.sharp_contacts import meeting_sharply, sharp_interface
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
-from holdfast.geometry.topology import NONE
+from holdfast.geometry.triangles import NONE
 from holdfast.scene.body import Body
 from holdfast.scene.friction import checked_pairs
 from holdfast.scene.hold import AnyHold, hold_ends, jointed

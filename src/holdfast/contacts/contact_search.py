@@ -95,36 +95,26 @@ def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) ->
     The earlier result between two bodies is reused if both are the same objects and the tolerances are unchanged. An
     interface stays the same object if third bodies leave the same patches visible as before.
     """
-    if before is not None and tolerances.rule != before.tolerances.rule:
-        before = None
-    same = () if before is None else {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
+    if before is None or tolerances.rule != before.tolerances.rule:
+        before = Found(tolerances, {}, (), {}, {}, {})
+    same = {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
     near = near_pairs(scene, tolerances, tolerances.widest(scene), same)
-    if before is None:
-        overlaps = find_overlaps(scene, tolerances, near=near)
-        patches = find_all_patches(scene, tolerances, near=near)
-        shown = show(scene, tolerances, patches)
-    else:
-        overlaps = find_overlaps(scene, tolerances, before.overlaps, same, near=near)
-        patches = find_all_patches(scene, tolerances, before.patches, same, near)
-        shown = show(scene, tolerances, patches, before.shown, _changed(patches, before.patches))
+    overlaps = find_overlaps(scene, tolerances, before.overlaps, same, near=near)
+    patches = find_all_patches(scene, near, before.patches, same)
+    both = {**patches, **before.patches}
+    changed = {name for pair in both for name in pair if patches.get(pair) is not before.patches.get(pair)}
+    shown = show(scene, tolerances, patches, before.shown, changed)
     deep = {overlap.bodies for overlap in overlaps}
     by_pair: dict[Pair, tuple[Interface, ...]] = {}
     for pair, contact in shown.items():
-        if before is not None and before.shown.get(pair) is contact:
+        if before.shown.get(pair) is contact:
             by_pair[pair] = before.by_pair[pair]
+        elif pair in deep:
+            by_pair[pair] = tuple(replace(interface, status="penetrating") for interface in contact.interfaces)
         else:
-            by_pair[pair] = (
-                tuple(replace(interface, status="penetrating") for interface in contact.interfaces)
-                if pair in deep
-                else contact.interfaces
-            )
+            by_pair[pair] = contact.interfaces
     bodies = {body.name: body for body in scene.bodies}
     return Found(tolerances, bodies, overlaps, patches, shown, by_pair)
-
-
-def _changed(now: Mapping[Pair, Touching], before: Mapping[Pair, Touching]) -> set[str]:
-    """Return the names of the bodies that have other patches now than before."""
-    return {name for pair in {**now, **before} for name in pair if now.get(pair) is not before.get(pair)}
 
 
 def find_contacts(scene: Scene, tolerances: Tolerances, *, merge: bool = True) -> Contacts:
@@ -133,7 +123,8 @@ def find_contacts(scene: Scene, tolerances: Tolerances, *, merge: bool = True) -
     If poses are uncertain, no interface is certain. Many patches between two bodies are merged into few, unless
     ``merge`` is False.
     """
-    shown = show(scene, tolerances, find_all_patches(scene, tolerances), merge=merge)
+    near = near_pairs(scene, tolerances, tolerances.widest(scene))
+    shown = show(scene, tolerances, find_all_patches(scene, near), {}, frozenset(), merge=merge)
     return Contacts(
         tuple(interface for each in shown.values() for interface in each.interfaces),
         tuple(pair for pair, each in shown.items() if not each.interfaces),
@@ -144,20 +135,20 @@ def show(
     scene: Scene,
     tolerances: Tolerances,
     found: Mapping[Pair, Touching],
-    known: Mapping[Pair, Shown] | None = None,
-    changed: Set[str] = frozenset(),
+    known: Mapping[Pair, Shown],
+    changed: Set[str],
     *,
     merge: bool = True,
 ) -> dict[Pair, Shown]:
     """Return the interfaces of pairs of bodies that touch, without what third bodies hide.
 
-    ``known`` can pass an earlier result; only bodies named in ``changed`` have other patches than then. If the visible
+    ``known`` is an earlier result; only bodies named in ``changed`` have other patches than then. If the visible
     patches of a pair are the same as before, its interfaces are the same objects. ``merge`` is as in ``find_contacts``.
     """
     result: dict[Pair, Shown] = {}
     fronts = Fronts({pair: touching.patches for pair, touching in found.items()})
     for pair, touching in found.items():
-        before = None if known is None else known.get(pair)
+        before = known.get(pair)
         if before is None or before.touching is not touching:
             before = None
         elif pair[0] not in changed and pair[1] not in changed:

@@ -16,7 +16,7 @@ from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.contacts.clipping import Piece, clip_faces, facing_pairs, facing_polygons
 from holdfast.contacts.interface import Patch
-from holdfast.contacts.neighbours import NearPair, in_order, near_pairs
+from holdfast.contacts.neighbours import NearPair, in_order
 from holdfast.contacts.occlusion import Pair
 from holdfast.contacts.patches import (
     NEGLIGIBLE_WIDTH,
@@ -30,7 +30,6 @@ from holdfast.contacts.round_contacts import feet, meet_smoothly, not_at
 from holdfast.contacts.search_mesh import (
     Features,
     SearchMesh,
-    near_but_facets,
     near_faces,
     near_facets,
     touching_features,
@@ -58,18 +57,13 @@ class Touching(NamedTuple):
 
 
 def find_all_patches(
-    scene: Scene,
-    tolerances: Tolerances,
-    known: Mapping[Pair, Touching] | None = None,
-    same: Collection[str] = (),
-    near: Sequence[NearPair] | None = None,
+    scene: Scene, near: Sequence[NearPair], known: Mapping[Pair, Touching] | None = None, same: Collection[str] = ()
 ) -> dict[Pair, Touching]:
     """Find where all pairs of bodies would touch if there were no third bodies, in the order of the bodies.
 
-    Between bodies named in ``same``, the result is taken from ``known``. ``near`` can pass all other pairs that are
-    near enough to touch.
+    Between bodies named in ``same``, the result is taken from ``known``; ``near`` are all other pairs that are near
+    enough to touch.
     """
-    near = near_pairs(scene, tolerances, tolerances.widest(scene), same) if near is None else near
     result = {pair: touching for pair, touching in (known or {}).items() if pair[0] in same and pair[1] in same}
     for one, patches in _patches_between(near):
         if patches:
@@ -141,7 +135,7 @@ def _on_triangles(
     locals_ = a.shape.surface.reduced, b.shape.surface.reduced
     facets = near_facets(mesh_a, mesh_b, gap)
     facing, left = facing_polygons(mesh_a, mesh_b, *locals_, facets, gap=gap, depth=depth, angles=angles)
-    pairs = near_but_facets(mesh_a, mesh_b, gap)
+    pairs = near_faces(mesh_a, mesh_b, gap, but_facets=True)
     if not len(pairs) and not facets:
         return None
     mixed, small = facing_pairs(mesh_a, mesh_b, pairs, cos_angle=float(np.cos(np.radians(angles.flat))))

@@ -44,10 +44,6 @@ class _Plane(NamedTuple):
     origin: Float
     normal: Float
 
-    @property
-    def measure(self) -> float:
-        return sum(patch.measure for patch in self.members)
-
 
 class _Samples(NamedTuple):
     """Points (n, 3) [m] on patches, their normals (n, 3), and the shares (n,) [m²] that they stand for."""
@@ -73,8 +69,9 @@ def merged(patches: Sequence[Patch], gap: float, angle: float) -> tuple[Patch, .
     band: list[Patch] = []
     if len(planes) > MOST and len(patches) > FACETS:
         least = LARGE * sum(patch.measure for patch in patches)
-        band = [patch for plane in planes if plane.measure < least for patch in plane.members]
-        planes = [plane for plane in planes if plane.measure >= least]
+        small = [sum(patch.measure for patch in plane.members) < least for plane in planes]
+        band = [patch for plane, is_small in zip(planes, small, strict=True) if is_small for patch in plane.members]
+        planes = [plane for plane, is_small in zip(planes, small, strict=True) if not is_small]
     joined = [patch for plane in planes for patch in _on_plane(plane)]
     return (*broad, *joined, *([_bent(band)] if band else []))
 

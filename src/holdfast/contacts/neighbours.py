@@ -19,7 +19,7 @@ T = TypeVar("T")
 class NearPair(NamedTuple):
     """Two bodies, or some parts of them, that are near each other, and the tolerances of the whole bodies.
 
-    ``shared`` [m] is how far their bounding boxes overlap (``shared_length``).
+    ``shared`` [m] is how far their bounding boxes overlap, along the axis of least overlap; negative if they are apart.
     """
 
     a: Body
@@ -30,9 +30,13 @@ class NearPair(NamedTuple):
 
 def near_pairs(scene: Scene, tolerances: Tolerances, gap: float, same: Collection[str] = ()) -> list[NearPair]:
     """Return the pairs of ``neighbours``."""
-    found = list(_near(scene, gap, same))
-    limits = tolerances.of_pairs([(scene.body(a.name), scene.body(b.name)) for a, b, _ in found])
-    return [NearPair(*each, own) for each, own in zip(found, limits, strict=True)]
+    whole = _near(scene, gap, same)
+    limits = tolerances.of_pairs([(a, b) for a, b, _ in whole])
+    return [
+        NearPair(one, two, along if one is a and two is b else _shared(one, two), own)
+        for (a, b, along), own in zip(whole, limits, strict=True)
+        for one, two in scene.touching(a, b)
+    ]
 
 
 def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator[tuple[Body, Body]]:
@@ -42,25 +46,21 @@ def neighbours(scene: Scene, gap: float, same: Collection[str] = ()) -> Iterator
     these parts are yielded, one pair for each set of parts that may touch each other (``Scene.touching``).
     """
     for a, b, _ in _near(scene, gap, same):
-        yield a, b
+        yield from scene.touching(a, b)
 
 
-def _near(scene: Scene, gap: float, same: Collection[str]) -> Iterator[tuple[Body, Body, float]]:
-    """Yield the pairs of ``neighbours``, and how far [m] their bounding boxes overlap, negative if they are apart."""
+def _near(scene: Scene, gap: float, same: Collection[str]) -> list[tuple[Body, Body, float]]:
+    """Return pairs of bodies with all of their parts, and how far [m] their bounding boxes overlap."""
     bodies = scene.bodies
     place_cuboids(bodies)
     boxes = np.array([body.box for body in bodies]).reshape(-1, 2, 3)
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
     asked = np.array([body.name not in same for body in bodies], dtype=bool)
     pairs, shared = core.near_bodies(boxes, fixed, asked, gap)
-    for (i, j), along in zip(pairs.tolist(), shared.tolist(), strict=True):
-        a, b = bodies[i], bodies[j]
-        for one, two in scene.touching(a, b):
-            whole = one is a and two is b
-            yield one, two, along if whole else shared_length(one, two)
+    return [(bodies[i], bodies[j], along) for (i, j), along in zip(pairs.tolist(), shared.tolist(), strict=True)]
 
 
-def shared_length(a: Body, b: Body) -> float:
+def _shared(a: Body, b: Body) -> float:
     """Return how far [m] the bounding boxes of two bodies overlap, along the axis of least overlap."""
     (low_a, high_a), (low_b, high_b) = a.box, b.box
     return float((np.minimum(high_a, high_b) - np.maximum(low_a, low_b)).min())

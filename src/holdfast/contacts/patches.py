@@ -14,7 +14,7 @@ from holdfast.contacts.interface import Patch
 from holdfast.contacts.search_mesh import Features
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.topology import SMOOTH
+from holdfast.geometry.triangles import SMOOTH
 from holdfast.native import core
 
 NEGLIGIBLE_WIDTH = 1e-6  # width, relative to the size of the smaller body, below which a patch is a rounding error

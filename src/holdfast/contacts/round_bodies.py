@@ -78,6 +78,21 @@ class PlacedRod(NamedTuple):
         return np.asarray(self.centre + share * self.half)
 
 
+class RoundLimits(NamedTuple):
+    """Tolerances of round contacts: true surfaces touch up to ``gap`` apart and ``depth`` into each other [m].
+
+    ``cos_side`` is the cosine of the angle tolerance of flat faces, and of a normal against a perpendicular to the side
+    of a cylinder; ``cos_twist`` is that of curved faces, and of the normals at the two ends of a line. ``seen`` [m] is
+    the gap of the tessellated surfaces.
+    """
+
+    gap: float
+    depth: float
+    cos_side: float
+    cos_twist: float
+    seen: float
+
+
 class Meeting(NamedTuple):
     """The contact of two round bodies, at a point or along a line.
 
@@ -92,15 +107,13 @@ class Meeting(NamedTuple):
     bend: float
 
 
-def meeting(
-    one: PlacedRod, two: PlacedRod, *, gap: float, depth: float, cos_twist: float, cos_side: float
-) -> Meeting | None:
-    """Return where two swept bodies touch, up to ``gap`` apart and ``depth`` into each other [m]; None if they do not.
+def meeting(one: PlacedRod, two: PlacedRod, limits: RoundLimits) -> Meeting | None:
+    """Return where two rods touch, within ``limits``; None if they do not.
 
     They touch along a line if they are near enough at both ends of the part in which they lie side by side, and if the
-    cosine of the angle between the normals there is at least ``cos_twist``. Otherwise they may touch where they are
-    nearest. The normal must be perpendicular to the side of a body with flat ends, within an angle whose cosine is
-    ``cos_side``. An overlap at a rim does not count, as the sides need not overlap there.
+    normals there are alike (``cos_twist``). Otherwise they may touch where they are nearest. The normal must be
+    perpendicular to the side of a body with flat ends (``cos_side``). An overlap at a rim does not count, as the sides
+    need not overlap there.
     """
     nearest = _nearest(one, two)
     for pairs in (_side_by_side(one, two), [nearest]):
@@ -110,12 +123,14 @@ def meeting(
         if not ways or (apart <= COORDINATES * (one.radius + two.radius)).any():
             continue
         normals = np.array(ways) / apart[:, None]
-        if ((heights < -depth) | (heights > gap)).any() or float(normals[0] @ normals[-1]) < cos_twist:
+        if ((heights < -limits.depth) | (heights > limits.gap)).any() or float(
+            normals[0] @ normals[-1]
+        ) < limits.cos_twist:
             continue
         normal = unit(normals.sum(0))
         rim = len(pairs) == 1 and ((one.flat and abs(nearest[0]) == 1) or (two.flat and abs(nearest[1]) == 1))
         if not (rim and heights[0] < -COORDINATES * (one.radius + two.radius)) and all(
-            not it.flat or float(it.along @ normal) ** 2 <= 1 - cos_side**2 for it in (one, two)
+            not it.flat or float(it.along @ normal) ** 2 <= 1 - limits.cos_side**2 for it in (one, two)
         ):
             of_one = [one.at(share) + one.radius * way for (share, _), way in zip(pairs, normals, strict=True)]
             of_two = [two.at(other) - two.radius * way for (_, other), way in zip(pairs, normals, strict=True)]
@@ -224,26 +239,18 @@ class Nearest(NamedTuple):
     of_two: Float
 
 
-def meet(
-    one: PlacedEllipsoid | PlacedRod,
-    two: PlacedEllipsoid | PlacedRod,
-    *,
-    gap: float,
-    depth: float,
-    cos_twist: float,
-    cos_side: float,
-) -> Meeting | None:
+def meet(one: PlacedEllipsoid | PlacedRod, two: PlacedEllipsoid | PlacedRod, limits: RoundLimits) -> Meeting | None:
     """Return where two round bodies touch, as ``meeting`` does; an ellipsoid touches at one point."""
     if isinstance(one, PlacedEllipsoid):
-        return _ellipsoid_meeting(one, two, gap=gap, depth=depth, cos_side=cos_side)
+        return _ellipsoid_meeting(one, two, limits)
     if isinstance(two, PlacedRod):
-        return meeting(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
-    found = _ellipsoid_meeting(two, one, gap=gap, depth=depth, cos_side=cos_side)
+        return meeting(one, two, limits)
+    found = _ellipsoid_meeting(two, one, limits)
     return None if found is None else found._replace(ends=found.ends[::-1], normal=-found.normal)
 
 
 def _ellipsoid_meeting(
-    ellipsoid: PlacedEllipsoid, other: PlacedEllipsoid | PlacedRod, *, gap: float, depth: float, cos_side: float
+    ellipsoid: PlacedEllipsoid, other: PlacedEllipsoid | PlacedRod, limits: RoundLimits
 ) -> Meeting | None:
     """Return where an ellipsoid touches another body, as ``meet`` does."""
     if isinstance(other, PlacedEllipsoid):
@@ -253,10 +260,10 @@ def _ellipsoid_meeting(
         second = _point(other, share)
     found = nearest(ellipsoid, second)
     height = found.apart - radius
-    if not -depth <= height <= gap:
+    if not -limits.depth <= height <= limits.gap:
         return None
     if isinstance(other, PlacedRod) and other.flat:
-        leans = float(other.along @ found.normal) ** 2 > 1 - cos_side**2
+        leans = float(other.along @ found.normal) ** 2 > 1 - limits.cos_side**2
         if leans or (abs(share) == 1 and height < -COORDINATES * radius):
             return None
     ends = np.array([[found.of_one], [found.of_two - radius * found.normal]])

@@ -62,37 +62,12 @@ class SearchMesh(NamedTuple):
     def of(cls, body: Body) -> SearchMesh:
         """Return the mesh of a body in its pose, with as few triangles as its flat faces need."""
         local, surface = body.shape.surface.reduced, body.reduced_world
-        topology, faces, normals = local.topology, np.ascontiguousarray(local.faces), surface.normals
+        known, faces, normals = local.topology, np.ascontiguousarray(local.faces), surface.normals
         vertices = np.ascontiguousarray(surface.vertices)
-        triangles, low, high, box, mean, outward = core.prepared(
-            vertices, faces, normals, topology.edges, topology.bend
-        )
-        prepared = cls(
-            vertices,
-            triangles,
-            normals,
-            low,
-            high,
-            box,
-            faces,
-            topology.edges,
-            topology.sides,
-            topology.bend,
-            topology.of_face,
-            topology.starts,
-            topology.neighbours,
-            mean,
-            *local.owned,
-            outward,
-            local.facets.label,
-            local.curved,
-        )
-        return sealed(prepared)
-
-
-def _box(low: Float, high: Float) -> Float:
-    """Return the lowest and the highest corner (2, 3) of boxes (F, 3)."""
-    return np.array([[column.min() for column in low.T], [column.max() for column in high.T]])
+        triangles, low, high, box, mean, outward = core.prepared(vertices, faces, normals, known.edges, known.bend)
+        connected = known.edges, known.sides, known.bend, known.of_face, known.starts, known.neighbours
+        about = *connected, mean, *local.owned, outward, local.facets.label, local.curved
+        return sealed(cls(vertices, triangles, normals, low, high, box, faces, *about))
 
 
 def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:
@@ -105,24 +80,22 @@ def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:
         normals=np.ascontiguousarray(local.normals @ turn),
         low=low,
         high=high,
-        box=_box(low, high),
+        box=np.array([[column.min() for column in low.T], [column.max() for column in high.T]]),
         mean=np.ascontiguousarray(local.mean @ turn),
         outward=np.ascontiguousarray((local.outward.reshape(-1, 3) @ turn).reshape(-1, 3, 3)),
     )
     return sealed(moved)
 
 
-def near_faces(a: SearchMesh, b: SearchMesh, gap: float, facets: tuple[int, int] = (-1, -1)) -> Int:
+def near_faces(
+    a: SearchMesh, b: SearchMesh, gap: float, facets: tuple[int, int] = (-1, -1), *, but_facets: bool = False
+) -> Int:
     """Return the pairs (m, 2) of faces of a and b whose boxes come within ``gap`` [m].
 
-    If ``facets`` gives the number of a large flat face of each body, only triangles of these two count.
+    If ``facets`` gives the number of a large flat face of each body, only triangles of these two count. With
+    ``but_facets``, pairs in which both belong to large flat faces, which are treated as polygons, do not count.
     """
-    return core.near_faces(a, b, gap, *facets, but_facets=False)
-
-
-def near_but_facets(a: SearchMesh, b: SearchMesh, gap: float) -> Int:
-    """Return ``near_faces`` without pairs in which both belong to large flat faces, which are treated as polygons."""
-    return core.near_faces(a, b, gap, -1, -1, but_facets=True)
+    return core.near_faces(a, b, gap, *facets, but_facets=but_facets)
 
 
 def near_facets(a: SearchMesh, b: SearchMesh, gap: float) -> list[tuple[int, int]]:

@@ -13,8 +13,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.public import Record
 from holdfast.geometry.solid import joined, parts_as_given, parts_by_winding
-from holdfast.geometry.topology import Edges
-from holdfast.geometry.triangles import area_vectors
+from holdfast.geometry.triangles import Edges, area_vectors
 
 if TYPE_CHECKING:
     import trimesh

@@ -15,7 +15,7 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float, Int, unit
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.values import Value, seal
-from holdfast.geometry.topology import Edges
+from holdfast.geometry.triangles import Edges
 
 if TYPE_CHECKING:
     import manifold3d

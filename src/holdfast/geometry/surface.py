@@ -14,8 +14,16 @@ from holdfast.base.public import Record, column
 from holdfast.base.values import Value, made, seal
 from holdfast.geometry.facets import Facets, balanced, curved_faces
 from holdfast.geometry.solid import closed_solid
-from holdfast.geometry.topology import LEAST_VERTICES, NONE, SMOOTH, Roughness, Topology, roughness_of
-from holdfast.geometry.triangles import areas_of, normals_of
+from holdfast.geometry.triangles import (
+    LEAST_VERTICES,
+    NONE,
+    SMOOTH,
+    Roughness,
+    Topology,
+    areas_of,
+    normals_of,
+    roughness_of,
+)
 from holdfast.native import core
 
 EXACT = 1e-12  # largest deviation of corners, relative to the diagonal, and largest cosine of an angle that is right
@@ -204,7 +212,9 @@ class Surface(Record):
         """
         # removing the hub of a fan is slow
         start = self._balanced() if np.bincount(self.faces.ravel()).max(initial=0) > HUB else self
-        if not start._may_lose_corners():
+        known = start.topology
+        shape = start.vertices, start.faces, known.edges, known.sides, known.of_face
+        if not known.closed or not core.may_lose_corners(*shape, STRAIGHT * start.diagonal):  # so it is with most scans
             return start._balanced()
         solid = closed_solid(start.vertices, start.faces)
         if solid is None:
@@ -215,13 +225,6 @@ class Surface(Record):
         read = fewer.to_mesh64()
         vertices, faces = np.array(read.vert_properties[:, :3]), np.array(read.tri_verts, dtype=np.int64)
         return replace(self, vertices=vertices, faces=faces)._balanced()
-
-    def _may_lose_corners(self) -> bool:
-        """Tell whether the surface may be closed, with corners that it does not need; seldom if it is a scan."""
-        known, allowed = self.topology, STRAIGHT * self.diagonal
-        return known.closed and core.may_lose_corners(
-            self.vertices, self.faces, known.edges, known.sides, known.of_face, allowed
-        )
 
     def _balanced(self) -> Surface:
         """Return the same surface with its large convex faces triangulated for fast search."""

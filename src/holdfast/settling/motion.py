@@ -247,10 +247,8 @@ class Group:
 
     def undoing(self, contacts: StepContacts, weight: Float) -> Float | None:
         """Return the least motions (J, 6) that remove all overlaps, or None; infinite ``weight`` (J,) fixes a body."""
-        least = np.minimum(weight, 1e9 * weight.min())
-        unit = float(-contacts.gaps.min())
-        pull = np.zeros(6 * self.count)
-        metric = self._metric(least)
+        unit, pull = float(-contacts.gaps.min()), np.zeros(6 * self.count)
+        metric = self._metric(np.minimum(weight, 1e9 * weight.min()))
         motion = self._solved(contacts, metric, pull, unit, friction=False)
         if motion is None or self.farthest(motion) > FLUNG * unit:
             motion = self._solved(contacts, metric, pull, unit, friction=False, giving=YIELDING)
@@ -287,17 +285,8 @@ class Group:
         giving: float | None = None,
     ) -> Float | None:
         """Return the motions (J, 6) of ``small_motion``, and add its contacts to ``effort``."""
-        motion, solved = small_motion(
-            contacts,
-            self.centres(),
-            self.levers,
-            metric,
-            pull,
-            unit=unit,
-            friction=friction,
-            before=before,
-            giving=giving,
-        )
+        bodies = self.centres(), self.levers, metric, pull
+        motion, solved = small_motion(contacts, *bodies, unit=unit, friction=friction, before=before, giving=giving)
         self.effort += solved
         return motion
 

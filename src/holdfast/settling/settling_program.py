@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from holdfast.base.arrays import Bool, Float, Int
@@ -39,20 +41,16 @@ class StepContacts:
 
     def only(self, which: Bool) -> StepContacts:
         """Return those contacts for which ``which`` (n,) is true."""
-        points, normals, gaps, mu = (c[which] for c in (self.points, self.normals, self.gaps, self.mu))
-        return StepContacts(self.ends[which], self.movable, points, normals, gaps, mu, self.chosen[which])
+        return StepContacts(self.ends[which], self.movable, *(column[which] for column in self._columns))
 
     def with_(self, others: StepContacts) -> StepContacts:
         """Return these contacts together with ``others`` of the same bodies."""
-        return StepContacts(
-            np.concatenate([self.ends, others.ends]),
-            self.movable,
-            np.concatenate([self.points, others.points]),
-            np.concatenate([self.normals, others.normals]),
-            np.concatenate([self.gaps, others.gaps]),
-            np.concatenate([self.mu, others.mu]),
-            np.concatenate([self.chosen, others.chosen]),
-        )
+        both = (np.concatenate(two) for two in zip(self._columns, others._columns, strict=True))
+        return StepContacts(np.concatenate([self.ends, others.ends]), self.movable, *both)
+
+    @property
+    def _columns(self) -> tuple[NDArray[Any], ...]:
+        return self.points, self.normals, self.gaps, self.mu, self.chosen
 
     def __len__(self) -> int:
         return len(self.gaps)
@@ -169,7 +167,7 @@ def _solved(
     tolerance: float,
     giving: float | None,
 ) -> Float | None:
-    """Return the solution (6J,) of ``step_program``.
+    """Return the solution (6J,) of ``step_program``, or None.
 
     If there is no solution, friction is dropped in overlaps, because a body may only be able to leave them sideways. If
     there is still none, contacts may yield.
