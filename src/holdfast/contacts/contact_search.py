@@ -147,6 +147,7 @@ def show(
     """
     result: dict[Pair, Shown] = {}
     fronts = Fronts({pair: touching.patches for pair, touching in found.items()})
+    bodies = {body.name: body for body in scene.bodies}
     for pair, touching in found.items():
         before = known.get(pair)
         if before is None or before.touching is not touching:
@@ -154,7 +155,7 @@ def show(
         elif pair[0] not in changed and pair[1] not in changed:
             result[pair] = before
             continue
-        a, b = scene.body(pair[0]), scene.body(pair[1])
+        a, b = bodies[pair[0]], bodies[pair[1]]
         gap, width = touching.limits.own.gap, NEGLIGIBLE_WIDTH * min(a.size, b.size)
         left = tuple([fronts.visible(patches, pair, gap, width) for *_, patches in touching.parts])
         if before is not None and left == before.left:

@@ -345,7 +345,8 @@ def _canonical_patches(patches: Sequence[tuple[Patch, bool]], frame: Frame) -> l
             frame.axes,
         )
     )
-    outlines = [frozen(corners[a:b]) for a, b in pairwise(corner.tolist())]
+    outlines = [corners[a:b] for a, b in pairwise(corner.tolist())]  # parts of a read-only array are read-only
+    frames = frozen(np.stack(tangents(np.asarray(normals, dtype=np.float64)), axis=1))
     found = []
     for k, ((patch, flipped), (first, last)) in enumerate(zip(patches, pairwise(ring.tolist()), strict=True)):
         spots = patch.spots
@@ -353,6 +354,7 @@ def _canonical_patches(patches: Sequence[tuple[Patch, bool]], frame: Frame) -> l
             spots = (spots.flipped() if flipped else spots).canonical(frame, core.CANONICAL)
         outline, *holes = outlines[first:last]
         same = altered(patch, polygon=outline, normal=normals[k], holes=tuple(holes), spots=spots)
+        same.__dict__["frame"] = frames[k]
         if same.kind == "face" and spots is None:
             same.__dict__.update(moments=moments[k], centroid=centroids[k])
         found.append(same)

@@ -13,6 +13,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import sealed
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.spots import LEAST, Spots, corrected, nearest_spot
 from holdfast.geometry import polygon as flat
@@ -80,7 +81,7 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
         else:
             sample = _SAMPLES[sampling] if random is None else partial(paper_sample, random=random)
             points, weights = sample(patch, share)
-            result.append((frozen(patch.lifted(points)), frozen(np.array(weights))))
+            result.append(sealed((patch.lifted(points), np.array(weights))))
     return result
 
 
@@ -90,22 +91,25 @@ def _grids(patches: Sequence[Patch], counts: Sequence[int]) -> list[tuple[Float,
     The boundary is included, and the weights are close to Simpson's.
     """
     found: list[tuple[Float, Float] | None] = [None] * len(patches)
-    flat = [k for k, one in enumerate(patches) if one.kind == "face" and one.spots is None and not one.holes]
-    if not flat:
+    faces = [k for k, one in enumerate(patches) if one.kind == "face" and one.spots is None and not one.holes]
+    if not faces:
         return found
-    outlines = [patches[k].polygon for k in flat]
-    first, normals = np.cumsum([0, *map(len, outlines)]), np.array([patches[k].normal for k in flat])
+    outlines = [patches[k].polygon for k in faces]
+    first, normals = np.cumsum([0, *map(len, outlines)]), np.array([patches[k].normal for k in faces])
     sides, aspects, points = core.grids_over(
-        np.concatenate(outlines), first, normals, np.array([counts[k] for k in flat], dtype=np.int64)
+        np.concatenate(outlines), first, normals, np.array([counts[k] for k in faces], dtype=np.int64)
     )
-    frozen(points)
+    weights = np.empty(len(points))
     last = 0
-    for k, (across, along), aspect in zip(flat, sides.tolist(), aspects.tolist(), strict=True):
+    for k, (across, along), aspect in zip(faces, sides.tolist(), aspects.tolist(), strict=True):
         if across:
-            begin, last = last, last + across * along
+            here = slice(last, last + across * along)
             # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
             shares = _grid_shares(across, along, CELLS if counts[k] < MANY else FEW_CELLS, _rounded(aspect))
-            found[k] = points[begin:last], frozen(shares * patches[k].area)
+            weights[here] = shares * patches[k].area
+            found[k] = points[here], weights[here]
+            last = here.stop
+    sealed((points, weights, found))
     return found
 
 

@@ -24,7 +24,7 @@ import shapely
 from holdfast.base.arrays import Float, frozen, unit
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
-from holdfast.base.values import made
+from holdfast.base.values import made, sealed
 from holdfast.contacts.clipping import BROAD
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.patches import HAIRLINE, NEGLIGIBLE_WIDTH, NOMINAL_BREADTH
@@ -72,11 +72,11 @@ def patches_of(pairs: Sequence[Cuboids]) -> list[tuple[Patch, ...] | None]:
     for count in {count for count in several if count > 2}:
         chosen = [k for k, each in enumerate(several) if each == count]
         at = slice(None) if len(chosen) == len(several) else chosen
-        polygons, frames = frozen(corners[at, :count]), frozen(tangents[at])
-        normals, separations = frozen(planes[at, :3]), planes[at, 3:].tolist()
-        rings = frozen((polygons - polygons[:, :1]) @ frames.transpose(0, 2, 1))
+        polygons, frames, normals = corners[at, :count], tangents[at], planes[at, :3]
+        separations = planes[at, 3:].tolist()
+        rings = (polygons - polygons[:, :1]) @ frames.transpose(0, 2, 1)
         moments, widths = core.measures_of(rings)
-        frozen(moments)
+        sealed((polygons, frames, normals, rings, moments))
         for k, (number, width) in enumerate(zip(chosen, widths.tolist(), strict=True)):
             if width > pairs[number].negligible:
                 low, high = separations[k]
