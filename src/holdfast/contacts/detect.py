@@ -134,15 +134,15 @@ def _on_triangles(
     angles = tolerances.angles
     locals_ = a.shape.surface.reduced, b.shape.surface.reduced
     facets = near_facets(mesh_a, mesh_b, gap)
-    facing, left = facing_polygons(mesh_a, mesh_b, *locals_, facets, gap=gap, depth=depth, angles=angles)
+    facing, left = facing_polygons(mesh_a, mesh_b, *locals_, facets, tolerances)
     pairs = near_faces(mesh_a, mesh_b, gap, but_facets=True)
     if not len(pairs) and not facets:
         return None
     mixed, small = facing_pairs(mesh_a, mesh_b, pairs, cos_angle=float(np.cos(np.radians(angles.flat))))
-    also, _ = facing_polygons(mesh_a, mesh_b, *locals_, mixed, gap=gap, depth=depth, angles=angles)
+    also, _ = facing_polygons(mesh_a, mesh_b, *locals_, mixed, tolerances)
     large = [piece for _, pieces in sorted({**facing, **also}.items()) for piece in pieces]
     pairs = np.concatenate([pairs, *(near_faces(mesh_a, mesh_b, gap, two) for two in left)])
-    pieces = [*large, *clip_faces(mesh_a, mesh_b, small, gap=gap, depth=depth, angles=angles)]
+    pieces = [*large, *clip_faces(mesh_a, mesh_b, small, tolerances)]
     if len(pieces) > most:
         raise TooFineError
     faces = face_patches(pieces_on_planes(a, b, pieces, tolerances), gap, angles, negligible)
