@@ -53,7 +53,7 @@ class Shown(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class FoundContacts:
     """The contacts and overlaps of a scene with these ``bodies`` (by name), at these ``tolerances``.
 
     ``patches`` holds where each pair of bodies would touch if there were no third bodies, ``shown`` what third bodies
@@ -77,9 +77,9 @@ class Found:
         """The pairs that would touch if no third body lay between them."""
         return tuple(pair for pair, shown in self.shown.items() if not shown.interfaces)
 
-    def without(self, gone: Collection[str]) -> Found:
+    def without(self, gone: Collection[str]) -> FoundContacts:
         """Return the same without the bodies ``gone``, none of which may have hidden a contact of two others."""
-        return Found(
+        return FoundContacts(
             self.tolerances,
             {name: body for name, body in self.bodies.items() if name not in gone},
             tuple(o for o in self.overlaps if not any(name in gone for name in o.bodies)),
@@ -89,14 +89,14 @@ class Found:
         )
 
 
-def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) -> Found:
+def search(scene: Scene, tolerances: Tolerances, before: FoundContacts | None = None) -> FoundContacts:
     """Find all contacts and overlaps of a scene; the result does not depend on ``before``, which only saves time.
 
     The earlier result between two bodies is reused if both are the same objects and the tolerances are unchanged. An
     interface stays the same object if third bodies leave the same patches visible as before.
     """
     if before is None or tolerances.rule != before.tolerances.rule:
-        before = Found(tolerances, {}, (), {}, {}, {})
+        before = FoundContacts(tolerances, {}, (), {}, {}, {})
     same = {body.name for body in scene.bodies if before.bodies.get(body.name) is body}
     near = near_pairs(scene, tolerances, tolerances.widest(scene), same)
     overlaps = find_overlaps(scene, tolerances, before.overlaps, same, near=near)
@@ -114,7 +114,7 @@ def search(scene: Scene, tolerances: Tolerances, before: Found | None = None) ->
         else:
             by_pair[pair] = contact.interfaces
     bodies = {body.name: body for body in scene.bodies}
-    return Found(tolerances, bodies, overlaps, patches, shown, by_pair)
+    return FoundContacts(tolerances, bodies, overlaps, patches, shown, by_pair)
 
 
 def find_contacts(scene: Scene, tolerances: Tolerances, *, merge: bool = True) -> Contacts:

@@ -161,8 +161,8 @@ def _joined(solid: trimesh.Trimesh, report: MeshReport) -> tuple[trimesh.Trimesh
     found = joined(np.array(solid.vertices), np.array(solid.faces, dtype=np.int64))
     if found is None:
         return solid, report
-    one = trimesh.Trimesh(found.vertices, found.faces, process=False)
-    return one, replace(report, joined=found.parts, shared=found.shared)
+    vertices, faces, parts, shared = found
+    return trimesh.Trimesh(vertices, faces, process=False), replace(report, joined=parts, shared=shared)
 
 
 def _oriented(solid: trimesh.Trimesh, report: MeshReport) -> MeshReport:

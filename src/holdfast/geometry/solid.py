@@ -107,23 +107,6 @@ def united(solids: Sequence[tuple[Float, Int]]) -> United | None:
     )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Joined(Value):
-    """One solid made of several closed parts.
-
-    ``vertices`` (V, 3) [m] and ``faces`` (F, 3) are its surface, ``parts`` is the number of parts that meet others, and
-    ``shared`` [m³] is the volume of all parts together less that of the solid.
-    """
-
-    vertices: Float
-    faces: Int
-    parts: int
-    shared: float
-
-    def __post_init__(self) -> None:
-        seal(self)
-
-
 def parts_as_given(faces: Int, merged: Int) -> tuple[Int, Int] | None:
     """Weld vertices only within parts, that is, among faces that the vertex numbers of ``faces`` (F, 3) connect.
 
@@ -207,8 +190,11 @@ def _wedges(ends: Float, thirds: Float, leaves: Bool) -> Int | None:
     return np.asarray(order.reshape(-1, 2), dtype=np.int64)
 
 
-def joined(vertices: Float, faces: Int) -> Joined | None:
-    """Join the closed parts of a mesh that share faces or overlap; return None if there are no such parts.
+def joined(vertices: Float, faces: Int) -> tuple[Float, Int, int, float] | None:
+    """Join the closed parts of a mesh that share faces or overlap to one solid; None if there are no such parts.
+
+    Returns the vertices (V, 3) [m] and faces (F, 3) of the solid, the number of parts that meet others, and the volume
+    [m³] of all parts together less that of the solid.
 
     Every edge must have two faces, parts must be wound outward and cavities inward. Parts that meet only at edges or
     vertices are not joined.
@@ -253,7 +239,7 @@ def joined(vertices: Float, faces: Int) -> Joined | None:
     mesh = whole.to_mesh64()
     volume = sum(solid.volume() for solid in solids)
     shared = max(volume - whole.volume(), 0.0)
-    return Joined(
+    return (
         np.array(mesh.vert_properties[:, :3]),
         np.array(mesh.tri_verts, dtype=np.int64),
         int(meets.any(1).sum()),
