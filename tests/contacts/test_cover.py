@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
-from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.patches import Cover
+from holdfast.contacts.search_mesh import Features
 
 GAP = 1e-3
 UP = np.array([0.0, 0, 1])

@@ -10,10 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet, nearest
-from holdfast.contacts.swept import Swept, meeting
+from holdfast.contacts.round_bodies import PlacedEllipsoid, PlacedRod, RoundLimits, meet, meeting, nearest
 
-LIMITS = {"gap": np.inf, "depth": np.inf, "cos_twist": 0.0, "cos_side": float(np.cos(np.radians(5)))}
+LIMITS = RoundLimits(gap=np.inf, depth=np.inf, cos_twist=0.0, cos_side=float(np.cos(np.radians(5))), seen=0.0)
 
 
 def egg(rng: np.random.Generator, place: Float) -> PlacedEllipsoid:
@@ -58,8 +57,8 @@ def test_ellipsoids_with_equal_axes_are_balls() -> None:
         a, b = rng.uniform(0.5, 2.0, 2)
         one, two = rng.normal(size=3), 3 * rng.normal(size=3)
         half = rng.normal(size=3)
-        found = meet(PlacedEllipsoid.of(at(*one), np.full(3, a)), Swept(two, half, b, flat=False), **LIMITS)
-        exact = meeting(Swept(one, np.zeros(3), a, flat=False), Swept(two, half, b, flat=False), **LIMITS)
+        found = meet(PlacedEllipsoid.of(at(*one), np.full(3, a)), PlacedRod(two, half, b, flat=False), LIMITS)
+        exact = meeting(PlacedRod(one, np.zeros(3), a, flat=False), PlacedRod(two, half, b, flat=False), LIMITS)
         if found is None or exact is None:
             assert found is exact
             continue
@@ -72,8 +71,8 @@ def test_ellipsoids_with_equal_axes_are_balls() -> None:
 def test_the_order_of_both_makes_no_difference() -> None:
     rng = np.random.default_rng(2)
     for _ in range(20):
-        one, two = egg(rng, np.zeros(3)), Swept(4 * rng.normal(size=3), rng.normal(size=3), 0.4, flat=False)
-        found, other = meet(one, two, **LIMITS), meet(two, one, **LIMITS)
+        one, two = egg(rng, np.zeros(3)), PlacedRod(4 * rng.normal(size=3), rng.normal(size=3), 0.4, flat=False)
+        found, other = meet(one, two, LIMITS), meet(two, one, LIMITS)
         assert found is not None
         assert other is not None
         np.testing.assert_allclose(found.ends, other.ends[::-1], atol=1e-9)
@@ -83,8 +82,8 @@ def test_the_order_of_both_makes_no_difference() -> None:
 def test_no_point_of_an_axis_is_nearer() -> None:
     rng = np.random.default_rng(3)
     for _ in range(10):
-        one, two = egg(rng, np.zeros(3)), Swept(5 * rng.normal(size=3), 2 * rng.normal(size=3), 0.3, flat=False)
-        found = meet(one, two, **LIMITS)
+        one, two = egg(rng, np.zeros(3)), PlacedRod(5 * rng.normal(size=3), 2 * rng.normal(size=3), 0.3, flat=False)
+        found = meet(one, two, LIMITS)
         assert found is not None
         shares = np.linspace(-1, 1, 201)
         each = [nearest(one, PlacedEllipsoid(two.at(share), np.zeros((3, 3)))).apart - two.radius for share in shares]
@@ -96,8 +95,8 @@ def test_lines_are_at_least_so_far_away() -> None:
     rng, close = np.random.default_rng(4), 0
     for _ in range(200):
         one, ends = egg(rng, np.zeros(3)), 2 * rng.normal(size=(1, 2, 3))
-        line = Swept(ends[0].mean(0), (ends[0, 1] - ends[0, 0]) / 2, 0.0, flat=False)
-        found = meet(one, line, **LIMITS)
+        line = PlacedRod(ends[0].mean(0), (ends[0, 1] - ends[0, 0]) / 2, 0.0, flat=False)
+        found = meet(one, line, LIMITS)
         assert found is not None
         least = one.least_apart(ends)[0]
         if found.heights[0] > -0.3:  # deeper ones may be nearer to another side
@@ -112,8 +111,8 @@ def test_the_gap_over_an_edge_bends_as_the_egg_does_along_it() -> None:
     rng = np.random.default_rng(5)
     for _ in range(20):
         one, way = egg(rng, np.zeros(3)), rng.normal(size=3)
-        edge = Swept(3 * rng.normal(size=3), 10 * way, 0.0, flat=False)
-        found = meet(one, edge, **LIMITS)
+        edge = PlacedRod(3 * rng.normal(size=3), 10 * way, 0.0, flat=False)
+        found = meet(one, edge, LIMITS)
         assert found is not None
         along = edge.along  # across the normal, unless the edge ends there
         if abs(along @ found.normal) < 1e-6:
@@ -123,9 +122,9 @@ def test_the_gap_over_an_edge_bends_as_the_egg_does_along_it() -> None:
 
 def test_the_side_of_a_cylinder_ends_at_its_rims() -> None:
     """Beside the middle an egg touches it; beyond an end, where it would meet the rim, that is left to others."""
-    tin = Swept(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.5, flat=True)
+    tin = PlacedRod(np.zeros(3), np.array([0.0, 0.0, 1.0]), 0.5, flat=True)
     for height, touches in ((0.0, True), (0.9, True), (1.6, False)):
-        found = meet(PlacedEllipsoid.of(at(1.0, 0.0, height), np.array([0.5, 0.4, 0.7])), tin, **LIMITS)
+        found = meet(PlacedEllipsoid.of(at(1.0, 0.0, height), np.array([0.5, 0.4, 0.7])), tin, LIMITS)
         assert (found is not None) == touches
         if found is not None:
             assert found.heights[0] == pytest.approx(0.0, abs=1e-12)

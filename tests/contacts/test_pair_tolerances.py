@@ -8,8 +8,8 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.contacts.features import Features
 from holdfast.contacts.patches import line_patches
+from holdfast.contacts.search_mesh import Features
 from holdfast.contacts.tolerances import plain_gap, rough_gap
 from holdfast.scene.shipped.blocks import at, box, floor
 

@@ -10,9 +10,11 @@ from scipy.spatial.transform import Rotation
 
 import holdfast as hf
 from holdfast.base.arrays import Float
-from holdfast.contacts.swept import Swept, meeting
+from holdfast.contacts.round_bodies import PlacedRod, RoundLimits, meeting
 
-NEAR = {"gap": 1e-4, "depth": 1e-4, "cos_twist": float(np.cos(np.radians(1))), "cos_side": float(np.cos(np.radians(1)))}
+NEAR = RoundLimits(
+    gap=1e-4, depth=1e-4, cos_twist=float(np.cos(np.radians(1))), cos_side=float(np.cos(np.radians(1))), seen=0.0
+)
 
 
 def between(one: hf.Body, two: hf.Body, gap: float = 1e-4) -> tuple[hf.answers.Patch, ...]:
@@ -86,10 +88,10 @@ def test_parallel_cylinders_touch_along_what_lies_side_by_side(roll: float, orde
 def test_a_cylinder_that_stands_on_another_does_not_touch_with_its_side() -> None:
     """Its end lies on the other's side: a face on a curved surface, which is found on the tessellation."""
     axis, upright = np.array([0.0, 0.15, 0.0]), np.array([0.0, 0.0, 0.05])
-    one, two = Swept(np.zeros(3), axis, 0.05, flat=True), Swept(np.array([0, 0, 0.1]), upright, 0.03, flat=True)
-    assert meeting(one, two, **NEAR) is None
+    one, two = PlacedRod(np.zeros(3), axis, 0.05, flat=True), PlacedRod(np.array([0, 0, 0.1]), upright, 0.03, flat=True)
+    assert meeting(one, two, NEAR) is None
     capped = two._replace(centre=np.array([0, 0, 0.13]), flat=False)  # as a capsule it touches by its cap
-    found = meeting(one, capped, **NEAR)
+    found = meeting(one, capped, NEAR)
     assert found is not None
     assert found.heights == pytest.approx([0.0], abs=1e-12)
     low = hf.Body("low", hf.Cylinder(0.05, 0.3), mass=1, pose=at(0, 0, 0, lying(0)))
@@ -97,8 +99,8 @@ def test_a_cylinder_that_stands_on_another_does_not_touch_with_its_side() -> Non
 
 
 def test_axes_that_meet_have_no_direction_between_them() -> None:
-    one = Swept(np.zeros(3), np.array([0.0, 0.1, 0.0]), 0.05, flat=False)
-    assert meeting(one, one._replace(half=np.array([0.1, 0.0, 0.0])), **{**NEAR, "depth": 1.0}) is None
+    one = PlacedRod(np.zeros(3), np.array([0.0, 0.1, 0.0]), 0.05, flat=False)
+    assert meeting(one, one._replace(half=np.array([0.1, 0.0, 0.0])), NEAR._replace(depth=1.0)) is None
 
 
 def test_the_gap_between_two_round_bodies_bends_as_both_do() -> None:
@@ -106,7 +108,7 @@ def test_the_gap_between_two_round_bodies_bends_as_both_do() -> None:
     x, y = np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.1, 0.0])
     over = np.array([0, 0, 0.08])
     for half, other, expected in ((0 * x, 0 * y, 1 / 0.05 + 1 / 0.03), (x, y, 1 / 0.05), (x, x, 1 / 0.05 + 1 / 0.03)):
-        found = meeting(Swept(np.zeros(3), half, 0.05, flat=False), Swept(over, other, 0.03, flat=False), **NEAR)
+        found = meeting(PlacedRod(np.zeros(3), half, 0.05, flat=False), PlacedRod(over, other, 0.03, flat=False), NEAR)
         assert found is not None
         assert found.bend == pytest.approx(expected, rel=1e-9)
 
@@ -142,18 +144,21 @@ def test_a_pile_of_three_lying_cylinders_is_that_of_three_capsules_however_they_
 def test_the_rims_of_two_cylinders_end_to_end_are_no_sides() -> None:
     """However deep an overlap may be: their axes lie 1 cm apart, the sides 9 cm into each other."""
     half = np.array([0.0, 0.0, 0.05])
-    one, two = Swept(-half, half, 0.05, flat=True), Swept(np.array([0.01, 0, 0.05]), half, 0.04, flat=True)
-    assert meeting(one, two, **{**NEAR, "depth": np.inf}) is None
+    one, two = PlacedRod(-half, half, 0.05, flat=True), PlacedRod(np.array([0.01, 0, 0.05]), half, 0.04, flat=True)
+    assert meeting(one, two, NEAR._replace(depth=np.inf)) is None
 
 
 def test_cylinders_that_cross_at_a_small_angle_touch_at_a_point_however_wide_the_gap() -> None:
     """At the ends the surfaces are only 0.06 mm apart, but the normals there differ by 4 degrees."""
     half = np.array([0.0, 0.06, 0.0])
     turn = Rotation.from_euler("z", 3, degrees=True).as_matrix()
-    one, two = Swept(np.zeros(3), half, 0.05, flat=True), Swept(np.array([0, 0, 0.08]), turn @ half, 0.03, flat=True)
-    point = meeting(one, two, **{**NEAR, "gap": 1e-3})
+    one, two = (
+        PlacedRod(np.zeros(3), half, 0.05, flat=True),
+        PlacedRod(np.array([0, 0, 0.08]), turn @ half, 0.03, flat=True),
+    )
+    point = meeting(one, two, NEAR._replace(gap=1e-3))
     assert point is not None
     assert point.ends == pytest.approx(np.full((2, 1, 3), (0, 0, 0.05)), abs=1e-12)
-    line = meeting(one, two, **{**NEAR, "gap": 1e-3, "cos_twist": float(np.cos(np.radians(5)))})
+    line = meeting(one, two, NEAR._replace(gap=1e-3, cos_twist=float(np.cos(np.radians(5)))))
     assert line is not None
     assert line.ends.shape == (2, 2, 3)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import holdfast as hf
 from holdfast.geometry.surface import Surface
-from holdfast.geometry.topology import Edges
+from holdfast.geometry.triangles import Edges
 
 SOLIDS = {
     "box": hf.Box((0.1, 0.2, 0.3)),

@@ -10,19 +10,18 @@ import numpy as np
 import pytest
 
 import holdfast as hf
+from holdfast.contacts.neighbours import joined
 from holdfast.contacts.overlap import find_overlaps
 from holdfast.contacts.tolerances import Tolerances
-from holdfast.settling.motion import Limits, Motion, come_to_rest
+from holdfast.settling.motion import Motion, MotionLimits, come_to_rest
 from holdfast.settling.moved_surfaces import Posed, rotation_of, turn_between
-from holdfast.settling.near_points import FacePairs, near_points
-from holdfast.settling.settling_groups import joined
-from holdfast.settling.settling_program import Contacts, small_motion
-from holdfast.settling.shared_volume import shared_solids
+from holdfast.settling.near_points import FacePairs, near_points, shared_solids
+from holdfast.settling.settling_program import StepContacts, small_motion
 
 
-def one_contact(gap: float, mu: float, normal: tuple[float, float, float]) -> Contacts:
+def one_contact(gap: float, mu: float, normal: tuple[float, float, float]) -> StepContacts:
     """A single body with one contact right at its centre of mass, over a fixed one: it moves as a particle."""
-    return Contacts(
+    return StepContacts(
         np.array([[1, 0]]), 1, np.zeros((1, 3)), np.array([normal]), np.array([gap]), np.array([mu]), np.array([True])
     )
 
@@ -62,10 +61,10 @@ def test_beyond_it_the_body_slides_along_the_edge_of_the_cone(mu: float) -> None
     assert moved(0.0, mu, slope) == pytest.approx(1e-3 * (np.array([0, 0, -1.0]) @ along) * along, abs=1e-9)
 
 
-def two_contacts(*gaps: float) -> Contacts:
+def two_contacts(*gaps: float) -> StepContacts:
     """A single body over two fixed ones, like ``one_contact``; only the first contact is chosen."""
     up, chosen = np.array([[0.0, 0.0, 1.0]] * 2), np.array([True, False])
-    return Contacts(np.array([[1, 0]] * 2), 1, np.zeros((2, 3)), up, np.array(gaps), np.full(2, 0.5), chosen)
+    return StepContacts(np.array([[1, 0]] * 2), 1, np.zeros((2, 3)), up, np.array(gaps), np.full(2, 0.5), chosen)
 
 
 @pytest.mark.parametrize(("gaps", "before", "solved"), [
@@ -104,7 +103,7 @@ def test_friction_does_not_hold_a_body_in_overlaps_that_it_can_only_leave_along_
     """
     lean = np.radians(10)
     normals = np.array([[side * np.cos(lean), 0, np.sin(lean)] for side in (-1, 1)])
-    contacts = Contacts(
+    contacts = StepContacts(
         np.array([[1, 0]] * 2), 1, np.zeros((2, 3)), normals, np.full(2, -1e-4), np.full(2, 0.5), np.full(2, True)
     )
     pull = np.array([0, 0, -1.0, 0, 0, 0])
@@ -126,7 +125,7 @@ def boxes(apart: float, **more: float) -> hf.Scene:
 
 def resting(scene: hf.Scene, *names: str, known: frozenset[str] = frozenset(), **sigma: float) -> Motion:
     overlaps = find_overlaps(scene, Tolerances(6.7e-5, 1.0))
-    return come_to_rest(scene, names, Limits(0.01, 15), known=known, sigma=sigma, overlaps=overlaps)
+    return come_to_rest(scene, names, MotionLimits(0.01, 15), known=known, sigma=sigma, overlaps=overlaps)
 
 
 def at(x: float, y: float, z: float, turn: tuple[float, float, float] = (0, 0, 0)) -> np.ndarray:

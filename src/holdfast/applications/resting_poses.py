@@ -17,7 +17,7 @@ from holdfast.base.public import Pictured, PublicValue, Record, Summary, column,
 from holdfast.base.rigid import tangents
 from holdfast.contacts.tolerances import DEFAULT_ANGLE, Tolerances
 from holdfast.geometry.hull import convex_hull, smallest_rectangle
-from holdfast.geometry.topology import SMOOTH
+from holdfast.geometry.triangles import SMOOTH
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Shape
 from holdfast.scene.halfspace import HalfSpace

@@ -15,7 +15,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.ranges import BETWEEN, LENGTH, TOLERANCE
 from holdfast.base.text import listed, quoted
-from holdfast.contacts.neighbours import neighbours
+from holdfast.contacts.neighbours import alone, groups_within, joined, neighbours
 from holdfast.contacts.overlap import Overlap, find_overlaps
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.engines.verdict import Status
@@ -24,9 +24,8 @@ from holdfast.queries.stability import Stability, stability
 from holdfast.scene.friction import refuse_strengths
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
-from holdfast.settling.motion import CALM, NARROW, TOUCH, End, Limits, Motion, come_to_rest
+from holdfast.settling.motion import CALM, NARROW, TOUCH, End, Motion, MotionLimits, come_to_rest
 from holdfast.settling.moved_surfaces import turn_between, upright_pose
-from holdfast.settling.settling_groups import alone, groups_within, joined
 
 # The first three are shares of the travel.
 SEEN = NARROW  # depth up to which overlaps are resolved by the motion itself
@@ -150,7 +149,7 @@ def settle(
         raise SceneError(
             message("settle", problem, "settle knows whole bodies only: make the parts bodies of their own")
         )
-    limits = Limits(
+    limits = MotionLimits(
         checked_number(travel, "settle: travel", above=0, within=LENGTH),
         checked_number(turn_degrees, "settle: turn_degrees", above=0, within=BETWEEN),
     )
@@ -180,7 +179,7 @@ def _brought_to_rest(
     start: Scene,
     overlaps: tuple[Overlap, ...],
     deep: tuple[Overlap, ...],
-    limits: Limits,
+    limits: MotionLimits,
     exact: frozenset[str],
     sigma: Mapping[str, float],
     known: Done,
@@ -217,7 +216,7 @@ def _judged(
     result: Scene,
     done: Done,
     deep: tuple[Overlap, ...],
-    limits: Limits,
+    limits: MotionLimits,
     gap: float | None,
     engine: EngineChoice,
 ) -> Settled:
@@ -298,7 +297,7 @@ def _upright(scene: Scene, names: Iterable[str], turn: float) -> Scene:
     return scene.moved(poses) if poses else scene
 
 
-def fate_of(group: Sequence[str], motion: Motion, limits: Limits, up: Float) -> tuple[list[Fall], dict[str, str]]:
+def fate_of(group: Sequence[str], motion: Motion, limits: MotionLimits, up: Float) -> tuple[list[Fall], dict[str, str]]:
     """Return the falls in a group, and what happened to each of its bodies in words; ``up`` (3,) points upwards."""
     falls, words = [], {}
     for k, name in enumerate(group):
@@ -328,7 +327,7 @@ def moving(group: Sequence[str], motion: Motion) -> list[str]:
     return [name for name, way in zip(group, ways, strict=True) if way >= STILL_GOING * float(ways.max())]
 
 
-def _why(motion: Motion, k: int, way: float, limits: Limits, up: Float) -> str:
+def _why(motion: Motion, k: int, way: float, limits: MotionLimits, up: Float) -> str:
     """Say why a body that came to rest has moved."""
     touched = np.abs(motion.contacts.gaps) <= TOUCH * limits.reach
     ends, normals = motion.contacts.ends[touched], motion.contacts.normals[touched]
@@ -354,7 +353,7 @@ def status_and_reason(
     far: Sequence[str],
     faults: Sequence[str],
     unfinished: Sequence[str],
-    limits: Limits,
+    limits: MotionLimits,
 ) -> tuple[Status, str]:
     """Return the status of a scene brought to rest and the reason for it."""
     travel = f"the travel of {1e3 * limits.reach:.3g} mm"

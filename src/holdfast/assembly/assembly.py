@@ -21,7 +21,6 @@ from holdfast.assembly.caution import (
     warn_of_huge,
     warn_of_overlaps,
 )
-from holdfast.assembly.connected import components
 from holdfast.base.arrays import Float, Int, checked_items, checked_number, checked_truth, frozen
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.memory import Memory
@@ -29,12 +28,13 @@ from holdfast.base.public import Record, Summary, in_notebook, number
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import shortened
-from holdfast.contacts.contact_search import Found, search
+from holdfast.contacts.contact_search import FoundContacts, search
 from holdfast.contacts.interface import Interface
+from holdfast.contacts.neighbours import components
 from holdfast.contacts.overlap import Overlap, nearest_outside
 from holdfast.contacts.sharp_contacts import meeting_sharply, sharp_interface
 from holdfast.contacts.tolerances import Tolerances, tolerances_of
-from holdfast.geometry.roughness import NONE
+from holdfast.geometry.triangles import NONE
 from holdfast.scene.body import Body
 from holdfast.scene.friction import checked_pairs
 from holdfast.scene.hold import AnyHold, hold_ends, jointed
@@ -326,7 +326,7 @@ class Assembly(Record):
         return Memory(MOST_CACHED)
 
     @cached_property
-    def found(self) -> Found:
+    def found(self) -> FoundContacts:
         """The result of contact detection, from which edits take what does not change."""
         return search(self.scene, self.tolerances)
 
@@ -481,7 +481,7 @@ def _search(
     tolerances: Tolerances,
     known: Collection[Overlap],
     *,
-    before: Found | None = None,
+    before: FoundContacts | None = None,
     absent: tuple[str, ...] = (),
 ) -> Assembly:
     """Detect all contacts of the scene and return the assembly; warn of overlaps that are not among ``known``."""

@@ -10,7 +10,7 @@ from holdfast.base.errors import HoldfastError, SceneError, message, warn
 from holdfast.base.text import listed, quoted
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.overlap import MISPLACED, Overlap
-from holdfast.geometry.cuboid import IDENTITY
+from holdfast.geometry.surface import IDENTITY
 from holdfast.scene.body import Body
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene, like_radians
@@ -135,8 +135,7 @@ def warn_of_huge(bodies: Iterable[Body]) -> None:
     widest = max(across, key=lambda name: across[name], default=None)
     if widest is not None and across[widest] > HUGE:
         problem = f"is {across[widest]:.3g} m across"
-        text = message(f"body {quoted(widest)}", problem, "if its mesh is in millimetres, use scale 0.001")
-        warn(text)
+        warn(message(f"body {quoted(widest)}", problem, "if its mesh is in millimetres, use scale 0.001"))
 
 
 def warn_of_centres(bodies: Iterable[Body]) -> None:
@@ -149,8 +148,7 @@ def warn_of_centres(bodies: Iterable[Body]) -> None:
     far = max(aside, key=lambda name: aside[name], default=None)
     if far is not None and aside[far] > ASIDE:
         problem = f"its centre of mass lies outside of it, {aside[far]:.3g} times its size away"
-        text = message(f"body {quoted(far)}", problem, "is com= in metres, in the frame of the body?")
-        warn(text)
+        warn(message(f"body {quoted(far)}", problem, "is com= in metres, in the frame of the body?"))
 
 
 def _aside(body: Body) -> float:
@@ -167,8 +165,7 @@ def warn_of_gap(bodies: Iterable[Body], gap: float) -> None:
     thin = min(sizes, key=lambda name: sizes[name], default=None)
     if thin is not None and gap > 0.5 * sizes[thin]:
         problem = f"is {gap * 1e3:.3g} mm, but body {quoted(thin)} is only {sizes[thin] * 1e3:.3g} mm thick"
-        text = message("gap", problem, "bodies may touch through it: gap is in metres, use a smaller one")
-        warn(text)
+        warn(message("gap", problem, "bodies may touch through it: gap is in metres, use a smaller one"))
 
 
 def warn_of_overlaps(overlaps: Sequence[Overlap]) -> None:
@@ -186,5 +183,4 @@ def warn_of_overlaps(overlaps: Sequence[Overlap]) -> None:
     deep = f"; {errors:,} deeper than twice that" if errors and len(overlaps) > 1 else ""
     problem = f"{pairs}; the gap tolerance is {worst[0].tolerance * 1e3:.3g} mm{deep}"
     remedy = MISPLACED if worst[0].misplaced else "correct the poses, or raise gap; contacts there may be missing"
-    text = message("bodies overlap", problem, remedy)
-    warn(text)
+    warn(message("bodies overlap", problem, remedy))

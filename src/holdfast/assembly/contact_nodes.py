@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
-from holdfast.assembly.assembly import Assembly
+from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.assembly.axes import contact_axes
 from holdfast.assembly.strengths import strengths_of
 from holdfast.base.arrays import Bool, Float, Int, frozen
@@ -98,9 +101,12 @@ class ContactNodes(Record):
 
     def chosen(self, keep: Bool) -> ContactNodes:
         """Return only the nodes for which ``keep`` (I,) is true."""
-        points, axes, mu, weights = self.points[keep], self.axes[keep], self.mu[keep], self.weights[keep]
-        ends = self.a[keep], self.b[keep]
-        return ContactNodes(points, axes, mu, weights, self.interface[keep], *ends, self.pull[keep])
+        return ContactNodes(*(entries[keep] for entries in self.columns))
+
+    @property
+    def columns(self) -> tuple[NDArray[Any], ...]:
+        """All fields, each with a row for every node."""
+        return self.points, self.axes, self.mu, self.weights, self.interface, self.a, self.b, self.pull
 
     @cached_property
     def spans(self) -> Int:
@@ -119,16 +125,16 @@ def joined_nodes(parts: Sequence[ContactNodes], interfaces: Sequence[int], bodie
     ``interfaces`` and ``bodies`` count those of each group; their numbers run on from group to group.
     """
     first, body = np.cumsum([0, *interfaces[:-1]]), np.cumsum([0, *bodies[:-1]])
-    return ContactNodes(
-        points=np.concatenate([part.points for part in parts]),
-        axes=np.concatenate([part.axes for part in parts]),
-        mu=np.concatenate([part.mu for part in parts]),
-        weights=np.concatenate([part.weights for part in parts]),
-        interface=np.concatenate([part.interface + start for part, start in zip(parts, first, strict=True)]),
-        a=np.concatenate([np.where(part.a < 0, -1, part.a + k) for part, k in zip(parts, body, strict=True)]),
-        b=np.concatenate([np.where(part.b < 0, -1, part.b + k) for part, k in zip(parts, body, strict=True)]),
-        pull=np.concatenate([part.pull for part in parts]),
-    )
+    moved = [
+        replace(
+            part,
+            interface=part.interface + start,
+            a=np.where(part.a < 0, FIXED, part.a + k),
+            b=np.where(part.b < 0, FIXED, part.b + k),
+        )
+        for part, start, k in zip(parts, first, body, strict=True)
+    ]
+    return ContactNodes(*(np.concatenate(entries) for entries in zip(*(each.columns for each in moved), strict=True)))
 
 
 def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> ContactNodes:
@@ -137,17 +143,9 @@ def reordered_nodes(nodes: ContactNodes, bodies: Int, interfaces: Int) -> Contac
     ``bodies`` (J,) and ``interfaces`` hold the new number of each.
     """
     renumbered = interfaces[nodes.interface]
-    order = np.argsort(renumbered, kind="stable")
-    return ContactNodes(
-        points=nodes.points[order],
-        axes=nodes.axes[order],
-        mu=nodes.mu[order],
-        weights=nodes.weights[order],
-        interface=renumbered[order],
-        a=np.where(nodes.a < 0, -1, bodies[nodes.a])[order],
-        b=np.where(nodes.b < 0, -1, bodies[nodes.b])[order],
-        pull=nodes.pull[order],
-    )
+    a, b = (np.where(end < 0, FIXED, bodies[end]) for end in (nodes.a, nodes.b))
+    moved = replace(nodes, interface=renumbered, a=a, b=b)
+    return ContactNodes(*(entries[np.argsort(renumbered, kind="stable")] for entries in moved.columns))
 
 
 def contact_nodes(
@@ -163,35 +161,26 @@ def contact_nodes(
     chosen = list(range(len(counts)) if among is None else among)
     interfaces, seeds = [assembly.interfaces[k] for k in chosen], [seed + k for k in chosen]
     samples = nodes_of(interfaces, [counts[k] for k in chosen], sampling, seeds)
-    points, weights, bent, pulled = [], [], [], []
-    owner: list[int] = []
-    sizes: list[int] = []
-    last = 0
-    for number, interface, own in zip(chosen, interfaces, samples, strict=True):
-        tension = strengths[number].tension
-        for patch, (nodes, areas) in zip(interface.patches, own, strict=True):
-            if patch.bent:
-                bent.append((last, patch.normals_at(nodes)))
-            if tension > 0:
-                pulled.append((last, _pull(patch, nodes, areas, tension)))
-            points.append(nodes)
-            weights.append(areas)
-            owner.append(number)
-            sizes.append(len(nodes))
-            last += len(nodes)
+    patches = [
+        (number, patch) for number, interface in zip(chosen, interfaces, strict=True) for patch in interface.patches
+    ]
+    points, weights = [nodes for own in samples for nodes, _ in own], [areas for own in samples for _, areas in own]
     if not points:
         return NO_NODES
+    sizes = [len(nodes) for nodes in points]
     axes = assembly.patch_axes
     if among is not None:
         begins = np.cumsum([0, *(len(interface.patches) for interface in assembly.interfaces)])
         axes = np.concatenate([axes[begins[number] : begins[number + 1]] for number in chosen])
     axes = np.repeat(axes, sizes, axis=0)
-    for first, normals in bent:
-        axes[first : first + len(normals)] = contact_axes(assembly.axes, normals)
-    pull = np.zeros(last)
-    for first, pulls in pulled:
-        pull[first : first + len(pulls)] = pulls
-    interface_of = np.repeat(owner, sizes)
+    pull = np.zeros(len(axes))
+    for k, (first, (number, patch)) in enumerate(zip(np.cumsum([0, *sizes[:-1]]).tolist(), patches, strict=True)):
+        here = slice(first, first + sizes[k])
+        if patch.bent:
+            axes[here] = contact_axes(assembly.axes, patch.normals_at(points[k]))
+        if strengths[number].tension > 0:
+            pull[here] = _pull(patch, points[k], weights[k], strengths[number].tension)
+    interface_of = np.repeat([number for number, _ in patches], sizes)
     a, b = np.ascontiguousarray(np.array(assembly.ends, dtype=np.int64)[interface_of].T)
     return ContactNodes(
         np.vstack(points),

@@ -125,7 +125,7 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
         data=HoldData(
             blocks=np.array([block for one in made for block in one.blocks]).reshape(K, 3, 2, 6),
             owner=owner,
-            amounts=np.concatenate([one.amounts for one in made]),
+            amounts=np.concatenate([[*one.given, *[0.0] * (-len(one.given) % 6)] for one in made]),
             constant=constant.ravel(),
             usual=np.concatenate([np.array(one.usual, dtype=np.float64) for one in made]),
             asked=asked.ravel(),
@@ -162,10 +162,6 @@ class _Making:
     @property
     def fasteners(self) -> int:
         return -(-len(self.given) // 6)
-
-    @property
-    def amounts(self) -> Float:
-        return np.concatenate([self.given, np.zeros(6 * self.fasteners - len(self.given))])
 
     def ends(self, first: int) -> Int:
         """Return the bodies a of the nodes, with fasteners numbered from ``first``."""

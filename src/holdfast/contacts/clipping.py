@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 
 import numpy as np
 import shapely
@@ -16,7 +17,7 @@ from holdfast.base.arrays import Float, Int, unit
 from holdfast.base.rigid import tangents
 from holdfast.base.values import Value
 from holdfast.contacts.search_mesh import SearchMesh
-from holdfast.contacts.tolerances import Angles
+from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry import polygon as flat
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.triangles import outline_vector
@@ -26,10 +27,10 @@ ALONG = float(np.cos(np.radians(3)))  # cosine of the largest angle between face
 BROAD = 2.0  # [gaps] in a narrower piece, rounding may lose the contacts of edges
 
 
-def clip_faces(a: SearchMesh, b: SearchMesh, pairs: Int, *, gap: float, depth: float, angles: Angles) -> list[Piece]:
-    """Return where faces of ``pairs`` (m, 2) face each other, up to ``gap`` apart or ``depth`` into each other [m]."""
-    flat, curved = angles.cosine(np.array([False, True])).tolist()
-    corners, counts, normals, heights, bent = core.clip_faces(a, b, pairs, gap, depth, flat, curved)
+def clip_faces(a: SearchMesh, b: SearchMesh, pairs: Int, tolerances: Tolerances) -> list[Piece]:
+    """Return where faces of ``pairs`` (m, 2) face each other."""
+    cosines = tolerances.angles.cosine(np.array([False, True])).tolist()
+    corners, counts, normals, heights, bent = core.clip_faces(a, b, pairs, tolerances.gap, tolerances.depth, *cosines)
     ends = np.cumsum(counts).tolist()
     return [
         Piece((corners[end - count : end].copy(),), normal.copy(), (low, high), round_ > 0)
@@ -78,10 +79,7 @@ def facing_polygons(
     local_a: Surface,
     local_b: Surface,
     faces: Iterable[tuple[int, int]],
-    *,
-    gap: float,
-    depth: float,
-    angles: Angles,
+    tolerances: Tolerances,
 ) -> tuple[dict[tuple[int, int], list[Piece]], list[tuple[int, int]]]:
     """Intersect pairs of ``faces``, numbered as by ``facing_pairs``; return the pieces, and the pairs left to search.
 
@@ -89,15 +87,15 @@ def facing_polygons(
     other pairs of large faces still have to be searched.
     """
     pieces, left = {}, []
+    of_a, of_b = cache(partial(_polygon, a, local_a)), cache(partial(_polygon, b, local_b))
+    flat_cosine, curved_cosine = tolerances.angles.cosine(np.array([False, True])).tolist()
     for key_a, key_b in sorted(faces):
-        rings_a, normal_a = _outline(a, local_a, key_a)
-        rings_b, normal_b = _outline(b, local_b, key_b)
-        along = -float(normal_a @ normal_b)
-        curved = _is_curved(a, key_a) or _is_curved(b, key_b)
-        opposed = along >= float(angles.cosine(np.array(curved)))
-        found = _shared(rings_a, normal_a, rings_b, normal_b, gap, depth, curved) if opposed else []
+        (rings_a, normal_a, curved_a), (rings_b, normal_b, curved_b) = of_a(key_a), of_b(key_b)
+        along, curved = -float(normal_a @ normal_b), curved_a or curved_b
+        opposed = along >= (curved_cosine if curved else flat_cosine)
+        found = _shared(rings_a, normal_a, rings_b, normal_b, tolerances, curved) if opposed else []
         pieces[key_a, key_b] = found
-        if min(key_a, key_b) >= 0 and (along < ALONG or not _broad(found, gap)):
+        if min(key_a, key_b) >= 0 and (along < ALONG or not _broad(found, tolerances.gap)):
             left.append((key_a, key_b))
     return pieces, left
 
@@ -112,21 +110,20 @@ def _broad(pieces: Sequence[Piece], gap: float) -> bool:
     return len(pieces) > 0
 
 
-def _outline(mesh: SearchMesh, local: Surface, key: int) -> tuple[list[Float], Float]:
-    """Return the rings in the world and the outward normal of a large face or, for a negative key, of a triangle."""
+def _polygon(mesh: SearchMesh, local: Surface, key: int) -> tuple[list[Float], Float, bool]:
+    """Return the rings in the world of a large face or, for a negative key, of a triangle; and its outward normal.
+
+    The last value tells whether it represents a curved surface.
+    """
     if key < 0:
-        return [mesh.triangles[-1 - key]], mesh.normals[-1 - key]
+        return [mesh.triangles[-1 - key]], mesh.normals[-1 - key], bool(mesh.curved[-1 - key])
     rings = [mesh.vertices[ring] for ring in local.facets.rings[key]]
-    return rings, unit(outline_vector(rings[0] - rings[0][0]))
-
-
-def _is_curved(mesh: SearchMesh, key: int) -> bool:
-    """Tell whether a large face or, for a negative key, a triangle represents a curved surface."""
-    return bool(mesh.curved[-1 - key if key < 0 else int(np.argmax(mesh.facet == key))])
+    curved = bool(mesh.curved[np.argmax(mesh.facet == key)])
+    return rings, unit(outline_vector(rings[0] - rings[0][0])), curved
 
 
 def _shared(
-    rings_a: list[Float], normal_a: Float, rings_b: list[Float], normal_b: Float, gap: float, depth: float, curved: bool
+    rings_a: list[Float], normal_a: Float, rings_b: list[Float], normal_b: Float, tolerances: Tolerances, curved: bool
 ) -> list[Piece]:
     """Intersect two polygons, seen along their mean normal, where their separation is within gap and depth."""
     normal = unit(normal_a - normal_b)
@@ -145,7 +142,7 @@ def _shared(
     except shapely.GEOSException:  # a face of a damaged mesh may cross itself
         shared = shapely.intersection(seen_a.buffer(0), seen_b.buffer(0))
     slope, level = slope_b - slope_a, level_b - level_a
-    for sign, bound in ((-1.0, gap), (1.0, depth)):
+    for sign, bound in ((-1.0, tolerances.gap), (1.0, tolerances.depth)):
         shared = _kept(shared, sign * slope, sign * level + bound)
     result = []
     for part in getattr(shared, "geoms", [shared]):

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Float, Int
 from holdfast.base.ranges import COORDINATES
 from holdfast.contacts.interface import Patch
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.cuboid import Cuboid
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.surface import Surface
 from holdfast.scene.body import Body
@@ -39,24 +38,6 @@ def nearest_part(body: Body, points: Float) -> Int:
     return np.asarray(known[np.argmin(apart, axis=0)], dtype=np.int64)
 
 
-def cuboid_towards(body: Body, other: Body, gap: float) -> Cuboid | None:
-    """Return the cuboid that a body is within ``gap`` [m] of another one: the body itself, or a part of its compound.
-
-    It is a part if the boxes of all other parts are farther from the box of the other body, so that they cover nothing
-    of it there.
-    """
-    if not isinstance(body.shape, Compound) or len(body.shape.parts) == 1:
-        return body.cuboid
-    low, high = other.box[0] - gap, other.box[1] + gap
-    near = []
-    for part in body.shape.parts:
-        corners = body.placed(part.placed(part.shape.surface.vertices))
-        if (corners.min(0) <= high).all() and (corners.max(0) >= low).all():
-            near.append(part)
-    local = near[0].shape.surface.cuboid if len(near) == 1 else None
-    return body.cuboid if local is None else local.placed(body.pose @ near[0].pose)
-
-
 def exposed(body: Body, part: int, ends: Float) -> list[tuple[float, float]]:
     """Return the pieces of a point or a line (1 or 2, 3) that do not lie inside parts of a body other than ``part``.
 
@@ -81,7 +62,8 @@ def exposed(body: Body, part: int, ends: Float) -> list[tuple[float, float]]:
     spans = np.column_stack([cuts[:-1], cuts[1:]]) if len(ends) > 1 else np.zeros((1, 2))
     middles = ends[0] + np.multiply.outer(spans.mean(1), ends[-1] - ends[0])
     least = COORDINATES * max(body.size, float(np.abs(ends).max()))
-    free = ~np.any([_inside(middles, surface, least) for surface in others], axis=0)
+    deep = [(winding_number(middles, one) > 0.5) & (distance_to_surface(middles, one) > least) for one in others]
+    free = ~np.any(deep, axis=0)
     found: list[tuple[float, float]] = []
     for (start, stop), is_free in zip(spans.tolist(), free, strict=True):
         if is_free and found and found[-1][1] == start:
@@ -89,11 +71,6 @@ def exposed(body: Body, part: int, ends: Float) -> list[tuple[float, float]]:
         elif is_free:
             found.append((start, stop))
     return found
-
-
-def _inside(points: Float, surface: Surface, least: float) -> Bool:
-    """Tell which points (n, 3) lie deeper than ``least`` [m] inside a closed surface."""
-    return np.asarray((winding_number(points, surface) > 0.5) & (distance_to_surface(points, surface) > least))
 
 
 def _crossings(ends: Float, surface: Surface) -> Float:
@@ -123,6 +100,7 @@ def by_material(a: Body, b: Body, patches: Sequence[Patch], gap: float) -> dict[
 
 
 def _cut(patch: Patch, body: Body, gap: float) -> list[tuple[str | None, Patch]]:
+    """Return a patch in pieces that lie on parts of one material each, with these materials."""
     known = body.materials
     if len(set(known)) == 1 or not isinstance(body.shape, Compound):
         return [(known[0], patch)]
@@ -131,7 +109,9 @@ def _cut(patch: Patch, body: Body, gap: float) -> list[tuple[str | None, Patch]]
     surface = body.surface_world
     if patch.kind != "face":
         return [(_nearest(body, patch), patch)]
-    near = np.flatnonzero(_beside(surface, patch, gap))
+    heights = (surface.vertices[surface.faces] - patch.polygon[0]) @ patch.normal
+    level = np.abs(heights).min(1) <= 2 * gap + (max(map(abs, patch.separation)) if patch.separation else 0.0)
+    near = np.flatnonzero(level & (np.abs(surface.normals @ patch.normal) > ALIKE))  # on either side of it
     whole, cut = flat.shapely_polygon(patch.rings), []
     for k in np.unique(number[near]).tolist():
         triangles = (surface.vertices[surface.faces[near[number[near] == k]]] - patch.polygon[0]) @ patch.frame.T
@@ -140,14 +120,6 @@ def _cut(patch: Patch, body: Body, gap: float) -> list[tuple[str | None, Patch]]
     if len(cut) < 2:
         return [(names[cut[0][0]] if cut else _nearest(body, patch), patch)]
     return [(names[k], part) for k, piece in cut for part in _patches(patch, piece, COORDINATES * whole.area)]
-
-
-def _beside(surface: Surface, patch: Patch, gap: float) -> Float:
-    """Tell which triangles (F,) are parallel to a patch, on either side, and within the gap of its plane."""
-    heights = (surface.vertices[surface.faces] - patch.polygon[0]) @ patch.normal
-    depth = max(map(abs, patch.separation)) if patch.separation else 0.0
-    level = np.abs(heights).min(1) <= 2 * gap + depth
-    return np.asarray(level & (np.abs(surface.normals @ patch.normal) > ALIKE))
 
 
 def _nearest(body: Body, patch: Patch) -> str | None:

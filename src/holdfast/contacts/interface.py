@@ -59,14 +59,14 @@ class Patch(Record):
         set_(self, "normal", read_only(self.normal))
         set_(self, "holes", tuple(read_only(hole) for hole in self.holes))
 
-    @property
+    @cached_property
     def bent(self) -> bool:
         """Whether the patch is not in one plane."""
         return self.spots is not None and self.spots.bent
 
     def normals_at(self, points: Float) -> Float:
         """Return the normals (n, 3) at points (n, 3) of the patch; on a bent patch, those of the nearest spots."""
-        if self.spots is None or not self.spots.bent:
+        if self.spots is None or not self.bent:
             return np.broadcast_to(self.normal, points.shape)
         return np.asarray(self.spots.normals[search_tree(self.spots.points).query(points)[1]])
 
@@ -80,7 +80,7 @@ class Patch(Record):
         same = abs(np.linalg.norm(c - a) - np.linalg.norm(d - b)) <= slack
         return bool(same and np.abs((a + c) - (b + d)).max() <= slack)
 
-    @property
+    @cached_property
     def kind(self) -> PatchKind:
         """The kind of the patch: "face", "line" or "point"."""
         return "face" if len(self.polygon) > 2 else "line" if len(self.polygon) == 2 else "point"
@@ -107,7 +107,7 @@ class Patch(Record):
             return frozen(np.array([np.ones_like(x), x, y, x * x, x * y, y * y]) @ self.spots.shares)
         return frozen(flat.polynomial_moments(self.rings))
 
-    @property
+    @cached_property
     def area(self) -> float:
         """The area [m²]; 0 for a line or a point."""
         if self.spots is not None:
@@ -131,7 +131,7 @@ class Patch(Record):
         """The length of a line [m]; 0 for a face or a point."""
         return float(np.linalg.norm(self.polygon[1] - self.polygon[0])) if self.kind == "line" else 0.0
 
-    @property
+    @cached_property
     def measure(self) -> float:
         """The area [m²] by which nodes and stiffness are distributed. Lines and points count as ``breadth`` wide."""
         if self.spots is not None:
@@ -263,7 +263,7 @@ class Interface(Record):
         """The smallest distance of the two bodies at a patch [m], negative where they overlap; None if not known."""
         return min((patch.separation[0] for patch in self.patches if patch.separation is not None), default=None)
 
-    @property
+    @cached_property
     def area(self) -> float:
         """The total area of the patches [m²]; 0 if only lines or points touch."""
         return sum(patch.area for patch in self.patches)
@@ -345,7 +345,8 @@ def _canonical_patches(patches: Sequence[tuple[Patch, bool]], frame: Frame) -> l
             frame.axes,
         )
     )
-    outlines = [frozen(corners[a:b]) for a, b in pairwise(corner.tolist())]
+    outlines = [corners[a:b] for a, b in pairwise(corner.tolist())]  # parts of a read-only array are read-only
+    frames = frozen(np.stack(tangents(np.asarray(normals, dtype=np.float64)), axis=1))
     found = []
     for k, ((patch, flipped), (first, last)) in enumerate(zip(patches, pairwise(ring.tolist()), strict=True)):
         spots = patch.spots
@@ -353,6 +354,7 @@ def _canonical_patches(patches: Sequence[tuple[Patch, bool]], frame: Frame) -> l
             spots = (spots.flipped() if flipped else spots).canonical(frame, core.CANONICAL)
         outline, *holes = outlines[first:last]
         same = altered(patch, polygon=outline, normal=normals[k], holes=tuple(holes), spots=spots)
+        same.__dict__["frame"] = frames[k]
         if same.kind == "face" and spots is None:
             same.__dict__.update(moments=moments[k], centroid=centroids[k])
         found.append(same)

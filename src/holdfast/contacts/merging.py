@@ -44,18 +44,6 @@ class _Plane(NamedTuple):
     origin: Float
     normal: Float
 
-    @property
-    def measure(self) -> float:
-        return sum(patch.measure for patch in self.members)
-
-
-class _Samples(NamedTuple):
-    """Points (n, 3) [m] on patches, their normals (n, 3), and the shares (n,) [m²] that they stand for."""
-
-    points: Float
-    normals: Float
-    shares: Float
-
 
 def merged(patches: Sequence[Patch], gap: float, angle: float) -> tuple[Patch, ...]:
     """Return the contact of two bodies with few patches; up to FEW patches, and up to BROAD broad faces, are unchanged.
@@ -73,8 +61,9 @@ def merged(patches: Sequence[Patch], gap: float, angle: float) -> tuple[Patch, .
     band: list[Patch] = []
     if len(planes) > MOST and len(patches) > FACETS:
         least = LARGE * sum(patch.measure for patch in patches)
-        band = [patch for plane in planes if plane.measure < least for patch in plane.members]
-        planes = [plane for plane in planes if plane.measure >= least]
+        small = [sum(patch.measure for patch in plane.members) < least for plane in planes]
+        band = [patch for plane, is_small in zip(planes, small, strict=True) if is_small for patch in plane.members]
+        planes = [plane for plane, is_small in zip(planes, small, strict=True) if not is_small]
     joined = [patch for plane in planes for patch in _on_plane(plane)]
     return (*broad, *joined, *([_bent(band)] if band else []))
 
@@ -129,11 +118,11 @@ def _on_plane(plane: _Plane) -> list[Patch]:
     outline = convex_hull(seen, COORDINATES * extent)
     if len(outline) < 3 or abs(flat.signed_area(outline)) <= COORDINATES * extent**2:
         return members
-    samples = _samples(members, extent / STEPS)
-    points = (samples.points - origin) @ frame.T
+    sampled, _, shares = _samples(members, extent / STEPS)
+    points = (sampled - origin) @ frame.T
     lifted, same = origin + points @ frame, np.broadcast_to(normal, (len(points), 3))
     spots = in_order(lifted, same, ON_PLANE)
-    tributary = _tributary(samples.shares, nearest_spot(lifted, same, spots), len(spots))
+    tributary = _tributary(shares, nearest_spot(lifted, same, spots), len(spots))
     moments = sum((_moments(patch, origin, frame) for patch in members), np.zeros(6))
     x, y = points[spots].T / extent
     basis = np.array([np.ones_like(x), x, y, x * x, x * y, y * y])
@@ -195,8 +184,10 @@ def _tributary(shares: Float, nearest: Int, count: int) -> Float:
     return np.asarray(own * (shares.sum() / own.sum()))
 
 
-def _samples(patches: Sequence[Patch], step: float, inward: float = 0.0) -> _Samples:
-    """Return points inside patches, about a ``step`` [m] apart on larger ones, and all corners of the patches.
+def _samples(patches: Sequence[Patch], step: float, inward: float = 0.0) -> tuple[Float, Float, Float]:
+    """Return points (n, 3) [m] on patches, their normals (n, 3), and the shares (n,) [m²] that they stand for.
+
+    Points are inside patches, about a ``step`` [m] apart on larger ones, and at all corners.
 
     Corners are moved by the share ``inward`` of the way to the centroid. With n points along a line, or n² points on a
     face, all corners of a patch together stand for 1 / (2 n² + 1) of it: then the second moments of a line and of a
@@ -217,7 +208,7 @@ def _samples(patches: Sequence[Patch], step: float, inward: float = 0.0) -> _Sam
         ]
     counts = [len(inner) + len(corners) for inner, corners in zip(points[::2], points[1::2], strict=True)]
     normals = np.repeat([patch.normal for patch in patches], counts, axis=0)
-    return _Samples(np.vstack(points), normals, np.concatenate(shares))
+    return np.vstack(points), normals, np.concatenate(shares)
 
 
 def _along(patch: Patch, step: float) -> Float:

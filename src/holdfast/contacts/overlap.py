@@ -12,7 +12,7 @@ import numpy as np
 from holdfast.base.arrays import Float
 from holdfast.base.progress import reported
 from holdfast.base.public import Record
-from holdfast.contacts.neighbours import Near, in_order, near_pairs
+from holdfast.contacts.neighbours import NearPair, in_order, near_pairs
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface, winding_number
 from holdfast.geometry.hull import search_tree
@@ -83,7 +83,7 @@ def find_overlaps(
     same: Collection[str] = (),
     *,
     drawn: bool = False,
-    near: Sequence[Near] | None = None,
+    near: Sequence[NearPair] | None = None,
 ) -> tuple[Overlap, ...]:
     """Find the pairs of bodies, not both fixed, that overlap by more than their gap, with or without contacts.
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from holdfast.base.arrays import Float, Int, frozen
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.values import sealed
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.spots import LEAST, Spots, corrected, nearest_spot
 from holdfast.geometry import polygon as flat
@@ -73,18 +74,14 @@ def _sampled(interface: Interface, count: int, sampling: Sampling, seed: int) ->
     for patch, share, grid in zip(interface.patches, shares, grids, strict=True):
         if patch.spots is not None and patch.spots.bent:
             result.append(bent_sample(patch.spots, MOST_BENT if sampling == "corners" else share))
-            continue
-        if patch.kind != "face":
+        elif patch.kind != "face":
             result.append(thin_sample(patch, share))
-            continue
-        if grid is not None:
+        elif grid is not None:
             result.append(grid)
-            continue
-        if random is not None:
-            points, weights = paper_sample(patch, share, random)
         else:
-            points, weights = _SAMPLES[sampling](patch, share)
-        result.append((frozen(patch.lifted(points)), frozen(np.array(weights))))
+            sample = _SAMPLES[sampling] if random is None else partial(paper_sample, random=random)
+            points, weights = sample(patch, share)
+            result.append(sealed((patch.lifted(points), np.array(weights))))
     return result
 
 
@@ -94,22 +91,25 @@ def _grids(patches: Sequence[Patch], counts: Sequence[int]) -> list[tuple[Float,
     The boundary is included, and the weights are close to Simpson's.
     """
     found: list[tuple[Float, Float] | None] = [None] * len(patches)
-    flat = [k for k, one in enumerate(patches) if one.kind == "face" and one.spots is None and not one.holes]
-    if not flat:
+    faces = [k for k, one in enumerate(patches) if one.kind == "face" and one.spots is None and not one.holes]
+    if not faces:
         return found
-    outlines = [patches[k].polygon for k in flat]
-    first, normals = np.cumsum([0, *map(len, outlines)]), np.array([patches[k].normal for k in flat])
+    outlines = [patches[k].polygon for k in faces]
+    first, normals = np.cumsum([0, *map(len, outlines)]), np.array([patches[k].normal for k in faces])
     sides, aspects, points = core.grids_over(
-        np.concatenate(outlines), first, normals, np.array([counts[k] for k in flat], dtype=np.int64)
+        np.concatenate(outlines), first, normals, np.array([counts[k] for k in faces], dtype=np.int64)
     )
-    frozen(points)
+    weights = np.empty(len(points))
     last = 0
-    for k, (across, along), aspect in zip(flat, sides.tolist(), aspects.tolist(), strict=True):
+    for k, (across, along), aspect in zip(faces, sides.tolist(), aspects.tolist(), strict=True):
         if across:
-            begin, last = last, last + across * along
+            here = slice(last, last + across * along)
             # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
             shares = _grid_shares(across, along, CELLS if counts[k] < MANY else FEW_CELLS, _rounded(aspect))
-            found[k] = points[begin:last], frozen(shares * patches[k].area)
+            weights[here] = shares * patches[k].area
+            found[k] = points[here], weights[here]
+            last = here.stop
+    sealed((points, weights, found))
     return found
 
 
@@ -211,11 +211,6 @@ class _Sheet:
             return False
         return bool((np.abs(self.corners[:, None] - corners).max(2).min(0) <= EXACT).all())
 
-    @property
-    def aspect(self) -> float:
-        """The shorter side over the longer one, rounded."""
-        return _rounded(self.size[1] / self.size[0])
-
     @cached_property
     def lattice(self) -> Float:
         """Points (n, 2) on the patch that represent equal areas, or its spots if it is a merged patch."""
@@ -232,7 +227,8 @@ def hull_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     sheet = _Sheet.of(patch)
     if sheet.whole and patch.spots is None:
         chosen = _hull_nodes(tuple(np.rint(sheet.corners).ravel().tolist()), count)
-        return sheet.flat(chosen), _hull_shares(tuple(chosen.ravel().tolist()), sheet.aspect) * patch.measure
+        aspect = _rounded(sheet.size[1] / sheet.size[0])
+        return sheet.flat(chosen), _hull_shares(tuple(chosen.ravel().tolist()), aspect) * patch.measure
     chosen = _hull_chosen(sheet.corners, sheet.lattice, count)
     owned = _owned(chosen, sheet.lattice, None if patch.spots is None else patch.spots.shares)
     return sheet.flat(chosen), _weights(sheet, chosen, owned)
@@ -289,20 +285,15 @@ def _middles(along: int, across: int) -> Float:
 
 
 @lru_cache(maxsize=MOST_CACHED)
-def _grid(across: int, along: int) -> Float:
-    """Return a grid of ``across`` x ``along`` nodes (n, 2) on the unit square, its boundary included."""
-    u, v = np.linspace(0, 1, across), np.linspace(0, 1, along)
-    return frozen(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
-
-
-@lru_cache(maxsize=MOST_CACHED)
 def _grid_shares(across: int, along: int, between: int, aspect: float) -> Float:
     """Return the share (n,) of the area that each node of a grid has in a rectangle with sides 1 and ``aspect``.
 
-    Results are cached, because walls and pallets have hundreds of equal rectangles. Each node owns the cells around it:
-    ``between`` of them along either axis, and half as many on the boundary.
+    The grid has ``across`` x ``along`` nodes, with its boundary. Results are cached, because walls and pallets have
+    hundreds of equal rectangles. Each node owns the cells around it: ``between`` of them along either axis, and half as
+    many on the boundary.
     """
-    grid = _grid(across, along)
+    u, v = np.linspace(0, 1, across), np.linspace(0, 1, along)
+    grid = np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2)
     return _rectangle_shares(grid, between**2 * np.where((grid > 0) & (grid < 1), 1.0, 0.5).prod(1), aspect)
 
 

@@ -10,11 +10,11 @@ import shapely
 from holdfast.base.arrays import Bool, Float, Int, frozen, unit
 from holdfast.base.rigid import tangents
 from holdfast.contacts.clipping import Piece
-from holdfast.contacts.features import Features
 from holdfast.contacts.interface import Patch
+from holdfast.contacts.search_mesh import Features
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.topology import SMOOTH
+from holdfast.geometry.triangles import SMOOTH
 from holdfast.native import core
 
 NEGLIGIBLE_WIDTH = 1e-6  # width, relative to the size of the smaller body, below which a patch is a rounding error

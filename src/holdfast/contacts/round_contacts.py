@@ -16,17 +16,16 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from holdfast.base.arrays import Bool, Float, Int
+from holdfast.base.arrays import Bool, Float
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
 from holdfast.contacts.compound_parts import exposed, nearest_part
-from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
 from holdfast.contacts.interface import Patch
+from holdfast.contacts.round_bodies import Meeting, PlacedEllipsoid, PlacedRod, RoundLimits, meet
 from holdfast.contacts.sharp_contacts import on_edges
-from holdfast.contacts.swept import Meeting, Swept
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.facets import COPLANAR
-from holdfast.geometry.topology import FLAT, SMOOTH
+from holdfast.geometry.triangles import FLAT, SMOOTH
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound
 from holdfast.scene.round_shapes import Round, round_of
@@ -44,31 +43,18 @@ class Smooth(NamedTuple):
     pose: Float
 
     @property
-    def placed(self) -> Swept | PlacedEllipsoid:
+    def placed(self) -> PlacedRod | PlacedEllipsoid:
         """The shape in the world: a ball or disc swept along its axis, or an ellipsoid."""
         shape = self.shape
         if not shape.is_swept:
             return PlacedEllipsoid.of(self.pose, shape.radii)
         half = shape.half * self.pose[:3, 2]
-        return Swept(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
+        return PlacedRod(self.pose[:3, 3], half, float(shape.radii[0]), shape.has_flat_ends)
 
     @property
     def outer_radius(self) -> float:
         """An upper bound of the distance [m] from its centre to its surface."""
         return self.shape.half + float(self.shape.radii.max())
-
-
-class _Near(NamedTuple):
-    """Tolerances of contacts: ``gap`` and ``depth`` [m] of true surfaces, and the gap ``seen`` [m] of tessellated ones.
-
-    ``cos_angle`` is the cosine of the angle tolerance for flat faces, and ``cos_curved`` that for curved ones.
-    """
-
-    gap: float
-    depth: float
-    seen: float
-    cos_angle: float
-    cos_curved: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,19 +95,19 @@ def feet(a: Body, b: Body, *, gap: float, depth: float, breadth: float, angles: 
     """
     found: list[Foot] = []
     seen = gap + a.shape.surface.sagitta + b.shape.surface.sagitta
-    near = _Near(gap, depth, seen, *np.cos(np.radians(angles)).tolist())
+    cos_side, cos_twist = np.cos(np.radians(angles)).tolist()
+    limits = RoundLimits(gap, depth, cos_side, cos_twist, seen)
     round_a, round_b = (list(_smooth_parts(body)) for body in (a, b))
     for rounds, other, sign in ((round_a, b, -1.0), (round_b, a, 1.0)):
-        if _has_flat_faces(other.shape):
+        whole = round_of(other.shape)
+        if whole is None or whole.has_flat_ends:
             for smooth in rounds:
-                found += _feet(smooth, other, sign, near)
-                found += _on_edges(smooth, other, sign, near)
+                found += _feet(smooth, other, sign, limits)
+                found += _on_edges(smooth, other, sign, limits)
     for one, two in product(round_a, round_b):
-        found += _between_rounds(one, two, near)
+        found += _between_rounds(one, two, limits)
     several: list[Foot] = []
-    for foot in sorted(
-        found, key=lambda foot: -len(foot.ends)
-    ):  # lines first, so that an end of a line does not count as a point
+    for foot in sorted(found, key=lambda foot: -len(foot.ends)):  # lines first, so that their ends are no points
         if not any(each.is_near(foot.ends, foot.normal, breadth).all() for each in several):
             several.append(foot)
     return several
@@ -135,13 +121,13 @@ def meet_smoothly(a: Body, b: Body) -> bool:
 
 def not_at(feet: Sequence[Foot], patches: Sequence[Patch]) -> list[Patch]:
     """Return the patches that do not represent one of the contacts ``feet``, by place and part."""
-    return [patch for patch in patches if not any(_stands_for(patch, foot) for foot in feet)]
 
+    def is_of(foot: Foot, patch: Patch) -> bool:
+        if not foot.is_near(patch.polygon, patch.normal, foot.mesh_radius).any():
+            return False
+        return bool((nearest_part(foot.of.body, patch.polygon) == foot.of.number).all())
 
-def _stands_for(patch: Patch, foot: Foot) -> bool:
-    if not foot.is_near(patch.polygon, patch.normal, foot.mesh_radius).any():
-        return False
-    return bool((nearest_part(foot.of.body, patch.polygon) == foot.of.number).all())
+    return [patch for patch in patches if not any(is_of(foot, patch) for foot in feet)]
 
 
 def _smooth_parts(body: Body) -> Iterator[Smooth]:
@@ -159,11 +145,6 @@ def _smooth_parts(body: Body) -> Iterator[Smooth]:
                 yield Smooth(body, k, shape, body.pose @ body.shape.parts[k].pose)
 
 
-def _has_flat_faces(shape: object) -> bool:
-    whole = round_of(shape)
-    return whole is None or whole.has_flat_ends
-
-
 def _is_flat(body: Body, point: Float, normal: Float) -> bool:
     """Tell whether the face of a body at a ``point`` (3,), with this ``normal`` (3,), is flat.
 
@@ -179,8 +160,9 @@ def _is_flat(body: Body, point: Float, normal: Float) -> bool:
     return whole is None or bool(whole.is_end(normal @ turn, SAME))
 
 
-def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot]:
-    R, shape, gap, depth = of.pose[:3, :3], of.shape, near_by.gap, near_by.depth
+def _feet(of: Smooth, other: Body, sign: float, limits: RoundLimits) -> Iterator[Foot]:
+    """Yield the contacts of a round part with flat faces, except inside other parts of its own body."""
+    R, shape, gap, depth = of.pose[:3, :3], of.shape, limits.gap, limits.depth
     along = shape.half * R[:, 2]
     centres = of.pose[:3, 3] + (np.array([-along, along]) if shape.half else np.zeros((1, 3)))
     surface, topology = other.reduced_world, other.shape.surface.reduced.topology
@@ -190,7 +172,7 @@ def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot
     lowest = -(own * shape.radii**2 / lengths) @ R.T
     points = centres[:, None] + lowest  # (centres, F, 3)
     heights = ((points - corners[:, 0]) * normals).sum(-1)
-    near = ((heights >= -depth) & (heights <= gap)).any(0) & ~shape.is_end(own, near_by.cos_angle)
+    near = ((heights >= -depth) & (heights <= gap)).any(0) & ~shape.is_end(own, limits.cos_side)
     box = points.min(0) - gap, points.max(0) + gap
     near &= ((corners.min(1) <= box[1]) & (corners.max(1) >= box[0])).all(1)
     if not near.any():
@@ -204,7 +186,9 @@ def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot
         within = (height >= -depth) & (height <= gap)
         if not within.any():
             continue
-        curved = surface.vertices[topology.edges[_curved_rim(topology.of_face[members], topology.bend)]]
+        rim = np.unique(topology.of_face[members])
+        bend = np.abs(topology.bend[rim])
+        curved = surface.vertices[topology.edges[rim[(bend > FLAT) & (bend < SMOOTH)]]]  # where a curved surface begins
         for start, stop in exposed(of.body, of.number, at[within]):
             low, height_there = (_between(v[within], start, stop) for v in (at, height))
             ends = low - np.outer(height_there, normal)
@@ -213,32 +197,23 @@ def _feet(of: Smooth, other: Body, sign: float, near_by: _Near) -> Iterator[Foot
                 ends, there = (_between(v, float(share[0]), float(share[-1])) for v in (ends, height_there))
                 if _clear(ends, curved, shape.spread(gap, own[face])) and _is_flat(other, ends[0], normal):
                     middle = ends + np.outer(there / 2, normal)
-                    yield Foot(of, middle, sign * normal, there, shape.spread(near_by.seen, own[face]))
+                    yield Foot(of, middle, sign * normal, there, shape.spread(limits.seen, own[face]))
 
 
-def _between_rounds(one: Smooth, two: Smooth, near: _Near) -> Iterator[Foot]:
+def _between_rounds(one: Smooth, two: Smooth, limits: RoundLimits) -> Iterator[Foot]:
     """Yield the contact of two round parts, without what lies inside other parts of their bodies."""
-    a, b = one.placed, two.placed
-    found = meet(a, b, gap=near.gap, depth=near.depth, cos_twist=near.cos_curved, cos_side=near.cos_angle)
+    found = meet(one.placed, two.placed, limits)
     if found is not None:
-        yield from _shown([one, two], found, found.normal, one.outer_radius + two.outer_radius, near.seen)
+        yield from _shown([one, two], found, found.normal, one.outer_radius + two.outer_radius, limits.seen)
 
 
-def _on_edges(of: Smooth, other: Body, sign: float, near: _Near) -> Iterator[Foot]:
+def _on_edges(of: Smooth, other: Body, sign: float, limits: RoundLimits) -> Iterator[Foot]:
     """Yield the contacts of a round part with sharp edges and corners, except inside other parts of its own body."""
     local = other.shape.surface.reduced
     if local.roughness.slope or not len(local.sharp_edges):
         return
-    for found in on_edges(
-        of.placed,
-        other.reduced_world,
-        local.sharp_edges,
-        gap=near.gap,
-        depth=near.depth,
-        cos_twist=near.cos_curved,
-        cos_side=near.cos_angle,
-    ):
-        yield from _shown([of], found, -sign * found.normal, 2 * of.outer_radius, near.seen)
+    for found in on_edges(of.placed, other.reduced_world, local.sharp_edges, limits):
+        yield from _shown([of], found, -sign * found.normal, 2 * of.outer_radius, limits.seen)
 
 
 def _shown(of: Sequence[Smooth], found: Meeting, normal: Float, whole: float, seen: float) -> Iterator[Foot]:
@@ -277,13 +252,6 @@ def _on_face(ends: Float, triangles: Float, normal: Float) -> Float:
     left = (shapely.LineString(seen) if len(seen) > 1 else shapely.Point(seen[0])).intersection(face)
     share = (shapely.get_coordinates(left) - seen[0]) @ along / max(float(along @ along), 1e-300)
     return np.unique([share.min(), share.max()]) if len(share) else share
-
-
-def _curved_rim(edges: Int, bend: Float) -> Int:
-    """Return those of the edges (n, 3) of a flat region at which a curved surface begins."""
-    rim = np.unique(edges)
-    angle = np.abs(bend[rim])
-    return np.asarray(rim[(angle > FLAT) & (angle < SMOOTH)])
 
 
 def _clear(ends: Float, edges: Float, spread: float) -> bool:

@@ -1,18 +1,29 @@
-"""The surface of a body prepared for the contact search, and the search for pairs of nearby faces."""
+"""The surface of a body prepared for the contact search: pairs of nearby faces, and where edges and vertices touch.
+
+A feature (an edge or a vertex) touches only where it is a local minimum of the distance along the contact normal: the
+surface around it leads away from the other body, up to the angle tolerance. The normal is that of the touched face, or
+the cross product of two edges. If faces meet at a smooth edge, as on a tessellated curve, the contact may be between
+them and takes the mean of their normals. On a sharp edge or corner the normal is undefined, so there is no contact.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.base.values import sealed
+from holdfast.base.ranges import COORDINATES
+from holdfast.base.values import Value, seal, sealed
+from holdfast.contacts.tolerances import Angles
 from holdfast.native import core
 from holdfast.scene.body import Body
 
 # [medians] longer boxes are searched separately, as they would widen the search window of all others
 LARGE: Final = core.LARGE_BOX
+# sine of the angle below which the cross product of two edges is not reliable
+NEAR_PARALLEL: Final = core.NEAR_PARALLEL
 
 
 class SearchMesh(NamedTuple):
@@ -51,37 +62,12 @@ class SearchMesh(NamedTuple):
     def of(cls, body: Body) -> SearchMesh:
         """Return the mesh of a body in its pose, with as few triangles as its flat faces need."""
         local, surface = body.shape.surface.reduced, body.reduced_world
-        topology, faces, normals = local.topology, np.ascontiguousarray(local.faces), surface.normals
+        known, faces, normals = local.topology, np.ascontiguousarray(local.faces), surface.normals
         vertices = np.ascontiguousarray(surface.vertices)
-        triangles, low, high, box, mean, outward = core.prepared(
-            vertices, faces, normals, topology.edges, topology.bend
-        )
-        prepared = cls(
-            vertices,
-            triangles,
-            normals,
-            low,
-            high,
-            box,
-            faces,
-            topology.edges,
-            topology.sides,
-            topology.bend,
-            topology.of_face,
-            topology.starts,
-            topology.neighbours,
-            mean,
-            *local.owned,
-            outward,
-            local.facets.label,
-            local.curved,
-        )
-        return sealed(prepared)
-
-
-def _box(low: Float, high: Float) -> Float:
-    """Return the lowest and the highest corner (2, 3) of boxes (F, 3)."""
-    return np.array([[column.min() for column in low.T], [column.max() for column in high.T]])
+        triangles, low, high, box, mean, outward = core.prepared(vertices, faces, normals, known.edges, known.bend)
+        connected = known.edges, known.sides, known.bend, known.of_face, known.starts, known.neighbours
+        about = *connected, mean, *local.owned, outward, local.facets.label, local.curved
+        return sealed(cls(vertices, triangles, normals, low, high, box, faces, *about))
 
 
 def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:
@@ -94,24 +80,22 @@ def moved_mesh(local: SearchMesh, pose: Float) -> SearchMesh:
         normals=np.ascontiguousarray(local.normals @ turn),
         low=low,
         high=high,
-        box=_box(low, high),
+        box=np.array([[column.min() for column in low.T], [column.max() for column in high.T]]),
         mean=np.ascontiguousarray(local.mean @ turn),
         outward=np.ascontiguousarray((local.outward.reshape(-1, 3) @ turn).reshape(-1, 3, 3)),
     )
     return sealed(moved)
 
 
-def near_faces(a: SearchMesh, b: SearchMesh, gap: float, facets: tuple[int, int] = (-1, -1)) -> Int:
+def near_faces(
+    a: SearchMesh, b: SearchMesh, gap: float, facets: tuple[int, int] = (-1, -1), *, but_facets: bool = False
+) -> Int:
     """Return the pairs (m, 2) of faces of a and b whose boxes come within ``gap`` [m].
 
-    If ``facets`` gives the number of a large flat face of each body, only triangles of these two count.
+    If ``facets`` gives the number of a large flat face of each body, only triangles of these two count. With
+    ``but_facets``, pairs in which both belong to large flat faces, which are treated as polygons, do not count.
     """
-    return core.near_faces(a, b, gap, *facets, but_facets=False)
-
-
-def near_but_facets(a: SearchMesh, b: SearchMesh, gap: float) -> Int:
-    """Return ``near_faces`` without pairs in which both belong to large flat faces, which are treated as polygons."""
-    return core.near_faces(a, b, gap, -1, -1, but_facets=True)
+    return core.near_faces(a, b, gap, *facets, but_facets=but_facets)
 
 
 def near_facets(a: SearchMesh, b: SearchMesh, gap: float) -> list[tuple[int, int]]:
@@ -128,3 +112,55 @@ def _facet_boxes(mesh: SearchMesh) -> tuple[Float, Float]:
     if not len(starts):
         return np.empty((0, 3)), np.empty((0, 3))
     return np.minimum.reduceat(mesh.low[order], starts), np.maximum.reduceat(mesh.high[order], starts)
+
+
+class FeatureLimits(NamedTuple):
+    """Tolerances of the search for touching edges and vertices; lengths are in metres.
+
+    Surfaces touch up to ``gap`` apart and ``depth`` into each other. ``sin_angle`` is the sine of the angle by which
+    the surface beside a feature may slope towards the other body; beside a curved face ``sin_curved`` holds instead.
+    Lengths up to ``tiny`` are rounding. Contacts within ``strict`` of a sharp edge do not count.
+    """
+
+    gap: float
+    depth: float
+    sin_angle: float
+    sin_curved: float
+    tiny: float
+    strict: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Features(Value):
+    """Contacts along lines and at points, halfway between the bodies.
+
+    ``ends`` (m, 2, 3) [m] are the two ends of each line, which are equal for a point. ``normals`` (m, 3) point into b.
+    ``heights`` (m, 2) [m] are the separations at the ends. ``inset`` (m,) [m] is the distance from the nearest sharp
+    edge of the touched face. ``blended`` (m,) is True if the normal is the mean of several faces.
+    """
+
+    ends: Float
+    normals: Float
+    heights: Float
+    inset: Float
+    blended: Bool
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+
+def touching_features(
+    a: SearchMesh, b: SearchMesh, pairs: Int, *, gap: float, depth: float, angles: Angles, size: float, strict: float
+) -> tuple[Features, Features]:
+    """Find the lines and the points where edges and vertices touch, among ``pairs`` (m, 2) of faces whose boxes meet.
+
+    ``size`` [m] is that of the smaller body. Contacts within ``strict`` [m] of a sharp edge do not count.
+    """
+    sin_angle, sin_curved = np.sin(np.radians(angles)).tolist()
+    limits = FeatureLimits(gap, depth, sin_angle, sin_curved, COORDINATES * size, strict)
+    lines, points = core.touching_features(a, b, pairs, limits)
+    return _features(lines), _features(points)
+
+
+def _features(rows: Float) -> Features:
+    return Features(rows[:, :6].reshape(-1, 2, 3), rows[:, 6:9], rows[:, 9:11], rows[:, 11], rows[:, 12] > 0)

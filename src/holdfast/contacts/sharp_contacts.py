@@ -16,18 +16,16 @@ import numpy as np
 from holdfast.base.arrays import Float, Int
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import cross
-from holdfast.contacts.ellipsoids import PlacedEllipsoid, meet
-from holdfast.contacts.features import NEAR_PARALLEL
 from holdfast.contacts.interface import Interface, Patch
 from holdfast.contacts.neighbours import neighbours
 from holdfast.contacts.overlap import distance
 from holdfast.contacts.patches import NOMINAL_BREADTH
-from holdfast.contacts.search_mesh import SearchMesh, near_faces
-from holdfast.contacts.swept import Meeting, Swept
+from holdfast.contacts.round_bodies import Meeting, PlacedEllipsoid, PlacedRod, RoundLimits, meet
+from holdfast.contacts.search_mesh import NEAR_PARALLEL, SearchMesh, near_faces
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry.distance import distance_to_surface
 from holdfast.geometry.surface import Surface
-from holdfast.geometry.topology import FLAT
+from holdfast.geometry.triangles import FLAT
 from holdfast.native import core
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -163,33 +161,22 @@ def _polar(generators: Float, slack: float = COORDINATES**0.5) -> Float:
     return np.asarray(np.unique(np.round(kept / COORDINATES) * COORDINATES, axis=0))
 
 
-def on_edges(
-    one: Swept | PlacedEllipsoid,
-    surface: Surface,
-    edges: Int,
-    *,
-    gap: float,
-    depth: float,
-    cos_twist: float,
-    cos_side: float,
-) -> Iterator[Meeting]:
+def on_edges(one: PlacedRod | PlacedEllipsoid, surface: Surface, edges: Int, limits: RoundLimits) -> Iterator[Meeting]:
     """Yield where a round body touches ``edges`` (n,) of a closed ``surface``; normals point into the surface.
 
-    The tolerances are those of ``meeting``. An edge is touched at a point only if it is nearer there than the two faces
+    An edge is touched at a point only if it is nearer there than the two faces
     beside it, and a corner only if it is nearer than all edges that meet there.
     """
     ends = surface.vertices[surface.topology.edges[edges]]
-    wide = one.extent + gap
+    wide = one.extent + limits.gap
     box = [one.centre - wide, one.centre + wide]
     near = ((ends.min(1) <= box[1]) & (ends.max(1) >= box[0])).all(1)
-    if isinstance(
-        one, PlacedEllipsoid
-    ):  # the exact contact is iterative, so edges that are too far are ruled out first
+    if isinstance(one, PlacedEllipsoid):  # its exact contact is iterative, so far edges are ruled out first
         apart = one.least_apart(ends)
-        near &= (apart <= gap) & (apart >= -depth)
+        near &= (apart <= limits.gap) & (apart >= -limits.depth)
     for edge, (start, stop) in zip(edges[near].tolist(), ends[near], strict=True):
-        two = Swept((start + stop) / 2, (stop - start) / 2, 0.0, flat=False)
-        found = meet(one, two, gap=gap, depth=depth, cos_twist=cos_twist, cos_side=cos_side)
+        two = PlacedRod((start + stop) / 2, (stop - start) / 2, 0.0, flat=False)
+        found = meet(one, two, limits)
         if found is not None and _is_nearest(surface, edge, found):
             # a face beside the edge may be tangent to the round body
             yield found._replace(bend=min(found.bend, one.flattest(found.normal)))

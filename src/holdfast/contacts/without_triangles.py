@@ -24,17 +24,17 @@ import shapely
 from holdfast.base.arrays import Float, frozen, unit
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
-from holdfast.base.values import made
+from holdfast.base.values import made, sealed
 from holdfast.contacts.clipping import BROAD
-from holdfast.contacts.compound_parts import cuboid_towards
 from holdfast.contacts.interface import Patch
 from holdfast.contacts.patches import HAIRLINE, NEGLIGIBLE_WIDTH, NOMINAL_BREADTH
 from holdfast.contacts.round_contacts import feet
 from holdfast.contacts.tolerances import Tolerances
 from holdfast.geometry import polygon as flat
-from holdfast.geometry.cuboid import EXACT, Cuboid
+from holdfast.geometry.surface import EXACT, Cuboid
 from holdfast.native import core
 from holdfast.scene.body import Body
+from holdfast.scene.compound import Compound
 from holdfast.scene.round_shapes import Round, round_of
 from holdfast.scene.shapes import Cylinder
 
@@ -72,11 +72,11 @@ def patches_of(pairs: Sequence[Cuboids]) -> list[tuple[Patch, ...] | None]:
     for count in {count for count in several if count > 2}:
         chosen = [k for k, each in enumerate(several) if each == count]
         at = slice(None) if len(chosen) == len(several) else chosen
-        polygons, frames = frozen(corners[at, :count]), frozen(tangents[at])
-        normals, separations = frozen(planes[at, :3]), planes[at, 3:].tolist()
-        rings = frozen((polygons - polygons[:, :1]) @ frames.transpose(0, 2, 1))
+        polygons, frames, normals = corners[at, :count], tangents[at], planes[at, :3]
+        separations = planes[at, 3:].tolist()
+        rings = (polygons - polygons[:, :1]) @ frames.transpose(0, 2, 1)
         moments, widths = core.measures_of(rings)
-        frozen(moments)
+        sealed((polygons, frames, normals, rings, moments))
         for k, (number, width) in enumerate(zip(chosen, widths.tolist(), strict=True)):
             if width > pairs[number].negligible:
                 low, high = separations[k]
@@ -216,6 +216,24 @@ def _lying(
         return ()
     ends = points - np.outer(heights / 2, normal)
     return (Patch(ends, sign * normal, (), (float(heights.min()), float(heights.max())), breadth),)
+
+
+def cuboid_towards(body: Body, other: Body, gap: float) -> Cuboid | None:
+    """Return the cuboid that a body is within ``gap`` [m] of another one: the body itself, or a part of its compound.
+
+    It is a part if the boxes of all other parts are farther from the box of the other body, so that they cover nothing
+    of it there.
+    """
+    if not isinstance(body.shape, Compound) or len(body.shape.parts) == 1:
+        return body.cuboid
+    low, high = other.box[0] - gap, other.box[1] + gap
+    near = []
+    for part in body.shape.parts:
+        corners = body.placed(part.placed(part.shape.surface.vertices))
+        if (corners.min(0) <= high).all() and (corners.max(0) >= low).all():
+            near.append(part)
+    local = near[0].shape.surface.cuboid if len(near) == 1 else None
+    return body.cuboid if local is None else local.placed(body.pose @ near[0].pose)
 
 
 def of_cuboids(pairs: Sequence[tuple[Body, Body]], tolerances: Sequence[Tolerances]) -> list[tuple[Patch, ...] | None]:

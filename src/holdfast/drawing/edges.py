@@ -10,7 +10,7 @@ import numpy as np
 from holdfast.base.arrays import Float, Int, unit
 from holdfast.drawing.picture import Arrow, Soup
 from holdfast.drawing.render import CREASE_COSINE
-from holdfast.geometry.topology import Edges
+from holdfast.geometry.triangles import Edges
 
 # distance below which vertices are merged, as a share of the body's size: cells have slightly different corners
 _GRID: Final = 1e-6

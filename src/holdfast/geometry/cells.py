@@ -10,8 +10,7 @@ from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
 from holdfast.geometry.hull import convex_hull, search_tree, smallest_rectangle
 from holdfast.geometry.surface import Surface
-from holdfast.geometry.topology import SMOOTH
-from holdfast.geometry.triangles import areas_of
+from holdfast.geometry.triangles import SMOOTH, areas_of
 from holdfast.native import core
 
 # [rad] largest angle between neighbouring triangles of one facet. It is wider than that of ``Facets``, because
@@ -170,12 +169,7 @@ def _clustered(surface: Surface, members: Int, spacing: float) -> Cells:
     keys = np.hstack([np.floor(centres / spacing + COORDINATES), np.round(normals * WAYS)]).astype(np.int64)
     _, cell = np.unique(keys, axis=0, return_inverse=True)
     cell = cell.reshape(-1)
-    areas = surface.areas[members]
-    total = np.maximum(np.bincount(cell, areas), 1e-300)
-    middle = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(3)]) / total[:, None]
-    away = np.linalg.norm(centres - middle[cell], axis=1)
-    order = np.lexsort((away, cell))
-    nearest = order[np.flatnonzero(np.diff(cell[order], prepend=-1))]
+    _, nearest = _central(cell, surface.areas[members], centres)
     triangles = np.arange(3 * len(members)).reshape(-1, 3)
     return Cells(
         centres[nearest], unit(normals[nearest]), corners.reshape(-1, 3), triangles, cell, np.zeros(len(nearest))
@@ -194,17 +188,22 @@ def _smoothed(surface: Surface, members: Int, spacing: float) -> Cells:
     places = np.hstack([centres, FACING * spacing * normals])
     seeds = _spread(places, PACKED * spacing)
     _, cell = np.unique(search_tree(places[seeds]).query(places)[1], return_inverse=True)
-    total = np.maximum(np.bincount(cell, areas), 1e-300)
-    middle = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(3)]) / total[:, None]
-    away = np.linalg.norm(centres - middle[cell], axis=1)
-    order = np.lexsort((away, cell))
-    nearest = order[np.flatnonzero(np.diff(cell[order], prepend=-1))]
+    total, nearest = _central(cell, areas, centres)
     summed = np.column_stack([np.bincount(cell, areas * normals[:, k]) for k in range(3)])
     own = normals[nearest]
     smooth = unit(np.where(np.linalg.norm(summed, axis=1, keepdims=True) > LEAST_MEAN * total[:, None], summed, own))
     turned = np.degrees(np.arccos(np.clip((smooth * own).sum(1), -1, 1)))
     triangles = np.arange(3 * len(members)).reshape(-1, 3)
     return Cells(centres[nearest], smooth, corners.reshape(-1, 3), triangles, cell, turned)
+
+
+def _central(cell: Int, areas: Float, centres: Float) -> tuple[Float, Int]:
+    """Return the area (C,) [m²] of each cell, and the number (C,) of the triangle that is nearest to its centroid."""
+    total = np.maximum(np.bincount(cell, areas), 1e-300)
+    middle = np.column_stack([np.bincount(cell, areas * centres[:, k]) for k in range(3)]) / total[:, None]
+    away = np.linalg.norm(centres - middle[cell], axis=1)
+    order = np.lexsort((away, cell))
+    return total, order[np.flatnonzero(np.diff(cell[order], prepend=-1))]
 
 
 def _spread(places: Float, apart: float) -> Int:

@@ -6,8 +6,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.public import Record
-from holdfast.geometry.topology import FLAT, SMOOTH, Topology
-from holdfast.geometry.triangles import outline_vector
+from holdfast.geometry.triangles import FLAT, SMOOTH, Topology, outline_vector
 
 LEAST = 5  # least number of triangles of a facet; fewer are treated one by one
 COPLANAR = 1e-5  # [rad] largest angle between neighbouring triangles of one facet, which contacts see as one polygon
@@ -33,7 +32,7 @@ class Facets(Record):
         large = np.flatnonzero(np.bincount(region) >= LEAST)
         if not len(large):
             return cls(label, ())  # so it is with a scan
-        inner = topology.joins(COPLANAR)
+        inner = np.abs(topology.bend) <= COPLANAR
         found: list[tuple[Int, ...]] = []
         extent = float(np.linalg.norm(np.ptp(vertices, axis=0)))
         for number in large:

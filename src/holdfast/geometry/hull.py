@@ -7,20 +7,16 @@ There are three algorithms, because each does something that the others cannot: 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from holdfast.base.arrays import Float, Int, unit
+from holdfast.base.ranges import SUM
 from holdfast.native import core
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull, cKDTree
-
-
-from typing import Final
-
-from holdfast.base.ranges import SUM
 
 PIECE = 4_000_000  # numbers that are in memory at a time, 32 MB
 SLIGHT: Final = core.SLIGHT  # a point that violates a facet by less does not count

@@ -12,9 +12,8 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.public import Record
-from holdfast.geometry.closed_parts import joined, parts_as_given, parts_by_winding
-from holdfast.geometry.topology import Edges
-from holdfast.geometry.triangles import area_vectors
+from holdfast.geometry.solid import joined, parts_as_given, parts_by_winding
+from holdfast.geometry.triangles import Edges, area_vectors
 
 if TYPE_CHECKING:
     import trimesh
@@ -162,8 +161,8 @@ def _joined(solid: trimesh.Trimesh, report: MeshReport) -> tuple[trimesh.Trimesh
     found = joined(np.array(solid.vertices), np.array(solid.faces, dtype=np.int64))
     if found is None:
         return solid, report
-    one = trimesh.Trimesh(found.vertices, found.faces, process=False)
-    return one, replace(report, joined=found.parts, shared=found.shared)
+    vertices, faces, parts, shared = found
+    return trimesh.Trimesh(vertices, faces, process=False), replace(report, joined=parts, shared=shared)
 
 
 def _oriented(solid: trimesh.Trimesh, report: MeshReport) -> MeshReport:

@@ -1,8 +1,9 @@
-"""Triangle surfaces as values."""
+"""Triangle surfaces as values, and the cuboids among them, however their faces are divided into triangles."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from weakref import WeakValueDictionary
 
@@ -10,14 +11,23 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int, frozen
 from holdfast.base.public import Record, column
-from holdfast.geometry.cuboid import Cuboid
+from holdfast.base.values import Value, made, seal
 from holdfast.geometry.facets import Facets, balanced, curved_faces
-from holdfast.geometry.roughness import LEAST_VERTICES, NONE, Roughness, roughness_of
 from holdfast.geometry.solid import closed_solid
-from holdfast.geometry.topology import SMOOTH, Topology
-from holdfast.geometry.triangles import areas_of, normals_of
+from holdfast.geometry.triangles import (
+    LEAST_VERTICES,
+    NONE,
+    SMOOTH,
+    Roughness,
+    Topology,
+    areas_of,
+    normals_of,
+    roughness_of,
+)
 from holdfast.native import core
 
+EXACT = 1e-12  # largest deviation of corners, relative to the diagonal, and largest cosine of an angle that is right
+IDENTITY = frozen(np.eye(3))
 STRAIGHT = 1e-8  # largest change of a surface when triangles are removed from it, relative to its size
 SHEET = 1e-6  # a surface is flat if it is no thicker, relative to its size: files round to 6e-8 of it
 # of cuboids: their corners in half lengths, their triangles, which of these are curved, and the axes that ``Cuboid.of``
@@ -28,6 +38,71 @@ FACES = frozen(np.array([t for a, b, c, d in QUADS for t in ((a, b, c), (a, c, d
 FLAT = frozen(np.zeros(len(FACES), dtype=bool))
 OUTWARD = frozen(np.diag([-1.0, -1.0, 1.0]))
 HUB = 64  # a vertex with more faces is the hub of a fan, which is triangulated differently before it is reduced
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Cuboid(Value):
+    """A solid box: all points centre + x · axes with |x_k| <= half_k.
+
+    ``centre`` (3,) [m]; the rows of ``axes`` (3, 3) are unit vectors at right angles; ``half`` (3,) [m] are half the
+    edge lengths along them.
+    """
+
+    centre: Float
+    axes: Float
+    half: Float
+
+    def __post_init__(self) -> None:
+        seal(self)
+
+    @cached_property
+    def rows(self) -> Float:
+        """The centre, the axes and the half lengths as rows (5, 3)."""
+        return frozen(np.vstack([self.centre, self.axes, self.half]))
+
+    @classmethod
+    def of(cls, vertices: Float, faces: Int, normals: Float) -> Cuboid | None:
+        """Return the cuboid that triangles bound, or None if it is none.
+
+        The triangles ``faces`` (F, 3) over ``vertices`` (V, 3) form a closed surface with outward ``normals`` (F, 3).
+        """
+        if len(vertices) != 8 or len(faces) != 12:
+            return None
+        first = normals[0]
+        second = normals[np.argmin(np.abs(normals @ first))]
+        axes = np.array([first, second, np.cross(first, second)])
+        slopes = normals @ axes.T
+        facing = np.abs(slopes) > 0.5
+        if (facing.sum(1) != 1).any() or np.abs(slopes[~facing]).max() > EXACT:
+            return None
+        centre = (vertices.min(0) + vertices.max(0)) / 2
+        seen = (vertices - centre) @ axes.T
+        half = np.ptp(seen, axis=0) / 2
+        tiny = EXACT * float(np.linalg.norm(half))
+        corners = {tuple(corner) for corner in (seen > 0).tolist()}
+        if len(corners) != 8 or np.abs(np.abs(seen) - half).max() > tiny:
+            return None
+        outward = (slopes[:, None] * seen[faces] * facing[:, None]).sum(2)  # (F, 3 corners)
+        return cls(centre, axes, half) if (outward > 0).all() else None
+
+    def placed(self, pose: Float) -> Cuboid | None:
+        """Return the cuboid moved by ``pose`` (4, 4), or None if that is no exact rotation.
+
+        A pose that is given with six digits is not exact: it would shear the cuboid.
+        """
+        return self.placed_together([self], pose[None, :3, :3], pose[None, None, :3, 3])[0]
+
+    @staticmethod
+    def placed_together(cuboids: Sequence[Cuboid], turns: Float, places: Float) -> list[Cuboid | None]:
+        """Return each of n cuboids as ``placed``, by rotations ``turns`` (n, 3, 3) and ``places`` (n, 1, 3) [m]."""
+        back = turns.transpose(0, 2, 1)
+        rigid = (np.abs(turns @ back - IDENTITY).max((1, 2)) <= EXACT).tolist()
+        local = np.array([cuboid.rows for cuboid in cuboids])
+        rows = np.concatenate([local[:, :1] @ back + places, local[:, 1:4] @ back, local[:, 4:]], axis=1)
+        return [
+            made(Cuboid, centre=own[0], axes=own[1:4], half=own[4], rows=own) if exact else None
+            for exact, own in zip(rigid, frozen(rows), strict=True)
+        ]
 
 
 class Surface(Record):
@@ -137,7 +212,9 @@ class Surface(Record):
         """
         # removing the hub of a fan is slow
         start = self._balanced() if np.bincount(self.faces.ravel()).max(initial=0) > HUB else self
-        if not start._may_lose_corners():
+        known = start.topology
+        shape = start.vertices, start.faces, known.edges, known.sides, known.of_face
+        if not known.closed or not core.may_lose_corners(*shape, STRAIGHT * start.diagonal):  # so it is with most scans
             return start._balanced()
         solid = closed_solid(start.vertices, start.faces)
         if solid is None:
@@ -148,13 +225,6 @@ class Surface(Record):
         read = fewer.to_mesh64()
         vertices, faces = np.array(read.vert_properties[:, :3]), np.array(read.tri_verts, dtype=np.int64)
         return replace(self, vertices=vertices, faces=faces)._balanced()
-
-    def _may_lose_corners(self) -> bool:
-        """Tell whether the surface may be closed, with corners that it does not need; seldom if it is a scan."""
-        known, allowed = self.topology, STRAIGHT * self.diagonal
-        return known.closed and core.may_lose_corners(
-            self.vertices, self.faces, known.edges, known.sides, known.of_face, allowed
-        )
 
     def _balanced(self) -> Surface:
         """Return the same surface with its large convex faces triangulated for fast search."""

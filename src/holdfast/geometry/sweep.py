@@ -8,6 +8,7 @@ or a crossing of two edges. Faces parallel to d, such as the side walls of a dra
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -15,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from holdfast.base.arrays import Float, Int, frozen, unit
+from holdfast.base.arrays import Float, frozen, unit
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.rigid import tangents
 from holdfast.base.values import Value
@@ -98,11 +99,14 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
     across = np.minimum(moving.high, still.high)[:2] - np.maximum(moving.low, still.low)[:2]
     if (across <= narrow).any() or still.high[2] < moving.low[2] - tolerance:
         return np.inf
-    pieces, corners, ahead = core.shared_parts(moving.front, still.back, _least(moving, still, tolerance, narrow))
+    # a back face further behind was passed already; if an inside is not known, a contact at 0 may just as well open
+    known = moving.surface.oriented and still.surface.oriented
+    least = -max(tolerance, narrow) if known else max(tolerance, narrow)
+    pieces, corners, ahead = core.shared_parts(moving.front, still.back, least)
     if not len(ahead):
         return np.inf
     order = np.argsort(ahead, kind="stable")
-    outlines = _polygons(pieces[order], corners[order])
+    outlines = [shapely.Polygon(piece[:count]) for piece, count in zip(pieces[order], corners[order], strict=True)]
     ahead = ahead[order]
 
     def wide(count: int) -> bool:
@@ -121,20 +125,7 @@ def hit_distance(moving: Swept, still: Swept, tolerance: float = 0.0) -> float:
     return distance if distance > narrow else 0.0
 
 
-def _least(moving: Swept, still: Swept, tolerance: float, narrow: float) -> float:
-    """Return the least distance ahead [m] at which a back face counts; one further behind was passed already.
-
-    If the inside of a surface is not known, a contact at distance 0 may just as well be opening and does not count.
-    """
-    known = moving.surface.oriented and still.surface.oriented
-    return -max(tolerance, narrow) if known else max(tolerance, narrow)
-
-
-def _polygons(pieces: Float, corners: Int) -> list[shapely.Geometry]:
-    return [shapely.Polygon(piece[:count]) for piece, count in zip(pieces, corners, strict=True)]
-
-
-def _union(outlines: list[shapely.Geometry], fine: float) -> shapely.Geometry:
+def _union(outlines: Sequence[shapely.Geometry], fine: float) -> shapely.Geometry:
     """Return the union of polygons; if nearly coincident edges make that fail, on a grid of ``fine`` [m]."""
     try:
         return shapely.union_all(outlines)

@@ -17,7 +17,7 @@ namespace holdfast {
 constexpr double FLAT = 1e-3;   // [rad] a smaller angle between two faces is rounding, not an edge
 constexpr double SMOOTH = 0.6;  // [rad] an edge with a smaller angle is smooth: its faces represent a curved surface
 
-// The E edges of F triangles; ``geometry/topology.py`` says what each array is
+// The E edges of F triangles; ``geometry/triangles.py`` says what each array is
 struct Edges {
     Array<Int, 2> ends, of_face;
     Array<Int> shared, sides, first;

@@ -18,8 +18,7 @@ from holdfast.base.ranges import COORDINATES, DENSITY, FORCE, INERTIA, LENGTH, M
 from holdfast.base.rigid import checked_pose, pose_at, transform
 from holdfast.base.text import quoted
 from holdfast.base.values import altered
-from holdfast.geometry.cuboid import Cuboid
-from holdfast.geometry.surface import Surface
+from holdfast.geometry.surface import Cuboid, Surface
 from holdfast.scene.compound import Compound, Inertial, Shape, as_shape
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.shapes import Box

@@ -16,7 +16,7 @@ from holdfast.base.errors import GeometryError
 from holdfast.base.public import Record
 from holdfast.base.ranges import LENGTH
 from holdfast.geometry.surface import Surface
-from holdfast.geometry.topology import SMOOTH
+from holdfast.geometry.triangles import SMOOTH
 from holdfast.scene.shapes import Cylinder, MassProperties, Sphere, tessellated
 
 LEAST_LEAN = 1e-3  # least sine of the angle between an end of a cylinder and a face at which its rim touches

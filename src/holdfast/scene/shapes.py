@@ -23,7 +23,7 @@ from holdfast.geometry.hull import search_tree
 from holdfast.geometry.hygiene import MeshReport, PlaneFit, cleaned
 from holdfast.geometry.planes import flattened
 from holdfast.geometry.surface import Surface
-from holdfast.geometry.topology import SMOOTH
+from holdfast.geometry.triangles import SMOOTH
 from holdfast.scene.meshes.read import triangles_of
 
 if TYPE_CHECKING:

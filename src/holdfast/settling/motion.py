@@ -16,10 +16,10 @@ from holdfast.scene.body import Body
 from holdfast.scene.excluded import body_of
 from holdfast.scene.scene import Scene
 from holdfast.settling.moved_surfaces import Posed, pairs_near
-from holdfast.settling.near_points import FacePairs, Near, near_points
-from holdfast.settling.settling_program import LEFT, Contacts, slips, small_motion
+from holdfast.settling.near_points import FacePairs, NearPoints, near_points
+from holdfast.settling.settling_program import LEFT, StepContacts, slips, small_motion
 
-# Lengths are relative to ``Limits.reach``, so that the motion does not depend on the unit of length.
+# Lengths are relative to ``MotionLimits.reach``, so that the motion does not depend on the unit of length.
 STRIDE = 0.033  # largest motion of a point in one step
 FIRST = 0.027  # motion of a free body in the first step
 WIDE = 2.5  # [strides] distance up to which surfaces take part in a step
@@ -57,7 +57,7 @@ class End(Enum):
 
 
 @dataclass(frozen=True)
-class Limits:
+class MotionLimits:
     """How far a body may move: its centre of mass by ``reach`` [m], and its orientation by ``turn`` [deg]."""
 
     reach: float
@@ -79,13 +79,13 @@ class Motion:
     pushed: Float
     left: tuple[int, ...]
     going: Float
-    contacts: Contacts
+    contacts: StepContacts
 
 
 def come_to_rest(
     scene: Scene,
     names: Sequence[str],
-    limits: Limits,
+    limits: MotionLimits,
     *,
     known: frozenset[str],
     sigma: Mapping[str, float],
@@ -117,7 +117,7 @@ def come_to_rest(
     return group.report(end, steps + sunk, pushed, going, limits)
 
 
-def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], limits: Limits) -> int:
+def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], limits: MotionLimits) -> int:
     """Remove ``overlaps`` and shallower ones by least motions, and return the number of steps.
 
     ``weight`` (J,) is the cost of moving each body; bodies with an infinite weight do not move. The common volume of
@@ -139,7 +139,7 @@ def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], lim
     return UNDOING
 
 
-def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
+def _sink(group: Group, limits: MotionLimits) -> tuple[End, int, Float]:
     """Let the bodies sink, slide and tip; return how it ended, the number of steps, and the last motions (J, 3) [m]."""
     stride, eager, damped = FIRST * limits.reach, 1.0, 1.0
     last = made = np.zeros((group.count, 6))
@@ -177,7 +177,7 @@ def _sink(group: Group, limits: Limits) -> tuple[End, int, Float]:
     return End.GOING, STEPS, going
 
 
-def _margin(stride: float, limits: Limits) -> float:
+def _margin(stride: float, limits: MotionLimits) -> float:
     """Return the distance [m] up to which surfaces take part in a step of ``stride`` [m].
 
     It is one of a few values, so that near points can be reused.
@@ -206,14 +206,14 @@ class Group:
         self.overlapping: set[frozenset[str]] = set()
         self.least = least
         self._faces: defaultdict[tuple[int, int], FacePairs] = defaultdict(FacePairs)
-        self._near: dict[tuple[int, int], tuple[Body, Body, float, Near]] = {}
+        self._near: dict[tuple[int, int], tuple[Body, Body, float, NearPoints]] = {}
 
-    def contacts(self, margin: float) -> Contacts:
+    def contacts(self, margin: float) -> StepContacts:
         """Find all near points up to ``margin`` apart or into each other [m].
 
         The two limits are equal, so that a thin wall is always found from its nearer side, too.
         """
-        found: list[tuple[int, int, float, Near]] = []
+        found: list[tuple[int, int, float, NearPoints]] = []
         for i, j in pairs_near(self.bodies, margin, self.excluded):
             near = self._near_points(i, j, margin)
             rough = min(self.scene.mu(self.bodies[i].start.name, self.bodies[j].start.name), 1e3)
@@ -224,9 +224,9 @@ class Group:
         gaps = np.concatenate([np.empty(0), *(f[3].gaps for f in found)])
         mu = np.repeat([f[2] for f in found], sizes)
         chosen = np.concatenate([np.empty(0, dtype=bool), *(f[3].chosen for f in found)])
-        return Contacts(ends, self.count, points, normals, gaps, mu, chosen)
+        return StepContacts(ends, self.count, points, normals, gaps, mu, chosen)
 
-    def _near_points(self, i: int, j: int, margin: float) -> Near:
+    def _near_points(self, i: int, j: int, margin: float) -> NearPoints:
         """Return the near points of two bodies, from the cache if neither has moved since."""
         a, b = self.bodies[i], self.bodies[j]
         known = self._near.get((i, j))
@@ -245,12 +245,10 @@ class Group:
         """Return the masses and inertias (J, 6) of the bodies, treated as balls, times ``weight`` (J,)."""
         return np.outer(weight * self.share, [1, 1, 1, BALL, BALL, BALL])
 
-    def undoing(self, contacts: Contacts, weight: Float) -> Float | None:
+    def undoing(self, contacts: StepContacts, weight: Float) -> Float | None:
         """Return the least motions (J, 6) that remove all overlaps, or None; infinite ``weight`` (J,) fixes a body."""
-        least = np.minimum(weight, 1e9 * weight.min())
-        unit = float(-contacts.gaps.min())
-        pull = np.zeros(6 * self.count)
-        metric = self._metric(least)
+        unit, pull = float(-contacts.gaps.min()), np.zeros(6 * self.count)
+        metric = self._metric(np.minimum(weight, 1e9 * weight.min()))
         motion = self._solved(contacts, metric, pull, unit, friction=False)
         if motion is None or self.farthest(motion) > FLUNG * unit:
             motion = self._solved(contacts, metric, pull, unit, friction=False, giving=YIELDING)
@@ -265,7 +263,7 @@ class Group:
         motion = self.sinking(replace(touching, gaps=np.zeros(len(touching))), RESTING * reach, STRONGEST)
         return motion is not None and self.farthest(motion) < STILL * reach
 
-    def sinking(self, contacts: Contacts, stride: float, eager: float, before: Float | None = None) -> Float | None:
+    def sinking(self, contacts: StepContacts, stride: float, eager: float, before: Float | None = None) -> Float | None:
         """Return motions (J, 6) under gravity and friction, in which a free body sinks by ``eager * stride`` [m].
 
         If the motions ``before`` (J, 6) of the last step are given, they are found less exactly (``small_motion``).
@@ -277,7 +275,7 @@ class Group:
 
     def _solved(
         self,
-        contacts: Contacts,
+        contacts: StepContacts,
         metric: Float,
         pull: Float,
         unit: float,
@@ -287,21 +285,12 @@ class Group:
         giving: float | None = None,
     ) -> Float | None:
         """Return the motions (J, 6) of ``small_motion``, and add its contacts to ``effort``."""
-        motion, solved = small_motion(
-            contacts,
-            self.centres(),
-            self.levers,
-            metric,
-            pull,
-            unit=unit,
-            friction=friction,
-            before=before,
-            giving=giving,
-        )
+        bodies = self.centres(), self.levers, metric, pull
+        motion, solved = small_motion(contacts, *bodies, unit=unit, friction=friction, before=before, giving=giving)
         self.effort += solved
         return motion
 
-    def sliding(self, contacts: Contacts, before: Float, touch: float, stride: float) -> Contacts:
+    def sliding(self, contacts: StepContacts, before: Float, touch: float, stride: float) -> StepContacts:
         """Return the contacts of a step of ``stride`` [m], adjusted for bodies that keep falling or sliding.
 
         The cone g + n·v >= μ |t·v| drives sliding surfaces apart. A body between two walls could then fall in one step
@@ -332,7 +321,7 @@ class Group:
             if posed.body is not body:
                 posed.place(body)
 
-    def report(self, end: End, steps: int, pushed: Float, going: Float, limits: Limits) -> Motion:
+    def report(self, end: End, steps: int, pushed: Float, going: Float, limits: MotionLimits) -> Motion:
         """Return the result for the group."""
         contacts = self.contacts(RESTING * limits.reach)
         return Motion(tuple(self.bodies), end, steps, pushed, self.beyond(limits), going, contacts)
@@ -345,7 +334,7 @@ class Group:
         """Return for each body (J,) the largest distance [m] by which a point moves."""
         return np.asarray(np.linalg.norm(motion[:, :3], axis=1) + self.levers * np.linalg.norm(motion[:, 3:], axis=1))
 
-    def beyond(self, limits: Limits) -> tuple[int, ...]:
+    def beyond(self, limits: MotionLimits) -> tuple[int, ...]:
         """Return the numbers of the bodies that have moved beyond the limits."""
         movable = enumerate(self.bodies[: self.count])
         return tuple(k for k, p in movable if np.linalg.norm(p.moved) > limits.reach or p.turned > limits.turn)

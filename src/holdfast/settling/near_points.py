@@ -1,23 +1,23 @@
-"""Near points of two bodies: where they touch, overlap or are near, with signed distances and normals.
+"""NearPoints points of two bodies: where they touch, overlap or are near, with signed distances and normals.
 
-Pairs of nearby faces are kept from step to step until the bodies have moved too far.
+Pairs of nearby faces are kept from step to step until the bodies have moved too far. Overlaps are checked against the
+common volume of two closed bodies: its solids, and the direction of motion in which each shrinks.
 """
 
 from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+import manifold3d
 import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
-from holdfast.contacts.features import Features, touching_features
 from holdfast.contacts.patches import NEGLIGIBLE_WIDTH, NOMINAL_BREADTH
 from holdfast.contacts.round_contacts import feet
-from holdfast.contacts.search_mesh import near_faces
+from holdfast.contacts.search_mesh import Features, near_faces, touching_features
 from holdfast.contacts.tolerances import THINNEST, Angles
 from holdfast.native import core
 from holdfast.settling.moved_surfaces import Posed
-from holdfast.settling.shared_volume import Shared, shared_solids, ways_out
 
 FACING = 15.0  # [deg] faces at a smaller angle meet as faces, others with their edges and vertices
 SHARP = 3.0  # [deg] an edge or a vertex touches if the surface beside it does not slope towards the other body by more
@@ -27,10 +27,18 @@ MANY = 256  # if there are more near points, only the deepest in each cell of sp
 CELL = 0.005  # side of a cell, relative to the smaller body
 ROW: Final = core.NEAR_ROW  # numbers of a near point: point (3), normal (3), distance
 GREATEST = 50.0  # [margins] pairs that were searched up to a larger distance are too many to be reused
+CLEAR = 0.3  # least sum of area vectors, relative to the area of the second body inside the first, that has a direction
+SHEET = 0.05  # thickness, relative to the square root of the area, below which a common solid is a sheet
+PARTED = 0.05  # bodies have come apart if their common volume after a motion, relative to before, is at most this
+FARTHEST = (1.0, 2.0, 4.0, 8.0)  # [thicknesses of the sheet] motions to either side that are tried
+AGAINST = -0.5  # a normal whose cosine to the direction of a solid is smaller points against it
+AROUND = 0.1  # [depths of a near point] how far from a common solid the point may lie
+# largest ratio of two depths of one overlap, or of its depth to the extent of the solid along it
+SAME_DEPTH: Final = core.SAME_DEPTH
 
 
-class Near(NamedTuple):
-    """Near points of two bodies.
+class NearPoints(NamedTuple):
+    """NearPoints points of two bodies.
 
     ``points`` (n, 3) [m] lie halfway between the surfaces, ``normals`` (n, 3) point into the second body, and ``gaps``
     (n,) [m] are the distances along them, negative where the bodies overlap. ``chosen`` (n,) are a few of them that lie
@@ -45,7 +53,7 @@ class Near(NamedTuple):
 
 def near_points(
     one: Posed, other: Posed, faces: FacePairs, *, margin: float, least: float = 0.0, overlapping: bool = False
-) -> Near:
+) -> NearPoints:
     """Find the near points of two bodies that are up to ``margin`` apart or into each other [m].
 
     ``faces`` is the cache of nearby faces of these two bodies. Overlaps of more than ``least`` [m] are checked against
@@ -130,7 +138,7 @@ def _thinned(rows: Float, size: float) -> Float:
     return rows
 
 
-def _without_explained(rows: Float, size: float) -> Near:
+def _without_explained(rows: Float, size: float) -> NearPoints:
     """Return the near points, the deepest first, without those that others explain."""
     rows = rows[np.lexsort((*rows[:, :3].T, rows[:, 6]))]
     rows = np.ascontiguousarray(rows)
@@ -139,7 +147,7 @@ def _without_explained(rows: Float, size: float) -> Near:
     rows = np.ascontiguousarray(rows[good])
     chosen = np.zeros(len(rows), dtype=bool)
     chosen[core.spread_points(rows, size, SAME * size)] = True
-    return Near(rows[:, :3], rows[:, 3:6], rows[:, 6], chosen)
+    return NearPoints(rows[:, :3], rows[:, 3:6], rows[:, 6], chosen)
 
 
 def _cells(rows: Float, side: float) -> Int:
@@ -176,3 +184,80 @@ def _way(before: Float, after: Float, body: Posed) -> float:
     change = after - before
     at_centre = change[:3, :3] @ body.start.com_body + change[:3, 3]
     return float(np.linalg.norm(at_centre) + body.radius * np.linalg.norm(change[:3, :3], 2))
+
+
+class Shared(NamedTuple):
+    """A connected solid of the common volume of two bodies, with corners ``points`` (n, 3) [m].
+
+    It shrinks fastest if the second body moves along the unit vector ``way`` (3,): the derivative of the common volume
+    is the integral of n·v over the part of that body's surface inside the other one. If the area vectors there nearly
+    cancel and the solid is a sheet, as for a thin floor just inside another one, ``way`` points to the side on which
+    the bodies come apart. It is None if neither gives a direction, as for a peg in a tight hole or a rod through a
+    plate.
+    """
+
+    points: Float
+    way: Float | None
+
+    def extent(self, directions: Float) -> Float:
+        """Return the extent (m,) [m] of the solid along each of ``directions`` (m, 3)."""
+        return np.asarray(np.ptp(self.points @ directions.T, axis=0))
+
+
+def shared_solids(a: Posed, b: Posed) -> tuple[Shared, ...] | None:
+    """Return the solids of the common volume of two bodies, or None if a surface is not closed."""
+    if a.solid is None or b.solid is None:
+        return None
+    return tuple(_shared(part, a.solid, b.solid, b.number) for part in (a.solid ^ b.solid).decompose())
+
+
+def _shared(part: manifold3d.Manifold, a: manifold3d.Manifold, b: manifold3d.Manifold, second: int) -> Shared:
+    mesh = part.to_mesh64()
+    points, triangles = np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64)
+    ends: Int = np.asarray(mesh.run_index, dtype=np.int64) // 3
+    own = triangles[np.repeat(np.asarray(mesh.run_original_id, dtype=np.int64), ends[1:] - ends[:-1]) == second]
+    area = np.cross(points[own[:, 1]] - points[own[:, 0]], points[own[:, 2]] - points[own[:, 0]])
+    total, sizes = -area.sum(0), np.linalg.norm(area, axis=1)
+    length = float(np.linalg.norm(total))
+    if length > CLEAR * float(sizes.sum()):
+        return Shared(points, total / length)
+    return Shared(points, _side(part, a, b, area[sizes > 0], sizes[sizes > 0]))
+
+
+def _side(
+    part: manifold3d.Manifold, a: manifold3d.Manifold, b: manifold3d.Manifold, area: Float, sizes: Float
+) -> Float | None:
+    """Return the unit normal (3,) of a common sheet ``part``, pointing to the side on which b leaves a, or None.
+
+    ``area`` (n, 3) are twice the area vectors of the triangles of b inside a, and ``sizes`` (n,) their lengths.
+    """
+    thickness = 2 * part.volume() / part.surface_area()
+    if not len(area) or thickness > SHEET * part.surface_area() ** 0.5:
+        return None
+    axes = np.linalg.eigh((area / sizes[:, None]).T @ area).eigenvectors
+    across = axes[:, 2] * thickness
+    for far in FARTHEST:
+        one, other = (
+            float((a ^ b.translate(way)).volume()) <= PARTED * part.volume() for way in (far * across, -far * across)
+        )
+        if one or other:
+            return None if one and other else np.asarray(axes[:, 2] if one else -axes[:, 2])
+    return None
+
+
+def ways_out(shared: tuple[Shared, ...], points: Float, normals: Float, depths: Float) -> Bool:
+    """Tell which near points (n,) of overlapping bodies lead out of one of the common solids.
+
+    Such a point is at the solid. If the direction in which the solid shrinks is known, the normal does not point
+    against it, and the depth, one of ``depths`` (n,) [m], is at most the extent of the solid along the normal. All
+    other near points belong to the far sides of walls or to folds.
+    """
+    fits = np.zeros(len(points), dtype=bool)
+    for solid in shared:
+        low, high = solid.points.min(0), solid.points.max(0)
+        around = AROUND * depths[:, None]
+        here = ((points >= low - around) & (points <= high + around)).all(1)
+        if solid.way is not None:
+            here &= (depths <= SAME_DEPTH * solid.extent(normals)) & (normals @ solid.way > AGAINST)
+        fits |= here
+    return fits

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from holdfast.base.arrays import Bool, Float, Int
@@ -22,7 +24,7 @@ MORE = 3  # number of contacts of a pair of bodies that are added at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Contacts:
+class StepContacts:
     """All near points of a group.
 
     ``ends`` (n, 2) are the numbers of the two bodies; numbers from ``movable`` on are fixed bodies. ``points`` and
@@ -37,28 +39,24 @@ class Contacts:
     mu: Float
     chosen: Bool
 
-    def only(self, which: Bool) -> Contacts:
+    def only(self, which: Bool) -> StepContacts:
         """Return those contacts for which ``which`` (n,) is true."""
-        points, normals, gaps, mu = (c[which] for c in (self.points, self.normals, self.gaps, self.mu))
-        return Contacts(self.ends[which], self.movable, points, normals, gaps, mu, self.chosen[which])
+        return StepContacts(self.ends[which], self.movable, *(column[which] for column in self._columns))
 
-    def with_(self, others: Contacts) -> Contacts:
+    def with_(self, others: StepContacts) -> StepContacts:
         """Return these contacts together with ``others`` of the same bodies."""
-        return Contacts(
-            np.concatenate([self.ends, others.ends]),
-            self.movable,
-            np.concatenate([self.points, others.points]),
-            np.concatenate([self.normals, others.normals]),
-            np.concatenate([self.gaps, others.gaps]),
-            np.concatenate([self.mu, others.mu]),
-            np.concatenate([self.chosen, others.chosen]),
-        )
+        both = (np.concatenate(two) for two in zip(self._columns, others._columns, strict=True))
+        return StepContacts(np.concatenate([self.ends, others.ends]), self.movable, *both)
+
+    @property
+    def _columns(self) -> tuple[NDArray[Any], ...]:
+        return self.points, self.normals, self.gaps, self.mu, self.chosen
 
     def __len__(self) -> int:
         return len(self.gaps)
 
 
-def relative_motion(contacts: Contacts, centres: Float, levers: Float, directions: Float) -> sparse.csr_matrix:
+def relative_motion(contacts: StepContacts, centres: Float, levers: Float, directions: Float) -> sparse.csr_matrix:
     """Return the operator (n, 6J) from motions to the relative displacement of the second body along ``directions``.
 
     ``directions`` (n, 3) are unit vectors, one for each contact. The motion of a body is the displacement (3,) of its
@@ -78,7 +76,7 @@ def relative_motion(contacts: Contacts, centres: Float, levers: Float, direction
 
 
 def step_program(
-    contacts: Contacts, centres: Float, levers: Float, metric: Float, pull: Float, giving: float | None
+    contacts: StepContacts, centres: Float, levers: Float, metric: Float, pull: Float, giving: float | None
 ) -> ConeProgram:
     """Set up min ½ v'Mv - f'v  s.t.  g + n·v >= μ |t·v| at every contact (Anitescu 2006).
 
@@ -116,7 +114,7 @@ def step_program(
 
 
 def small_motion(
-    contacts: Contacts,
+    contacts: StepContacts,
     centres: Float,
     levers: Float,
     metric: Float,
@@ -161,7 +159,7 @@ def small_motion(
 
 
 def _solved(
-    contacts: Contacts,
+    contacts: StepContacts,
     centres: Float,
     levers: Float,
     metric: Float,
@@ -169,7 +167,7 @@ def _solved(
     tolerance: float,
     giving: float | None,
 ) -> Float | None:
-    """Return the solution (6J,) of ``step_program``.
+    """Return the solution (6J,) of ``step_program``, or None.
 
     If there is no solution, friction is dropped in overlaps, because a body may only be able to leave them sideways. If
     there is still none, contacts may yield.
@@ -183,7 +181,7 @@ def _solved(
     return None
 
 
-def _moved_apart(contacts: Contacts, centres: Float, motion: Float) -> Float:
+def _moved_apart(contacts: StepContacts, centres: Float, motion: Float) -> Float:
     """Return the relative displacement (n, 3) of the second body at every contact, for motions (J, 6)."""
     fixed = np.zeros((1, 3))  # the motion and the centre of all fixed bodies
     shift, turn = np.concatenate([motion[:, :3], fixed]), np.concatenate([motion[:, 3:], fixed])
@@ -193,20 +191,20 @@ def _moved_apart(contacts: Contacts, centres: Float, motion: Float) -> Float:
     return np.asarray(moved[:, 1] - moved[:, 0])
 
 
-def slips(contacts: Contacts, centres: Float, motion: Float) -> tuple[Float, Float]:
+def slips(contacts: StepContacts, centres: Float, motion: Float) -> tuple[Float, Float]:
     """Return the relative displacements along the normals (n,) and perpendicular to them (n,), for motions (J, 6)."""
     away = _moved_apart(contacts, centres, motion)
     along = (away * contacts.normals).sum(1)
     return along, np.linalg.norm(away - along[:, None] * contacts.normals, axis=1)
 
 
-def _slack(contacts: Contacts, centres: Float, motion: Float) -> Float:
+def _slack(contacts: StepContacts, centres: Float, motion: Float) -> Float:
     """Return g + n·v - μ |t·v| at every contact (n,), for motions (J, 6)."""
     along, across = slips(contacts, centres, motion)
     return np.asarray(contacts.gaps + along - contacts.mu * across)
 
 
-def _violated(contacts: Contacts, centres: Float, motion: Float, least: float) -> Bool:
+def _violated(contacts: StepContacts, centres: Float, motion: Float, least: float) -> Bool:
     """Mark the contacts (n,) that motions (J, 6) violate by more than ``least``, only the worst few of every pair."""
     slack = _slack(contacts, centres, motion)
     worst = np.zeros(len(contacts), dtype=bool)

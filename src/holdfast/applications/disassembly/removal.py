@@ -21,7 +21,6 @@ import numpy as np
 
 from holdfast.applications.disassembly.least_hold import HandHold
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.assembly.connected import components
 from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Float
@@ -30,6 +29,7 @@ from holdfast.base.public import PublicValue, Summary
 from holdfast.base.rigid import wrench_at
 from holdfast.base.text import listed
 from holdfast.certificates.certified import CertifiedStates
+from holdfast.contacts.neighbours import components
 from holdfast.engines.answers import Claim
 from holdfast.engines.contract import FORCES_ONLY, RELEASES, Engine
 from holdfast.engines.groups import Groups, prepared

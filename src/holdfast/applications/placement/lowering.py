@@ -21,8 +21,7 @@ from holdfast.base.errors import SceneError, message
 from holdfast.base.progress import keep_to_time
 from holdfast.base.rigid import tangents, transform
 from holdfast.conic.solve import ConeKind, ConeProgram, Outcome, solve
-from holdfast.contacts.features import touching_features
-from holdfast.contacts.search_mesh import SearchMesh, moved_mesh, near_faces
+from holdfast.contacts.search_mesh import SearchMesh, moved_mesh, near_faces, touching_features
 from holdfast.contacts.tolerances import Angles
 from holdfast.geometry.surface import Surface
 from holdfast.geometry.sweep import Swept, hit_distance

@@ -22,7 +22,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import ContactNodes
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.progress import reported
-from holdfast.contacts.flags import EXACT
+from holdfast.contacts.contact_search import EXACT
 from holdfast.contacts.interface import Interface
 from holdfast.elastic.model import WEAKEST_SPRING, Elastic, with_springs
 from holdfast.elastic.system import PathOutcome, PathResult, RestOutcome, RestSearch, System

@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from holdfast.assembly.assembly import FIXED, Assembly
-from holdfast.assembly.connected import components
 from holdfast.base.arrays import Bool, Float, Int, checked, checked_items, frozen
 from holdfast.base.errors import GeometryError, HoldfastError, SceneError, message
 from holdfast.base.progress import answers_in_parallel, free_threads
 from holdfast.base.ranges import PLACE
 from holdfast.base.rigid import RIGID_TOLERANCE, checked_pose
 from holdfast.base.text import quoted
-from holdfast.contacts.neighbours import box_distance, neighbours
+from holdfast.contacts.neighbours import box_distance, components, neighbours
 from holdfast.contacts.tolerances import DOUBTFUL_GAP, doubtful_gap
 from holdfast.engines.contract import Engine
 from holdfast.engines.groups import prepared

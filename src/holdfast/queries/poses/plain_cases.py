@@ -18,7 +18,7 @@ import numpy as np
 
 from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.rigid import tangents, transform
-from holdfast.contacts.flags import SHAKY
+from holdfast.contacts.contact_search import SHAKY
 from holdfast.contacts.tolerances import doubtful_gap
 from holdfast.engines.answers import ONLY_BALANCED
 from holdfast.engines.compliant.engine import Compliant
