@@ -139,6 +139,7 @@ OVER = "1 0 0 0 -1 0 0 0 -1"
         (f"1 4 0 0 0 {STRAIGHT} 3022.dat\n1 4 0 8 0 {STRAIGHT} 3068b.dat\n", 0),  # a plate on a tile
         (f"1 4 0 0 0 {STRAIGHT} 3001.dat\n1 4 0 0 0 {OVER} 3001.dat\n", 0),  # studs on studs
         (f"1 4 0 24 0 {STRAIGHT} 3001.dat\n1 4 0 24 0 {OVER} 3001.dat\n", 0),  # the upper one is upside down
+        (f"1 4 0 24 0 {STRAIGHT} 3001.dat\n1 4 0 48 0 {OVER} 3001.dat\n", 0),  # within each other, undersides up
         (f"1 4 0 0 0 {OVER} 3001.dat\n1 4 0 24 0 {OVER} 3001.dat\n", 1),  # both are
         (f"1 4 0 0 0 {TURNED} 3005.dat\n1 4 0 24 0 {STRAIGHT} 3005.dat\n", 0),  # by an eighth of a turn
         (f"1 4 0 0 0 {QUARTER} 3001.dat\n1 4 0 24 0 {STRAIGHT} 3001.dat\n", 1),
