@@ -155,6 +155,12 @@ def test_y_may_be_up(load: Load) -> None:
     np.testing.assert_allclose(scene.body("a").box, ((0, 0, 0.1), (0.1, 0.3, 0.3)), atol=1e-12)
 
 
+def test_boxes_beyond_their_container_are_told(load: Load) -> None:
+    assert not [note for note in load(one(position=[8, 0, 0])).notes if "beyond" in note]
+    told = "boxes reach beyond their container along x, in bin: are they placed right?"
+    assert told in load(one(position=[8.1, 0, 0])).notes
+
+
 def test_masses_and_fixed_boxes_are_given_by_name(load: Load) -> None:
     scene = load({"bins": [{"name": "b", "width": 9, "items": one()["items"] * 3}]}, mass={"a (2)": 7}, fixed=["a (3)"])
     assert {body.name: body.mass for body in scene.movable} == {"a": 4.0, "a (2)": 7.0}

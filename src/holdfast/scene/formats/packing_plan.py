@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from holdfast.base.arrays import checked_number, checked_whole, checked_word
 from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import SceneError, located, message
-from holdfast.base.ranges import PLACE, SCALE
+from holdfast.base.ranges import COORDINATES, PLACE, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.links import checked_fixed, not_read, pose_of, scene_of, unique, unknown_keys, with_floor
@@ -125,7 +125,7 @@ def _boxes(data: Data, program: str, where: str, unit: float, axes: Sequence[int
         left = sum(len(each.get("unfitted_items", ())) for each in _bins(data)) if program == "py3dbp" else 0
     if not 0 < placed <= MOST_PLACED:
         raise SceneError(message(where, "has no placed boxes, or too many", f"needs 1 to {MOST_PLACED:,}"))
-    found: list[PlacedBox] = []
+    found, beyond = list[PlacedBox](), list[str]()
     start, unknown, several = 0.0, Counter[str](), len(containers) > 1
     for name, length, items in containers:
         ends = [length]
@@ -142,9 +142,12 @@ def _boxes(data: Data, program: str, where: str, unit: float, axes: Sequence[int
             centre = [start * (axis == 0) + low[axis] + lengths[axis] / 2 for axis in range(3)]
             found.append(PlacedBox(here, f"{name}/{own}" if several else own, lengths, centre, mass or None))
             ends.append(corner[0] + size[0])
+        if 0 < length < max(ends) * (1 - COORDINATES):  # as py3dbp's first bins without distribute_items=True
+            beyond.append(name)
         start += unit * max(ends) + APART
     notes += [f"items that fit nowhere are left out, {left} of them"] if left else []
     notes += [f"{len(containers)} containers stand beside each other, {APART:g} m apart"] if several else []
+    notes += [f"boxes reach beyond their container along x, in {listed(beyond)}: are they placed right?"][: len(beyond)]
     notes += not_read(unknown)
     return found
 
