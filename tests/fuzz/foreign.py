@@ -109,6 +109,23 @@ HABITAT = {
     ],
 }
 THING = {"render_asset": "m.stl", "mass": 0.3, "COM": [0, 0, 0], "up": [0, 1, 0], "front": [0, 0, -1]}
+PLAN = {
+    "bins": [
+        {"name": "b", "width": 9, "height": 9, "depth": 9, "unfitted_items": [], "items": [
+            {"name": "a", "width": 1, "height": 2, "depth": "3.5", "weight": 4, "rotation_type": 2,
+             "position": [0, 0, 0]}]}]}  # fmt: skip
+VISUALIZED = {"containers": [{"name": "c", "dx": 3, "stack": {"placements": [
+    {"x": 0, "y": 1, "z": 0, "stackable": {"id": "A", "dx": 1, "dy": 1, "dz": 1, "weight": 2}}]}}]}  # fmt: skip
+ORDERS = {"7": [{"item": {"article": "a", "length/mm": 300, "width/mm": 200, "height/mm": 100, "weight/kg": 2},
+                 "flb_coordinates": [0, 0, 0], "orientation": 1}]}  # fmt: skip
+TURN = "1 0 0 0 1 0 0 0 1"
+LDRAW = f"""0 FILE main.ldr
+1 2 0 0 0 {TURN} 3867.dat
+1 4 40 -24 20 {TURN} two.ldr
+0 FILE two.ldr
+1 4 0 0 0 {TURN} 3001.dat
+1 4 20 -8 0 0 0 1 0 1 0 -1 0 0 3020.dat
+"""
 BESIDE = {  # files to which some of them refer
     "part.sdf": f'<sdf version="1.9">{PART}'.encode(),
     "thing.object_config.json": json.dumps(THING).encode(),
@@ -133,6 +150,10 @@ def scenes(folder: Path) -> list[Foreign]:
         (".obj", OBJ.encode(), FILLED | {"bodies": "objects"}),
         (".scene", MOVEIT.encode(), FILLED),
         (".json", json.dumps(HABITAT).encode(), {"friction": 0.5, "floor": True}),
+        (".json", json.dumps(PLAN).encode(), {"friction": 0.5, "scale": 0.1}),
+        (".json", json.dumps(VISUALIZED).encode(), {"friction": 0.5}),
+        (".json", json.dumps(ORDERS).encode(), {"friction": 0.5}),
+        (".mpd", LDRAW.encode(), {}),
         (".xml", OBJECT.encode(), {"free": True, "pose": hf.pose(z=0.5).tolist(), "floor": True}),
         *usd(folder),
     ]

@@ -86,7 +86,9 @@ class SceneGiven:
     collision: Annotated[
         Several, _reading("mesh, or hull: meshes are their hulls; of all or of a body", "BODY=HOW")
     ] = None
-    up_axis: Annotated[Text, _reading("axis that points up in mesh files: y or z", "AXIS")] = None
+    up_axis: Annotated[Text, _reading("axis that points up in mesh files and packing plans: y or z", "AXIS")] = None
+    scale: Annotated[Number, _reading("unit of a packing plan, in m: 0.001 for mm", "M")] = None
+    stud: Annotated[Number, _reading("force that pulls a stud out of a brick, in N", "N")] = None
     within: Annotated[Text, _reading("folder in which the files lie that a model names", "FOLDER")] = None
 
     def read(self) -> Scene:
@@ -141,6 +143,8 @@ class SceneGiven:
             "model_path": self.model_path or None,
             "collision": ways[0] if of_all else assigned("--collision", ways, "HOW, or BODY=HOW") or None,
             "up_axis": self.up_axis,
+            "scale": self.scale,
+            "stud": self.stud,
             "within": self.within,
         }
         options = {name: value for name, value in given.items() if value is not None}

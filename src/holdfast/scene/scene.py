@@ -119,9 +119,9 @@ class Scene(Record):
             remedy = "contacts carry nothing without it: give a vector such as (0, 0, -9.81) m/s²"
             raise SceneError(message("scene", "gravity is zero", remedy))
         self.friction.check_names(names, self.names - set(names))
+        strong = {*self.friction.tension, *self.friction.cohesion}
         for body in self.bodies if self.friction.joins else ():
             known = {body.name, *body.materials}
-            strong = {*self.friction.tension, *self.friction.cohesion}
             if {*body.materials} != {body.material} and any(known & {*pair} for pair in strong):
                 problem = "has a tension or a cohesion, and parts with materials of their own"
                 raise SceneError(message(f"body {quoted(body.name)}", problem, "give it one material"))

@@ -16,6 +16,8 @@ FORMATS = (
     ("moveit", "MOVEIT"),
     ("robots.drake", "DRAKE"),
     ("habitat", "HABITAT"),
+    ("packing_plan", "PACKING_PLAN"),
+    ("ldraw.reader", "LDRAW"),
     ("box_table", "BOX_TABLE"),
     ("named_meshes", "MESH_FILE"),
     ("planning_messages", "BAG"),

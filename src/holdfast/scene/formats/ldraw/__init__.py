@@ -1,0 +1,1 @@
+"""LDraw models: toy bricks that hold by their studs."""
