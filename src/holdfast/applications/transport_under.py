@@ -16,8 +16,7 @@ from holdfast.base.public import Of, Summary, column
 from holdfast.engines.answers import Undecided
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load, checked_assembly, checked_loads, engine_of
 from holdfast.queries.result import vector_text
-from holdfast.queries.sampled import Sampled
-from holdfast.queries.sampler import Sample, sampler
+from holdfast.queries.sampler import Sample, Sampled, sampler
 from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene
 

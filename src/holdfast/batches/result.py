@@ -7,13 +7,13 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
+from holdfast.base.borders.worker import ANSWERED, OUTCOMES
 from holdfast.base.errors import HoldfastError, installing, message, nearest_of
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import many
 from holdfast.base.values import Table
 from holdfast.batches.folder import Folder, reading
-from holdfast.batches.schema import TABLES, Row
+from holdfast.batches.tables import TABLES, Row
 from holdfast.engines.verdict import Status
 
 SHOWN = 8  # largest number of scenes without answers in a report

@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
-from holdfast.base.borders.outcomes import ANSWERED, ERROR, MEMORY
+from holdfast.base.borders.worker import ANSWERED, ERROR, MEMORY
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
 from holdfast.batches.job import Digests, Job, Push, Touched, key_of_files
-from holdfast.batches.schema import Row, Tables
+from holdfast.batches.tables import Row, Tables
 from holdfast.engines.answers import Answers
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import RobustnessMap, robustness_map

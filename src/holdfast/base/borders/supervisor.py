@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from holdfast.base.borders.outcomes import CRASH, DONE, MEMORY, PART, READY, TIME
+from holdfast.base.borders.worker import CRASH, DONE, MEMORY, PART, READY, TIME
 from holdfast.base.errors import HoldfastError, message
 
 STARTING = 600.0  # [s] time limit for the start of a worker, which imports
