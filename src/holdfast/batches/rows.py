@@ -16,7 +16,7 @@ from holdfast.base.borders.worker import ANSWERED, ERROR, MEMORY
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
 from holdfast.batches.job import Digests, Job, Push, Touched, key_of_files
-from holdfast.batches.tables import Row, Tables
+from holdfast.batches.tables import TABLES, Row, Tables
 from holdfast.engines.answers import Answers
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import RobustnessMap, robustness_map
@@ -36,7 +36,7 @@ def answered(job: Job, tell: Tell) -> Tables:
     An error of holdfast becomes the outcome of the scene, and earlier answers stay.
     """
     scenes: Row = {"number": job.number, "scene": job.name, "path": job.path}
-    tables: Tables = {"scenes": [scenes], "bodies": [], "interfaces": [], "pushes": [], "transports": []}
+    tables: Tables = {name: [] for name in TABLES} | {"scenes": [scenes]}
     with _warned() as warned:
 
         def so_far() -> Tables:

@@ -29,7 +29,7 @@ from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, csv_rows, in
 from holdfast.batches.job import BatchQuestion, Digests, Job, Push, key_of_files, key_of_value
 from holdfast.batches.result import BatchReport, counted
 from holdfast.batches.tables import TABLES, Journal, Record, Row, name_of
-from holdfast.batches.workers import answered_here
+from holdfast.batches.workers import answered_here, answered_there
 from holdfast.queries.map import robustness_map
 from holdfast.queries.push import robustness
 from holdfast.queries.stability import stability
@@ -215,8 +215,6 @@ def batch(
         if means.scheduler is None:
             answers = answered_here(jobs, asked, limits, count)
         else:
-            from holdfast.batches.workers import answered_there
-
             answers = answered_there(jobs, asked, limits, means.scheduler)
         driver.run(answers)
     return replace(counted(folder), asked=driver.asked, kept=driver.reused, seconds=time.monotonic() - start)
@@ -346,7 +344,7 @@ def _unread(job: Job) -> Record:
     if job.scene is None:
         files = [os.path.basename(job.place)]
         row |= {"key": key_of_files(job, files, Digests()), "files": files}
-    return {table: [row] if table == "scenes" else [] for table in TABLES}
+    return {name: [] for name in TABLES} | {"scenes": [row]}
 
 
 def _say(line: str) -> None:

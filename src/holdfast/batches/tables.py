@@ -251,7 +251,14 @@ def completed(table: str, row: Row) -> Row:
     Raises ValueError for a column that the table does not have.
     """
     _check_names(table, row)
-    return {column.name: _value(column, row.get(column.name)) for column in TABLES[table]}
+
+    def value(column: Column) -> Any:  # noqa: ANN401 - anything that a column holds
+        content = row.get(column.name)
+        if column.kind == "number" and content is not None:
+            return INFINITE[content] if isinstance(content, str) else float(content)
+        return content
+
+    return {column.name: value(column) for column in TABLES[table]}
 
 
 def arrow_schema(table: str) -> Any:  # noqa: ANN401 - pyarrow has no types
@@ -270,12 +277,6 @@ def arrow_schema(table: str) -> Any:  # noqa: ANN401 - pyarrow has no types
         for each in TABLES[table]
     ]
     return pa.schema(fields, metadata={"format": VERSION, "table": table})
-
-
-def _value(column: Column, value: Any) -> Any:  # noqa: ANN401
-    if column.kind == "number" and value is not None:
-        return INFINITE[value] if isinstance(value, str) else float(value)
-    return value
 
 
 def _parquet_of(table: str, rows: Sequence[Row]) -> bytes:

@@ -18,14 +18,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import limited
 from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.poses.neighbourhoods import (
-    Decided,
-    Groups,
-    Neighbourhood,
-    Neighbourhoods,
-    given_poses,
-    joined,
-)
+from holdfast.queries.poses.neighbourhoods import Decided, Groups, Neighbourhood, Neighbourhoods, given_poses, joined
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, quiet
 from holdfast.queries.stability import Stability, stability
