@@ -22,7 +22,7 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates.exact_forces import NONE, ExactContacts, Vector, exact
 from holdfast.certificates.question import Answered, Question
-from holdfast.certificates.verify_certificate import FORMAT, Certificate, RefusedError, cross, dot, plus
+from holdfast.certificates.verify_certificate import FORMAT, ExactCertificate, RefusedError, cross, dot, plus
 from holdfast.engines.contract import State
 from holdfast.engines.doubts.doubtful_contacts import as_detected
 from holdfast.engines.groups import PreparedGroup, prepared
@@ -231,7 +231,7 @@ class Provable:
         }
         try:  # the claims are those that the checker finds proved in what will be written
             data = dict(json.loads(json.dumps(contents)))
-            certificate = Certificate(data)
+            certificate = ExactCertificate(data)
             for proof in data["proofs"]:
                 proof["claim"] = "".join(certificate.proved({**proof, "claim": ""}))
             return data

@@ -188,7 +188,11 @@ class Neighbourhoods:
     @cached_property
     def rest_groups(self) -> Groups:
         """The verdicts on the groups of ``rest``."""
-        return () if self.rest is None else tuple(map(Decided.of, prepared(self.engine, self.rest).verdicts))
+        return () if self.rest is None else self.verdicts_on(self.rest)
+
+    def verdicts_on(self, assembly: Assembly) -> Groups:
+        """Return the verdicts on the groups of an assembly, in short."""
+        return tuple(map(Decided.of, prepared(self.engine, assembly).verdicts))
 
     @cached_property
     def outlines(self) -> dict[str, tuple[PartHull, ...]]:
@@ -331,10 +335,6 @@ class Neighbourhoods:
     def at(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Assembly:
         """Return the assembly of a piece with its moved bodies at ``poses`` (4, 4)."""
         return self.local(piece).moved({name: poses[name] for name in piece.moved})
-
-    def decided(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Groups:
-        """Return the verdicts on the groups of a piece at ``poses`` (4, 4)."""
-        return tuple(map(Decided.of, prepared(self.engine, self.at(piece, poses)).verdicts))
 
     def in_threads(self, asked: Sequence[tuple[int, Neighbourhood]], answer: Callable[[Assembly, int], T]) -> list[T]:
         """Return an ``answer(assembly, row)`` for each (row, piece) that is ``asked``, computed in threads."""

@@ -280,17 +280,15 @@ class PlainCases:
         around, body, face = self.around, self._body, below.face
         if np.linalg.norm(np.cross(self._scene.up @ below.body.pose[:3, :3], face.normal)) > SAME:
             return
-        corners, reach = (
-            np.vstack([part.corners for part in around.outlines[self.name]]),
-            around.reach(body, below.body),
-        )
+        corners = np.vstack([part.corners for part in around.outlines[self.name]])
+        reach = around.reach(body, below.body)
         at = np.flatnonzero(np.array([face.room(transform(pose, corners)).min() for pose in placed]) > reach)
         heights = (placed[at, :3, 3] - face.middle) @ face.normal / body.shape.surface.diagonal
         keys = np.round(np.column_stack([face.normal @ placed[at, :3, :3], heights]) / SAME).astype(np.int64)
         _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         for number in np.flatnonzero(np.bincount(which.ravel()) > 1):
             with quiet():
-                (own,) = around.decided(piece, around.given.row(int(rows[at[first[number]]])))
+                (own,) = around.verdicts_on(around.at(piece, around.given.row(int(rows[at[first[number]]]))))
             if own.status is Status.UNSTABLE:
                 own = replace(own, reason=ANYWHERE.format(self.name, below.body.name))
             yield rows[at[which.ravel() == number]], (own,)
@@ -326,7 +324,7 @@ class PlainCases:
             alone = frozenset({other.name})
             piece = Neighbourhood((self.name,), alone, frozenset(self.around.with_all_near(alone)))
             with quiet():
-                groups = self.around.decided(piece, {self.name: other.pose @ pose})
+                groups = self.around.verdicts_on(self.around.at(piece, {self.name: other.pose @ pose}))
             (stood,) = (group for group in groups if self.name in group.names)
             known = stood.status is Status.STABLE and ONLY_BALANCED not in stood.reason
             self._stood[key] = stood if known else None

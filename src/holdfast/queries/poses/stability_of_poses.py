@@ -16,7 +16,6 @@ from holdfast.base.public import MOST_ROWS, PublicValue, Summary, column, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import limited
-from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
 from holdfast.queries.poses.neighbourhoods import Decided, Groups, Neighbourhood, Neighbourhoods, given_poses, joined
 from holdfast.queries.poses.plain_cases import PlainCases
@@ -167,7 +166,7 @@ def decided(around: Neighbourhoods) -> list[Decided]:
                     known[row][piece] = groups
             asked += [(row, piece) for row in rows.tolist() if piece not in known[row]]
     asked.sort(key=lambda entry: entry[0])
-    each = around.in_threads(asked, lambda there, _: tuple(map(Decided.of, prepared(around.engine, there).verdicts)))
+    each = around.in_threads(asked, lambda there, _: around.verdicts_on(there))
     for (row, piece), groups in zip(asked, each, strict=True):
         known[row][piece] = groups
     place = {body.name: number for number, body in enumerate(around.assembly.movable)}
