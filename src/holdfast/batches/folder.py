@@ -120,11 +120,11 @@ class Folder:
     def write(self, shard: int, records: Sequence[Record]) -> None:
         """Write a shard in place of its old content. The rows are in journals until then."""
         for table in TABLES:
-            _made(self.path / table)
+            _make_folder(self.path / table)
         self.remove(shard)
         for table in (*(table for table in TABLES if table != LAST), LAST):
             rows = [row for record in records for row in record[table]]
-            self.storage.write(table, self.file(table, shard), rows)
+            write_atomically(self.file(table, shard), self.storage.bytes_of(table, rows))
 
     def remove(self, shard: int) -> None:
         """Remove a shard, beginning with the file that marks it as complete."""
@@ -171,7 +171,7 @@ def opened(path: Path, question: BatchQuestion, shard_size: int, part: ShardShar
 
     Raises HoldfastError if the folder holds answers to another question, or if another driver writes to it.
     """
-    _made(path / JOURNAL)
+    _make_folder(path / JOURNAL)
     _lock(path, part, stack)
     storage = tables.PARQUET if tables.has_pyarrow() else tables.LINES
     new = {"format": VERSION, "version": __version__, **json.loads(question.text), "shard_size": shard_size}
@@ -193,7 +193,7 @@ def opened(path: Path, question: BatchQuestion, shard_size: int, part: ShardShar
     return Folder(path, shard_size, storage, part)
 
 
-def _made(folder: Path) -> None:
+def _make_folder(folder: Path) -> None:
     """Create a folder unless it exists; raise HoldfastError if that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -210,14 +210,14 @@ def _lock(path: Path, part: ShardShare, stack: ExitStack) -> None:
     """
     shared = stack.enter_context(_lock_file(path / JOURNAL / LOCK))
     if part.of == 1:
-        if not _held(shared, fcntl.LOCK_EX):
+        if not _could_lock(shared, fcntl.LOCK_EX):
             raise _busy(path)
         return
-    if _held(shared, fcntl.LOCK_EX):
+    if _could_lock(shared, fcntl.LOCK_EX):
         shared.truncate(0)
         shared.write(str(part.of))
         shared.flush()
-    if not _held(shared, fcntl.LOCK_SH):
+    if not _could_lock(shared, fcntl.LOCK_SH):
         raise _busy(path)
     shared.seek(0)
     divided = shared.read()
@@ -225,7 +225,7 @@ def _lock(path: Path, part: ShardShare, stack: ExitStack) -> None:
         problem = f"other drivers divide its shards by {divided}, not by {part.of}"
         raise HoldfastError(message(str(path), problem, "wait for them, or divide as they do"))
     own = stack.enter_context(_lock_file(path / JOURNAL / f"{LOCK}-{part.number}-{part.of}"))
-    if not _held(own, fcntl.LOCK_EX):
+    if not _could_lock(own, fcntl.LOCK_EX):
         raise _busy(path)
 
 
@@ -236,7 +236,7 @@ def _lock_file(path: Path) -> IO[str]:
         raise HoldfastError(message(str(path), f"cannot be opened: {cause.strerror}", "remove it")) from cause
 
 
-def _held(stream: IO[str], kind: int) -> bool:
+def _could_lock(stream: IO[str], kind: int) -> bool:
     """Return whether a lock could be taken; on a file system without locks, warn and return True."""
     try:
         fcntl.flock(stream, kind | fcntl.LOCK_NB)

@@ -13,14 +13,14 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Literal, NamedTuple
 
 from holdfast.base.archive import to_dict
 from holdfast.base.errors import HoldfastError, installing, message
-from holdfast.base.files import check_ordinary, read_ordinary, write_atomically
+from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.text import one_line, quoted
 
 VERSION = "holdfast-batch/1"
@@ -177,16 +177,12 @@ class DamagedError(HoldfastError):
 
 @dataclass(frozen=True)
 class Storage:
-    """A file format for rows: its ``name``, the ``suffix``, and functions that write and read a table."""
+    """A file format for rows: its ``name``, the ``suffix``, and functions that write rows to bytes and read a file."""
 
     name: str
     suffix: str
     bytes_of: Callable[[str, Sequence[Row]], bytes]
     rows_in: Callable[[str, Path, Sequence[str] | None], list[Row]]
-
-    def write(self, table: str, path: Path, rows: Sequence[Row]) -> None:
-        """Write the rows of a table to a file, atomically."""
-        write_atomically(path, self.bytes_of(table, rows))
 
     def rows(self, table: str, path: Path, columns: Sequence[str] | None = None) -> list[Row]:
         """Return the rows of a table from a file, with all or some columns; raise DamagedError if it is damaged."""
@@ -372,11 +368,6 @@ class Journal:
         with self.path.open("rb") as stream:
             stream.seek(self.places[name])
             return _record(stream.readline())
-
-    def records(self) -> Iterator[Record]:
-        """Yield the rows of all scenes, in the order in which they were appended."""
-        for name in list(self.places):
-            yield self.record(name)
 
     def close(self) -> None:
         """Close the file."""

@@ -22,7 +22,7 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates.exact_forces import NONE, ExactContacts, Vector, exact
 from holdfast.certificates.question import Answered, Question
-from holdfast.certificates.verify_certificate import FORMAT, ExactCertificate, RefusedError, cross, dot, plus
+from holdfast.certificates.verify_certificate import FORMAT, ExactCertificate, RefusedError, cross, dot, in_cone, plus
 from holdfast.engines.contract import State
 from holdfast.engines.doubts.doubtful_contacts import as_detected
 from holdfast.engines.groups import PreparedGroup, prepared
@@ -96,7 +96,7 @@ class _Exact:
         assert self.state is not None
         world = [exact(force) for force in self.state.rest.nodes.world(forces.reshape(-1, 3))]
         found = self.contacts.balanced(world, wrenches)
-        if found is None or not self.contacts.within_cones(found[0]):
+        if found is None or not all(map(in_cone, found[0], self.contacts.normals, self.contacts.mu)):
             return None
         weights = (self.assembly.mass * np.linalg.norm(self.assembly.scene.gravity)).tolist()
         if any(max(map(abs, hold)) > FAINT * weights[k] for k, hold in found[1].items()):

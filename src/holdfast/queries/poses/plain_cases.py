@@ -125,13 +125,13 @@ class PlainCases:
     def at_once(self, piece: Neighbourhood, rows: Int) -> Iterator[tuple[Int, Groups]]:
         """Yield rows at which a piece has the same verdicts; all other ``rows`` have to be decided one by one."""
         around, name = self.around, self.name
-        joins = self._scene.friction.joins  # faces may hold what hangs
-        if len(piece.moved) > 1 or around.rest is None or joins:
+        if len(piece.moved) > 1 or around.rest is None or self._scene.friction.joins:  # faces may hold what hangs
             return
         if not piece.beside:
             yield rows, (Decided((name,), Status.UNSTABLE, IN_THE_AIR.format(name), (name,)),)
+            return
         rest = tuple(group for group in around.rest_groups if not piece.others.isdisjoint(group.names))
-        if not piece.beside or any(group.status is not Status.STABLE for group in rest):
+        if any(group.status is not Status.STABLE for group in rest):
             return
         near = around.meets[rows, around.given.names.index(name)]
         parts = [[other == beside for other, _ in around.parts] for beside in sorted(piece.beside)]

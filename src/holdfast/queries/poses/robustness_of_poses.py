@@ -215,8 +215,7 @@ def _rows(around: Neighbourhoods, name: str, points: Float, directions: Float, b
     found: dict[int, Row] = {}
     left: list[tuple[int, Neighbourhood]] = []
     untouched: list[int] = []
-    for number_, pieces in enumerate(around.pieces):
-        rows = np.flatnonzero(around.pattern == number_)
+    for pieces, rows in around.patterns:
         own = [piece for piece in pieces if name in (*piece.moved, *piece.others)]
         if not own or around.assembly.index[name] == FIXED:
             untouched += rows.tolist()

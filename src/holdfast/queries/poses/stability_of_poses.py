@@ -158,8 +158,7 @@ def decided(around: Neighbourhoods) -> list[Decided]:
     plain = {name: PlainCases(around, name) for name in around.given.names}
     known: list[dict[Neighbourhood, Groups]] = [{} for _ in range(len(around.given))]
     asked: list[tuple[int, Neighbourhood]] = []
-    for number_, pieces in enumerate(around.pieces):
-        rows = np.flatnonzero(around.pattern == number_)
+    for pieces, rows in around.patterns:
         for piece in pieces:
             for at, groups in plain[piece.moved[0]].at_once(piece, rows):
                 for row in at.tolist():
