@@ -151,7 +151,7 @@ def test_a_planted_violation_is_found(module: str, source: str) -> None:
         ),
         ("holdfast.report.map_picture", "from holdfast.drawing.picture import Picture"),
         ("holdfast.cli.main", "from holdfast import __version__\nfrom holdfast.drawing.map_png import write_png"),
-        ("holdfast.__init__", "from holdfast.base.public import painters_come_from"),
+        ("holdfast.__init__", "from holdfast.base.painters import painters_come_from"),
         ("holdfast.answers", "from holdfast.base.names import names_of_stub"),
         ("holdfast.__init__", "def f():\n    from holdfast.report import painters"),
     ],

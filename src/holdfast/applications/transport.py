@@ -32,7 +32,8 @@ from holdfast.base.arrays import (
     objects,
 )
 from holdfast.base.errors import HoldfastError, SceneError, message
-from holdfast.base.public import Of, Summary, column, paint
+from holdfast.base.painters import paint
+from holdfast.base.public import Of, Summary, column
 from holdfast.base.ranges import ACCELERATION, PLACE, TURNING
 from holdfast.base.text import listed, quoted
 from holdfast.certificates.certified import Certified, asking

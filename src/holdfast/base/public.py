@@ -3,72 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, TypeVar, dataclass_transform
 
 from holdfast.base.archive import archived, save, to_dict
-from holdfast.base.errors import HoldfastError, message, no_truth
-from holdfast.base.files import checked_path
+from holdfast.base.errors import no_truth
+from holdfast.base.painters import glimpse, paint
 from holdfast.base.text import escaped, one_line
 from holdfast.base.values import LONGEST, Value, items_of, seal
 
-Painter = Callable[..., None]  # (answer, path, **options)
-Glimpse = Callable[[object], str]  # returns a value as a small picture in HTML; "" if it has no picture
 T = TypeVar("T")
 
 MOST_ROWS = 12  # largest number of rows of each table that a summary shows
 LONGEST_CELL = 160  # largest number of characters in a cell of a table
 LARGEST_PAGE = 9_000  # largest number of characters of the HTML of a summary
-
-# An answer does not know how it is drawn: ``report`` and ``drawing`` lie above and register painters here. As drawing
-# libraries are slow to import, ``holdfast/__init__`` names a function that imports them with the first picture.
-_GLIMPSES: list[Glimpse] = []
-_PAINTERS: dict[tuple[type, str], Painter] = {}
-_SOURCES: list[Callable[[], object]] = []
-
-
-def register_painter(kind: type, suffix: str, painter: Painter) -> None:
-    """Register ``painter(answer, path, **options)`` to draw answers of class ``kind`` into files with this suffix."""
-    _PAINTERS[kind, suffix] = painter
-
-
-def painters_come_from(source: Callable[[], object]) -> None:
-    """Have ``source``, a function that registers painters, called when the next picture is drawn."""
-    _SOURCES.append(source)
-
-
-def paint(answer: object, path: str | os.PathLike[str], suffix: str, **options: Any) -> None:  # noqa: ANN401
-    """Draw an answer into the file at ``path``, which has to end in ``suffix``.
-
-    ``options`` are passed to the painter. Raises HoldfastError for another suffix or if no painter is registered.
-    """
-    _load_painters()
-    if checked_path(path, "picture").suffix.lower() != suffix:
-        raise HoldfastError(message(str(path), f"does not end in {suffix}", f"name a {suffix} file"))
-    painter = _PAINTERS.get((type(answer), suffix))
-    if painter is None:
-        problem = f"nothing draws a {type(answer).__name__} as {suffix}"
-        raise HoldfastError(message("picture", problem, "import holdfast, whose painters do, or register one"))
-    painter(answer, path, **options)
-
-
-def register_glimpse(function: Glimpse) -> None:
-    """Register the function that draws small pictures of scenes and answers for notebooks; the last one counts."""
-    _GLIMPSES.append(function)
-
-
-def glimpse(value: object) -> str:
-    """Return a scene or an answer as a small picture in HTML, or "" if nothing shows it."""
-    _load_painters()
-    return _GLIMPSES[-1](value) if _GLIMPSES else ""
-
-
-def _load_painters() -> None:
-    while _SOURCES:
-        _SOURCES[0]()
-        _SOURCES.pop(0)
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,9 @@ from holdfast.assembly.assembly import FIXED, Assembly
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Bool, Float, Objects, checked_number, checked_whole, objects
 from holdfast.base.errors import HoldfastError, SceneError, message
+from holdfast.base.painters import paint
 from holdfast.base.progress import reported
-from holdfast.base.public import Pictured, Record, Summary, column, paint
+from holdfast.base.public import Pictured, Record, Summary, column
 from holdfast.base.ranges import COORDINATES, LENGTH
 from holdfast.base.values import Table
 from holdfast.certificates.certified import Certified

@@ -20,7 +20,7 @@ from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.public import register_glimpse, register_painter
+from holdfast.base.painters import register_glimpse, register_painter
 from holdfast.base.text import escaped
 from holdfast.drawing import colours
 from holdfast.drawing.html_page import write_html

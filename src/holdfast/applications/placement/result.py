@@ -13,7 +13,8 @@ from holdfast.applications.placement.rating import Rating, least_push
 from holdfast.applications.placement.support import SupportPoints
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
-from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number, paint
+from holdfast.base.painters import paint
+from holdfast.base.public import Pictured, PublicValue, Record, Summary, column, number
 from holdfast.base.text import listed
 from holdfast.base.values import Table
 from holdfast.contacts.interface import Interface
