@@ -40,8 +40,8 @@ from holdfast.queries.poses.robustness_of_poses import RobustnessOfPoses as Robu
 from holdfast.queries.poses.stability_of_poses import StabilityOfPoses as StabilityOfPoses
 from holdfast.queries.push import LoadFactor as LoadFactor
 from holdfast.queries.push import Robustness as Robustness
-from holdfast.queries.sensitivity import Sensitivity as Sensitivity
+from holdfast.queries.push import Sensitivity as Sensitivity
 from holdfast.queries.sets import ConvexSet as ConvexSet
 from holdfast.queries.stability import Stability as Stability
 from holdfast.queries.uncertainty import RobustnessUnder as RobustnessUnder
-from holdfast.queries.worst_case import WorstCase as WorstCase
+from holdfast.queries.uncertainty import WorstCase as WorstCase

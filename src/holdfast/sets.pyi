@@ -8,10 +8,10 @@ from holdfast.applications.transport import inertial_loads as inertial_loads
 from holdfast.applications.transport import safe_time_scale as safe_time_scale
 from holdfast.batches.run import Resources as Resources
 from holdfast.queries.constraint import constraint as constraint
-from holdfast.queries.sensitivity import sensitivity as sensitivity
+from holdfast.queries.push import sensitivity as sensitivity
 from holdfast.queries.sets import admissible_wrenches as admissible_wrenches
 from holdfast.queries.sets import sustainable_accelerations as sustainable_accelerations
 from holdfast.queries.uncertain import Uncertain as Uncertain
-from holdfast.queries.worst_case import worst_case as worst_case
+from holdfast.queries.uncertainty import worst_case as worst_case
 from holdfast.scene.body import box_compression_strength as box_compression_strength
 from holdfast.scene.shipped import shipped_scenes as shipped_scenes

@@ -24,7 +24,7 @@ CAPITALS = re.compile(r"[A-Z][A-Z0-9_]*")
 # that are handed over
 NAMES = re.compile(
     r"holdfast\.(drawing\.(colours|render)\.[A-Z]+|geometry\.gltf\.[A-Z]+_CHUNK|cli\.stopping\.STOPPED"
-    r"|base\.borders\.outcomes\.MEGABYTE|elastic\.system\.(QUICK|BRIEF|CLOSE))"
+    r"|base\.borders\.worker\.MEGABYTE|elastic\.system\.(QUICK|BRIEF|CLOSE))"
 )
 
 

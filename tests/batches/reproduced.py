@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import holdfast as hf
-from holdfast.batches.schema import TABLES, Row
+from holdfast.batches.tables import TABLES, Row
 
 
 def reproducible(table: str, row: Row) -> Row:

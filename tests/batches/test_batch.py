@@ -23,7 +23,7 @@ import holdfast as hf
 from holdfast.base import progress
 from holdfast.batches import tables
 from holdfast.batches.folder import Folder
-from holdfast.batches.schema import TABLES
+from holdfast.batches.tables import TABLES
 
 pytestmark = pytest.mark.usefixtures("drill")
 

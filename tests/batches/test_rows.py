@@ -13,13 +13,12 @@ from reproduced import reproducible
 from scipy.spatial.transform import Rotation
 
 import holdfast as hf
-from holdfast.base.borders.outcomes import TIME
 from holdfast.base.borders.supervisor import Reply
+from holdfast.base.borders.worker import TIME
 from holdfast.batches.job import BatchQuestion, Job
 from holdfast.batches.rows import answered
 from holdfast.batches.run import record_of
-from holdfast.batches.schema import TABLES, Tables
-from holdfast.batches.tables import completed
+from holdfast.batches.tables import TABLES, Tables, completed
 
 CUBE = """
 format: holdfast-scene/1

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import holdfast
-from holdfast.base.borders.outcomes import CRASH, DONE, MEMORY, TIME
 from holdfast.base.borders.supervisor import Limits, Supervisor, innermost
+from holdfast.base.borders.worker import CRASH, DONE, MEMORY, TIME
 from holdfast.base.errors import HoldfastError
 
 HERE = (str(Path(__file__).parent),)

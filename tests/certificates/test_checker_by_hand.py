@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from holdfast.certificates.verify_certificate import Certificate, RefusedError, claims_of, in_cone, unbraked
+from holdfast.certificates.verify_certificate import ExactCertificate, RefusedError, claims_of, in_cone, unbraked
 
 FORM = {"format": "holdfast-certificate/2", "units": "m, kg, s, N, N m", "standing": [], "resting holds": []}
 
@@ -40,7 +40,7 @@ def wrench(*force: str, torque: tuple[str, str, str] = ("0", "0", "0")) -> dict[
 
 def stands(data: dict[str, Any]) -> bool:
     try:
-        Certificate(data).proved({"kind": "stands", "claim": ""})
+        ExactCertificate(data).proved({"kind": "stands", "claim": ""})
     except RefusedError as why:
         if "friction cone" in str(why) or "do not balance" in str(why):
             return False
@@ -90,7 +90,7 @@ def moves(factor: str, velocity: list[str], turn: tuple[str, str, str] = ("0", "
     motion = [{"body": "a", "velocity": velocity, "turn": list(turn)}]
     proof = {"kind": "moves", "claim": "", "load": [wrench("1", "0", "0")], "factor": factor, "motion": motion}
     try:
-        return Certificate(file([["0", "0", "4"]], **other)).proved(proof)[0]
+        return ExactCertificate(file([["0", "0", "4"]], **other)).proved(proof)[0]
     except RefusedError as why:
         return str(why)
 
@@ -125,7 +125,7 @@ def held(factor: str, force: list[str], **other: Any) -> str:
         "holds": [],
     }  # fmt: skip
     try:
-        return "".join(Certificate(file([["0", "0", "4"]], **other)).proved(proof))
+        return "".join(ExactCertificate(file([["0", "0", "4"]], **other)).proved(proof))
     except RefusedError as why:
         return str(why)
 
@@ -156,10 +156,10 @@ def test_a_body_is_held_by_its_rounding_alone() -> None:
     held_up = file([["0", "0", "3.999999996"]], **low)
     assert stands({**held_up, "resting holds": [wrench("0", "0", "4e-9")]})
     assert not stands(held_up)
-    Certificate({**held_up, "resting holds": [wrench("0", "0", "0", torque=("0", "8e-9", "0"))]})
+    ExactCertificate({**held_up, "resting holds": [wrench("0", "0", "0", torque=("0", "8e-9", "0"))]})
     for hold in (wrench("0", "0", "4.1e-9"), wrench("0", "0", "0", torque=("0", "8.1e-9", "0"))):
         with pytest.raises(RefusedError, match="'a' is held with more than"):
-            Certificate({**held_up, "resting holds": [hold]})
+            ExactCertificate({**held_up, "resting holds": [hold]})
 
 
 def test_cones_are_those_of_angles() -> None:

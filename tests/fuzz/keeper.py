@@ -10,7 +10,7 @@ from typing import Any
 
 from fuzz.outcome import Ending, Outcome
 from holdfast.base.borders import supervisor
-from holdfast.base.borders.outcomes import DONE, TIME
+from holdfast.base.borders.worker import DONE, TIME
 
 SECONDS = 20.0  # the longest trial
 MEGABYTES = 2000  # the most memory that a trial may take

@@ -7,8 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from fuzz.outcome import Ending, Outcome
-from holdfast.base.borders.outcomes import MEGABYTE
-from holdfast.base.borders.worker import taken
+from holdfast.base.borders.worker import MEGABYTE, taken
 
 _trials: list[tuple[Callable[[dict[str, Any]], Outcome], int]] = []  # the one function, and its megabytes
 

@@ -10,8 +10,8 @@ import trimesh
 
 import holdfast as hf
 from holdfast.base.arrays import Float, Int
-from holdfast.base.borders.outcomes import DONE
 from holdfast.base.borders.supervisor import Limits, Supervisor
+from holdfast.base.borders.worker import DONE
 from holdfast.geometry.solid import closed_solid
 
 SHAPES = (

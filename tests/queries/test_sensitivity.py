@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.queries.sensitivity import sensitivity
+from holdfast.queries.push import sensitivity
 from holdfast.scene.shipped.blocks import box, cube, floor
 
 G = 9.81

@@ -11,7 +11,7 @@ import pytest
 import holdfast as hf
 from bench.scenes.fitted import row
 from holdfast.queries.uncertain import friction_intervals
-from holdfast.queries.worst_case import worst_case
+from holdfast.queries.uncertainty import worst_case
 from holdfast.scene.shipped import shipped_scene
 from holdfast.scene.shipped.blocks import box, cube, floor
 

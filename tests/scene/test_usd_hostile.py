@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import holdfast as hf
-from holdfast.base.borders.outcomes import DONE
 from holdfast.base.borders.supervisor import Limits, Supervisor
+from holdfast.base.borders.worker import DONE
 
 pxr = pytest.importorskip("pxr", reason="needs usd-core, of the extra usd")
 from pxr import Usd  # noqa: E402

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.base.borders.outcomes import DONE
 from holdfast.base.borders.supervisor import Limits, Supervisor
+from holdfast.base.borders.worker import DONE
 
 PART = (
     '<?xml version="1.0"?><sdf version="1.9"><model name="m"><link name="l">{}<inertial><mass>1</mass></inertial>'

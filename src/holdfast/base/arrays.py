@@ -22,16 +22,8 @@ Objects: TypeAlias = NDArray[np.object_]
 
 SAFE = 1e100  # the squares of lengths between 1 / SAFE and SAFE neither overflow nor underflow
 LONGEST_NAME = 500  # largest number of characters of the name of a body, a material or a scene
-NO_NUMBERS = (
-    str,
-    bytes,
-    bool,
-    complex,
-    np.bool_,
-    np.datetime64,
-    np.timedelta64,
-    type(None),
-)  # types that NumPy would convert to numbers, but that are refused
+# Types that NumPy would convert to numbers, but that are refused
+NO_NUMBERS = (str, bytes, bool, complex, np.bool_, np.datetime64, np.timedelta64, type(None))
 
 
 def frozen(array: Array) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -57,34 +57,25 @@ def names_of_stub(
     return public, attribute, lambda: sorted({*vars(sys.modules[module]), *homes})
 
 
-class Registry(Mapping[str, V]):
+class Registry(dict[str, V]):
     """A mapping from names to registered values; ``kind`` says in error messages what the values are."""
 
     def __init__(self, kind: str, known: Mapping[str, V] | None = None) -> None:
+        super().__init__(known or {})
         self._kind = kind
-        self._known = dict(known or {})
-
-    def __getitem__(self, name: str) -> V:
-        return self._known[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._known)
-
-    def __len__(self) -> int:
-        return len(self._known)
 
     def add(self, name: str, value: V) -> Callable[[], None]:
         """Register ``value`` after all others and return a function that removes it again.
 
         Raises HoldfastError if the name is taken or is not a text.
         """
-        if not isinstance(name, str) or name in self._known:
+        if not isinstance(name, str) or name in self:
             problem = f"there is one named {quoted(name)}" if isinstance(name, str) else f"the name is {quoted(name)}"
             raise HoldfastError(message(self._kind, problem, "give it another name"))
-        self._known[name] = value
+        self[name] = value
 
         def take_back() -> None:
-            if self._known.get(name) is value:
-                del self._known[name]
+            if self.get(name) is value:
+                del self[name]
 
         return take_back

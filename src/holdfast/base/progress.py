@@ -9,13 +9,12 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
 from dataclasses import dataclass
-from functools import partial
-from queue import Empty, SimpleQueue
 from threading import Event, Thread
-from typing import Generic, NoReturn, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -178,12 +177,12 @@ def in_parallel(
             run(rows(number), scratch[number])
 
     report(stage, 0, total)
-    calls = [_Call(work, number) for number in range(len(scratch))]
+    calls = [_started(work, number) for number in range(len(scratch))]
     try:
         for call in calls:
-            while (result := call.ended(OFTEN)) is None:
+            while not wait([call], OFTEN).done:
                 report(stage, total * sum(done) // count, total)
-            result()
+            call.result()
         report(stage, total, total)
     finally:
         stop.set()
@@ -206,10 +205,10 @@ def answers_in_parallel(stage: str, ask: Callable[[int], R], threads: int, count
 
 def left_if_stopped(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
     """Call a function in a thread and return its result; if the user interrupts the program, do not wait for it."""
-    call = _Call(function, *args, **kwargs)
-    while (result := call.ended(OFTEN)) is None:
+    call = _started(function, *args, **kwargs)
+    while not wait([call], OFTEN).done:
         pass
-    return result()
+    return call.result()
 
 
 def begin(function: Callable[[], object]) -> None:
@@ -224,36 +223,19 @@ def begin(function: Callable[[], object]) -> None:
         with unheard():
             function()
 
-    _Call(run)
+    _started(run)
 
 
-class _Call(Generic[R]):
-    """A call in a thread that does not outlive the program."""
+def _started(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> Future[R]:
+    """Call a function in a thread that does not outlive the program; the future holds its result or its error."""
+    future: Future[R] = Future()
+    context = copy_context()
 
-    def __init__(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> None:
-        self._answer: SimpleQueue[Callable[[], R]] = SimpleQueue()
-        context = copy_context()
-
-        def run() -> None:
-            try:
-                value = context.run(function, *args, **kwargs)
-            except BaseException as error:
-                self._answer.put(partial(_again, error))
-            else:
-                self._answer.put(lambda: value)
-
-        Thread(target=run, daemon=True).start()
-
-    def ended(self, seconds: float) -> Callable[[], R] | None:
-        """Wait for at most ``seconds`` [s]; return None if the call has not ended.
-
-        Otherwise return a function that returns its result or raises its error.
-        """
+    def run() -> None:
         try:
-            return self._answer.get(timeout=seconds)
-        except Empty:
-            return None
+            future.set_result(context.run(function, *args, **kwargs))
+        except BaseException as error:
+            future.set_exception(error)
 
-
-def _again(error: BaseException) -> NoReturn:
-    raise error
+    Thread(target=run, daemon=True).start()
+    return future

@@ -66,8 +66,7 @@ class Record(Value):
 
             cls.__bool__ = refused  # type: ignore[attr-defined]
 
-    def __post_init__(self) -> None:
-        seal(self)
+    __post_init__ = seal
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data that every JSON writer accepts: arrays become lists, infinity becomes the text "inf"."""

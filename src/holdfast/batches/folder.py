@@ -1,15 +1,16 @@
-"""The folder of a batch: its question, its tables in shards, and the lock that excludes a second driver."""
+"""The folder of a batch: its question, its tables in shards, a lock against a second driver, and earlier answers."""
 
 from __future__ import annotations
 
 import fcntl
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from holdfast import __version__
 from holdfast.base.errors import HoldfastError, message, warn
@@ -17,9 +18,8 @@ from holdfast.base.files import checked_path, read_ordinary, write_atomically
 from holdfast.base.text import quoted
 from holdfast.batches import tables
 from holdfast.batches.inputs import MOST_BYTES
-from holdfast.batches.job import BatchQuestion
-from holdfast.batches.schema import TABLES, VERSION, Row, described
-from holdfast.batches.tables import Journal, Record
+from holdfast.batches.job import BatchQuestion, Digests, Job, key_of_files
+from holdfast.batches.tables import TABLES, VERSION, DamagedError, Journal, Record, Row, described, name_of
 
 ABOUT, SCHEMA, JOURNAL, LOCK = "batch.json", "schema.json", "journal", "lock"
 ABOUT_HOLDS: dict[str, tuple[type, Callable[[Any], bool]]] = {  # type and validity of each entry of batch.json
@@ -30,6 +30,8 @@ ABOUT_HOLDS: dict[str, tuple[type, Callable[[Any], bool]]] = {  # type and valid
     "storage": (str, lambda value: value in tables.STORAGES),
 }
 LAST = "scenes"  # the table that is written last: a shard is complete if its file of this table exists
+T = TypeVar("T")
+CACHED = 3  # number of shards whose rows are in memory: moved inputs usually come from neighbouring shards
 
 
 @dataclass(frozen=True)
@@ -118,11 +120,11 @@ class Folder:
     def write(self, shard: int, records: Sequence[Record]) -> None:
         """Write a shard in place of its old content. The rows are in journals until then."""
         for table in TABLES:
-            _made(self.path / table)
+            _make_folder(self.path / table)
         self.remove(shard)
         for table in (*(table for table in TABLES if table != LAST), LAST):
             rows = [row for record in records for row in record[table]]
-            self.storage.write(table, self.file(table, shard), rows)
+            write_atomically(self.file(table, shard), self.storage.bytes_of(table, rows))
 
     def remove(self, shard: int) -> None:
         """Remove a shard, beginning with the file that marks it as complete."""
@@ -169,7 +171,7 @@ def opened(path: Path, question: BatchQuestion, shard_size: int, part: ShardShar
 
     Raises HoldfastError if the folder holds answers to another question, or if another driver writes to it.
     """
-    _made(path / JOURNAL)
+    _make_folder(path / JOURNAL)
     _lock(path, part, stack)
     storage = tables.PARQUET if tables.has_pyarrow() else tables.LINES
     new = {"format": VERSION, "version": __version__, **json.loads(question.text), "shard_size": shard_size}
@@ -191,7 +193,7 @@ def opened(path: Path, question: BatchQuestion, shard_size: int, part: ShardShar
     return Folder(path, shard_size, storage, part)
 
 
-def _made(folder: Path) -> None:
+def _make_folder(folder: Path) -> None:
     """Create a folder unless it exists; raise HoldfastError if that is impossible."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -208,14 +210,14 @@ def _lock(path: Path, part: ShardShare, stack: ExitStack) -> None:
     """
     shared = stack.enter_context(_lock_file(path / JOURNAL / LOCK))
     if part.of == 1:
-        if not _held(shared, fcntl.LOCK_EX):
+        if not _could_lock(shared, fcntl.LOCK_EX):
             raise _busy(path)
         return
-    if _held(shared, fcntl.LOCK_EX):
+    if _could_lock(shared, fcntl.LOCK_EX):
         shared.truncate(0)
         shared.write(str(part.of))
         shared.flush()
-    if not _held(shared, fcntl.LOCK_SH):
+    if not _could_lock(shared, fcntl.LOCK_SH):
         raise _busy(path)
     shared.seek(0)
     divided = shared.read()
@@ -223,7 +225,7 @@ def _lock(path: Path, part: ShardShare, stack: ExitStack) -> None:
         problem = f"other drivers divide its shards by {divided}, not by {part.of}"
         raise HoldfastError(message(str(path), problem, "wait for them, or divide as they do"))
     own = stack.enter_context(_lock_file(path / JOURNAL / f"{LOCK}-{part.number}-{part.of}"))
-    if not _held(own, fcntl.LOCK_EX):
+    if not _could_lock(own, fcntl.LOCK_EX):
         raise _busy(path)
 
 
@@ -234,7 +236,7 @@ def _lock_file(path: Path) -> IO[str]:
         raise HoldfastError(message(str(path), f"cannot be opened: {cause.strerror}", "remove it")) from cause
 
 
-def _held(stream: IO[str], kind: int) -> bool:
+def _could_lock(stream: IO[str], kind: int) -> bool:
     """Return whether a lock could be taken; on a file system without locks, warn and return True."""
     try:
         fcntl.flock(stream, kind | fcntl.LOCK_NB)
@@ -249,3 +251,88 @@ def _held(stream: IO[str], kind: int) -> bool:
 def _busy(path: Path) -> HoldfastError:
     problem = "another batch writes to it"
     return HoldfastError(message(str(path), problem, "wait for it, or divide the shards, as in shard='0/2'"))
+
+
+class EarlierAnswers:
+    """The rows of earlier runs, which can be reused unless their outcome is in ``retry``."""
+
+    def __init__(self, folder: Folder, retry: Collection[str]) -> None:
+        self.folder, self.retry = folder, retry
+        self.displaced = folder.displaced()
+        self._digests = Digests()
+        self.damaged: set[int] = set()  # shards with a damaged or missing file: their scenes are computed again
+        self._shards: dict[str, int] = {}
+        for shard in folder.shards():
+            none: list[str] = []
+            self._shards |= dict.fromkeys(self._read(shard, folder.names, none), shard)
+        self._journals: dict[str, list[Journal]] = {}
+        for journal in [*folder.journals(), self.displaced]:
+            for name in journal.places:
+                self._journals.setdefault(name, []).append(journal)
+        self._unplaced = set(self.displaced.places)  # displaced rows that are in no shard yet
+        self._cache: OrderedDict[int, dict[str, Record]] = OrderedDict()
+
+    def record(self, job: Job) -> Record | None:
+        """Return the rows of a job if its scene, all its files and the question are unchanged, else None."""
+        for record in self._known(job.name):
+            row = record["scenes"][0]
+            if row["outcome"] in self.retry or not row["key"]:
+                continue
+            key = job.key if job.scene is not None else key_of_files(job, row["files"] or (), self._digests)
+            if row["key"] == key:
+                self._unplaced.discard(job.name)
+                return renumbered(record, job)
+        return None
+
+    def displace(self, shard: int, staying: Collection[str]) -> None:
+        """Move the rows of a shard that is about to be replaced into a journal, except those of scenes that stay."""
+        for name, record in self._rows(shard).items():
+            if name not in staying:
+                self.displaced.append(record)
+                self._journals.setdefault(name, []).append(self.displaced)
+                self._unplaced.add(name)
+        self.displaced.sync()
+
+    def close(self, *, finished: bool) -> None:
+        """Close the journal of displaced rows, and delete it if the batch is finished and all rows are in shards."""
+        if finished and not self._unplaced:
+            self.displaced.remove()
+        self.displaced.close()
+
+    def _known(self, name: str) -> Iterator[Record]:
+        for journal in reversed(self._journals.get(name, ())):
+            if journal.path.exists():  # otherwise its shard has been written
+                yield journal.record(name)
+        if name in self._shards:
+            found = self._rows(self._shards[name]).get(name)
+            if found is not None:
+                yield found
+
+    def _rows(self, shard: int) -> dict[str, Record]:
+        """Return the rows of a shard, from a cache."""
+        if shard not in self._cache:
+            there = self.folder.file("scenes", shard).exists()  # another driver may be replacing it
+            self._cache[shard] = self._read(shard, self.folder.records, {}) if there else {}
+            while len(self._cache) > CACHED:
+                self._cache.popitem(last=False)
+        return self._cache[shard]
+
+    def _read(self, shard: int, read: Callable[[int], T], nothing: T) -> T:
+        """Return what ``read`` finds in a shard; if it is damaged, warn once and return ``nothing``."""
+        if shard in self.damaged:
+            return nothing
+        try:
+            return read(shard)
+        except DamagedError as cause:
+            self.damaged.add(shard)
+            if self.folder.part.has(shard):
+                warn(str(cause))
+            return nothing
+
+
+def renumbered(record: Record, job: Job) -> Record:
+    """Return the rows of a scene with the number and the path of ``job``."""
+    found = {table: [{**row, "number": job.number} for row in rows] for table, rows in record.items()}
+    found["scenes"][0]["path"] = job.path
+    assert name_of(found) == job.name
+    return found

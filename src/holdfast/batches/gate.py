@@ -9,11 +9,11 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from holdfast.base.borders.outcomes import ANSWERED
+from holdfast.base.borders.worker import ANSWERED
 from holdfast.base.public import number
 from holdfast.base.text import listed
 from holdfast.batches.result import BatchTables
-from holdfast.batches.schema import Row
+from holdfast.batches.tables import Row
 from holdfast.queries.result import NAMED
 
 Result = Literal["passed", "failed", "undecided"]

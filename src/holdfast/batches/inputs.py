@@ -119,7 +119,12 @@ def _named(text: str) -> Iterator[Input]:
 
 def _manifest(path: Path) -> Iterator[Input]:
     """Yield the rows of a manifest."""
-    for number, row in enumerate(_parquet(path) if path.suffix.lower() == ".parquet" else _csv(path)):
+    if path.suffix.lower() == ".parquet":
+        rows = _parquet(path)
+    else:
+        content = read_ordinary(path, "manifest", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
+        rows = (row for _, row in islice(csv_rows(content, str(path)), 1, None))
+    for number, row in enumerate(rows):
         place = row.get(COLUMN)
         if not isinstance(place, str) or not place:
             problem = f"row {number + 1} has no text in the column {COLUMN!r}"
@@ -129,11 +134,6 @@ def _manifest(path: Path) -> Iterator[Input]:
             problem = f"row {number + 1} has {quoted(name)} in the column {NAMES!r}"
             raise HoldfastError(message(str(path), problem, "needs a text there, or nothing"))
         yield Input.file(str(path.parent / place), name)
-
-
-def _csv(path: Path) -> Iterator[dict[str, Any]]:
-    content = read_ordinary(path, "manifest", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
-    yield from (row for _, row in islice(csv_rows(content, str(path)), 1, None))
 
 
 def _parquet(path: Path) -> Iterator[dict[str, Any]]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from holdfast import __version__
 from holdfast.base.archive import text_of
 from holdfast.base.errors import HoldfastError, message
-from holdfast.batches.schema import VERSION
+from holdfast.batches.tables import VERSION
 
 if TYPE_CHECKING:
     from holdfast.scene.scene import Scene

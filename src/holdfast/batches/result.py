@@ -5,15 +5,16 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from typing import Any
 
-from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
+from holdfast.base.borders.worker import ANSWERED, OUTCOMES
 from holdfast.base.errors import HoldfastError, installing, message, nearest_of
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import many
 from holdfast.base.values import Table
 from holdfast.batches.folder import Folder, reading
-from holdfast.batches.schema import TABLES, Row
+from holdfast.batches.tables import TABLES, Row, arrow_schema
 from holdfast.engines.verdict import Status
 
 SHOWN = 8  # largest number of scenes without answers in a report
@@ -101,30 +102,18 @@ class BatchTables:
 
     def arrow(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a pyarrow.Table, which has no types
         """Return a table as a pyarrow.Table, with units and meanings in the metadata of its fields."""
-        from holdfast.batches.tables import arrow_schema
-
-        try:
-            import pyarrow as pa
-        except ImportError as cause:
-            raise _missing("pyarrow") from cause
+        pa = _imported("pyarrow")
         parts = list(self.rows(table))
         return pa.Table.from_pylist(parts, schema=arrow_schema(table))
 
     def pandas(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a pandas.DataFrame
         """Return a table as a pandas.DataFrame; raises HoldfastError if pandas is not installed."""
-        try:
-            import pandas as pd
-        except ImportError as cause:
-            raise _missing("pandas") from cause
+        pd = _imported("pandas")
         return pd.DataFrame(list(self.rows(table)), columns=[column.name for column in TABLES[table]])
 
     def polars(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a polars.DataFrame
         """Return a table as a polars.DataFrame; raises HoldfastError if polars or pyarrow is not installed."""
-        try:
-            import polars as pl
-        except ImportError as cause:
-            raise _missing("polars") from cause
-        return pl.from_arrow(self.arrow(table))
+        return _imported("polars").from_arrow(self.arrow(table))
 
 
 def read_batch(folder: str | os.PathLike[str]) -> BatchTables:
@@ -132,6 +121,9 @@ def read_batch(folder: str | os.PathLike[str]) -> BatchTables:
     return BatchTables(reading(folder))
 
 
-def _missing(package: str) -> HoldfastError:
-    remedy = installing("tables") if package == "pyarrow" else f"pip install {package}"
-    return HoldfastError(message("read_batch", f"needs {package}, which is not installed", remedy))
+def _imported(package: str) -> Any:  # noqa: ANN401 - a module, which has no types
+    try:
+        return import_module(package)
+    except ImportError as cause:
+        remedy = installing("tables") if package == "pyarrow" else f"pip install {package}"
+        raise HoldfastError(message("read_batch", f"needs {package}, which is not installed", remedy)) from cause

@@ -12,11 +12,11 @@ from scipy.spatial.transform import Rotation
 from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
-from holdfast.base.borders.outcomes import ANSWERED, ERROR, MEMORY
+from holdfast.base.borders.worker import ANSWERED, ERROR, MEMORY
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
 from holdfast.batches.job import Digests, Job, Push, Touched, key_of_files
-from holdfast.batches.schema import Row, Tables
+from holdfast.batches.tables import TABLES, Row, Tables
 from holdfast.engines.answers import Answers
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import RobustnessMap, robustness_map
@@ -36,7 +36,7 @@ def answered(job: Job, tell: Tell) -> Tables:
     An error of holdfast becomes the outcome of the scene, and earlier answers stay.
     """
     scenes: Row = {"number": job.number, "scene": job.name, "path": job.path}
-    tables: Tables = {"scenes": [scenes], "bodies": [], "interfaces": [], "pushes": [], "transports": []}
+    tables: Tables = {name: [] for name in TABLES} | {"scenes": [scenes]}
     with _warned() as warned:
 
         def so_far() -> Tables:
@@ -49,8 +49,11 @@ def answered(job: Job, tell: Tell) -> Tables:
             _ask(job, lambda: tell(so_far()), tables)
             scenes["outcome"] = ANSWERED
         except HoldfastError as error:
-            lacking = lacks_memory(error)
-            scenes["outcome"], scenes["problem"] = (MEMORY if lacking else ERROR), str(error)
+            causes: list[BaseException | None] = [error]
+            while (cause := causes[-1]) is not None:
+                causes.append(cause.__cause__ or cause.__context__)
+            lacks_memory = any(isinstance(cause, MemoryError) for cause in causes)
+            scenes["outcome"], scenes["problem"] = (MEMORY if lacks_memory else ERROR), str(error)
         return so_far()
 
 
@@ -60,16 +63,6 @@ def warm(job: Job) -> None:
     asked = type(job.question)(job.question.verbs, options)
     push = Push("", "cube", (0.0, 0.0, 0.1), (1.0, 0.0, -1.0))
     answered(Job(0, "cube", asked, (push,), scene=shipped_scene("cube")), lambda _: None)
-
-
-def lacks_memory(error: BaseException) -> bool:
-    """Return whether an error was caused by a MemoryError."""
-    cause: BaseException | None = error
-    while cause is not None:
-        if isinstance(cause, MemoryError):
-            return True
-        cause = cause.__cause__ or cause.__context__
-    return False
 
 
 def _ask(job: Job, report: Callable[[], None], tables: Tables) -> None:

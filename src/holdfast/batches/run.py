@@ -1,40 +1,135 @@
-"""Answer one question about many scenes: the driver of a batch, which alone writes to the folder."""
+"""Answer one question about many scenes: the question, checked, and the driver, which alone writes to the folder."""
 
 from __future__ import annotations
 
+import inspect
+import json
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from holdfast.base.arrays import checked_items, checked_number, checked_whole
-from holdfast.base.borders.outcomes import DONE, OUTCOMES
+from holdfast.applications.transport import transport_limits
+from holdfast.assembly.assembly import assemble
+from holdfast.base.arrays import checked_items, checked_mapping, checked_number, checked_whole
 from holdfast.base.borders.supervisor import Limits, Reply
-from holdfast.base.errors import HoldfastError, hinting, message
-from holdfast.base.files import checked_path
+from holdfast.base.borders.worker import DONE, OUTCOMES
+from holdfast.base.errors import HoldfastError, hinting, message, nearest_of
+from holdfast.base.files import checked_path, read_ordinary
 from holdfast.base.progress import cores, lines, report
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
-from holdfast.batches.earlier_answers import EarlierAnswers
-from holdfast.batches.folder import Folder, ShardShare, opened
-from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, inputs_of
-from holdfast.batches.job import BatchQuestion, Digests, Job, key_of_files, key_of_value
-from holdfast.batches.question import question
+from holdfast.batches.folder import EarlierAnswers, Folder, ShardShare, opened
+from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, csv_rows, inputs_of
+from holdfast.batches.job import BatchQuestion, Digests, Job, Push, key_of_files, key_of_value
 from holdfast.batches.result import BatchReport, counted
-from holdfast.batches.schema import TABLES, Row
-from holdfast.batches.tables import Journal, Record, name_of
-from holdfast.batches.workers import answered_here
+from holdfast.batches.tables import TABLES, Journal, Record, Row, name_of
+from holdfast.batches.workers import answered_here, answered_there
+from holdfast.queries.map import robustness_map
+from holdfast.queries.push import robustness
+from holdfast.queries.stability import stability
 
 if TYPE_CHECKING:
     from distributed import Client
 
 
+VERBS = ("stability", "map", "transport", "push")
+ASKED: Mapping[str, Callable[..., Any]] = {
+    "assemble": assemble,
+    "stability": stability,
+    "push": robustness,
+    "map": robustness_map,
+    "transport": transport_limits,
+}
+# Arguments that are not options: the batch supplies them, or they cannot be written to a file. The directions of
+# transport are an option.
+GIVEN = ("assembly", "scene", "body", "points", "directions", "standing", "loads", "imperfect", "interfaces")
+ENGINE = "engine"
+MOST_BYTES = 500_000_000  # largest size of a file of pushes
+PUSH_COLUMNS = ("body", "x", "y", "z", "dx", "dy", "dz")
 MOST_IN_SHARD = 1_000_000  # more scenes for one process mean a mistake
 MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch mean a mistake
+
+
+def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> BatchQuestion:
+    """Return the question for the arguments ``ask`` and ``options`` of a batch.
+
+    ``ask`` is one of stability, map, transport and push:FILE, or several of them. ``options`` maps "load", "assemble"
+    and verbs to keyword arguments, and "engine" to the engine of all verbs. Raises HoldfastError if a verb or an option
+    is unknown.
+    """
+    words = [ask] if isinstance(ask, str) else checked_items(ask, "ask", "stability, map, transport or push:FILE")
+    pushes: tuple[Push, ...] = ()
+    verbs = []
+    for word in words:
+        verb, colon, file = word.partition(":") if isinstance(word, str) else ("", "", "")
+        if verb not in VERBS or bool(colon) != (verb == "push"):
+            remedy = "needs stability, map, transport or push:FILE"
+            raise HoldfastError(message("ask", f"{quoted(word)} is unknown", remedy))
+        if verb == "push":
+            pushes += read_pushes(Path(file))
+        verbs.append(verb)
+    if not verbs:
+        raise HoldfastError(message("ask", "is empty", "needs stability, map, transport or push:FILE"))
+    given = {} if options is None else options
+    return BatchQuestion(tuple(verb for verb in VERBS if verb in verbs), _options(given), pushes)
+
+
+def _options(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return checked options, in which every verb has the common engine unless it has its own."""
+    checked_mapping(given, "options", '{"engine": "limit"}')
+    engine = {ENGINE: given[ENGINE]} if ENGINE in given else {}
+    found: dict[str, dict[str, Any]] = {verb: dict(engine) for verb in VERBS if engine}
+    for verb, own in given.items():
+        if verb == ENGINE:
+            continue
+        if verb not in (*ASKED, "load") or not isinstance(own, Mapping):
+            remedy = f"needs a dict of options for one of: load, {', '.join(ASKED)}; or an engine for all"
+            raise HoldfastError(message("options", f"{quoted(verb)}: {quoted(own)}", remedy))
+        for name in own:
+            if verb != "load" and name not in _known(verb):
+                remedy = nearest_of(name, _known(verb))
+                raise HoldfastError(message(f"options of {verb}", f"{quoted(name)} is unknown", remedy))
+        found.setdefault(verb, {}).update(own)
+    try:
+        return dict(json.loads(json.dumps(found, allow_nan=False)))
+    except (TypeError, ValueError) as cause:
+        remedy = "needs names, numbers, lists and dicts with texts as keys: engines by name"
+        raise HoldfastError(message("options", f"cannot be written as JSON: {cause}", remedy)) from cause
+
+
+def _known(verb: str) -> list[str]:
+    given = [name for name in GIVEN if (verb, name) != ("transport", "directions")]
+    names = inspect.signature(ASKED[verb]).parameters
+    return [name for name in names if name not in given]
+
+
+def read_pushes(path: Path) -> tuple[Push, ...]:
+    """Read pushes from a CSV file with the columns body, x, y, z [m], dx, dy, dz and, if they differ, scene.
+
+    Raises HoldfastError if a column is missing or a value is no number.
+    """
+    content = read_ordinary(path, "file of pushes", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
+    rows = csv_rows(content, str(path))
+    _, columns = next(rows)
+    missing = [name for name in PUSH_COLUMNS if name not in columns]
+    if missing:
+        remedy = f"needs {', '.join(PUSH_COLUMNS)} and, if pushes differ between scenes, scene"
+        raise HoldfastError(message(str(path), f"has no column {missing[0]}", remedy))
+    pushes = []
+    for line, row in rows:
+        try:
+            x, y, z, dx, dy, dz = (float(row[name] or "") for name in PUSH_COLUMNS[1:])
+        except ValueError:
+            where = f"{path}, line {line}"
+            raise HoldfastError(message(where, "holds no six numbers", "needs x, y, z, dx, dy, dz")) from None
+        pushes.append(Push(row.get("scene") or "", row["body"] or "", (x, y, z), (dx, dy, dz)))
+    return tuple(pushes)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,8 +215,6 @@ def batch(
         if means.scheduler is None:
             answers = answered_here(jobs, asked, limits, count)
         else:
-            from holdfast.batches.workers import answered_there
-
             answers = answered_there(jobs, asked, limits, means.scheduler)
         driver.run(answers)
     return replace(counted(folder), asked=driver.asked, kept=driver.reused, seconds=time.monotonic() - start)
@@ -251,7 +344,7 @@ def _unread(job: Job) -> Record:
     if job.scene is None:
         files = [os.path.basename(job.place)]
         row |= {"key": key_of_files(job, files, Digests()), "files": files}
-    return {table: [row] if table == "scenes" else [] for table in TABLES}
+    return {name: [] for name in TABLES} | {"scenes": [row]}
 
 
 def _say(line: str) -> None:

@@ -25,12 +25,10 @@ from holdfast.queries.constraint import Constraint
 from holdfast.queries.map import RobustnessMap
 from holdfast.queries.poses.robustness_of_poses import RobustnessOfPoses
 from holdfast.queries.poses.stability_of_poses import StabilityOfPoses
-from holdfast.queries.push import LoadFactor, Robustness
-from holdfast.queries.sensitivity import Sensitivity
+from holdfast.queries.push import LoadFactor, Robustness, Sensitivity
 from holdfast.queries.sets import ConvexSet
 from holdfast.queries.stability import Stability
-from holdfast.queries.uncertainty import RobustnessUnder
-from holdfast.queries.worst_case import WorstCase
+from holdfast.queries.uncertainty import RobustnessUnder, WorstCase
 
 ANSWERS: tuple[type, ...] = (  # all classes of answers that can be saved
     *(Stability, Robustness, LoadFactor, RobustnessMap, RobustnessUnder, Sensitivity, WorstCase, MeasuredFriction),

@@ -22,7 +22,7 @@ from holdfast.base.arrays import Float, Int
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates.exact_forces import NONE, ExactContacts, Vector, exact
 from holdfast.certificates.question import Answered, Question
-from holdfast.certificates.verify_certificate import FORMAT, Certificate, RefusedError, cross, dot, plus
+from holdfast.certificates.verify_certificate import FORMAT, ExactCertificate, RefusedError, cross, dot, in_cone, plus
 from holdfast.engines.contract import State
 from holdfast.engines.doubts.doubtful_contacts import as_detected
 from holdfast.engines.groups import PreparedGroup, prepared
@@ -95,9 +95,10 @@ class _Exact:
         assert self.state is not None
         world = [exact(force) for force in self.state.rest.nodes.world(forces.reshape(-1, 3))]
         found = self.contacts.balanced(world, wrenches)
-        if found is None or not self.contacts.within_cones(found[0]):
+        if found is None or not all(map(in_cone, found[0], self.contacts.normals, self.contacts.mu)):
             return None
-        if any(max(map(abs, hold)) > FAINT * _weight(self.assembly, k) for k, hold in found[1].items()):
+        weights = (self.assembly.mass * np.linalg.norm(self.assembly.scene.gravity)).tolist()
+        if any(max(map(abs, hold)) > FAINT * weights[k] for k, hold in found[1].items()):
             return None
         return Balanced(found[0], {self.assembly.movable[k].name: hold for k, hold in found[1].items()})
 
@@ -219,14 +220,17 @@ class Provable:
         if None in proofs:
             problem = "no exact proof was found: what is known rests on rounding, or is undecided"
             raise HoldfastError(message(where, problem, "ask for other rows: row="))
-        return self._checked({**self._data(parts), "proofs": proofs}, where)
-
-    @staticmethod
-    def _checked(data: dict[str, Any], where: str) -> dict[str, Any]:
-        """Return a certificate with the claims that the checker finds proved in what will be written."""
-        try:
-            data = dict(json.loads(json.dumps(data)))
-            certificate = Certificate(data)
+        contents = {
+            "format": FORMAT,
+            "units": UNITS,
+            "acceleration": _texts(self._accelerated),
+            **self._scene(parts),
+            **_shown("rest", "resting holds", [part.rest for part in parts if part.rest is not None]),
+            "proofs": proofs,
+        }
+        try:  # the claims are those that the checker finds proved in what will be written
+            data = dict(json.loads(json.dumps(contents)))
+            certificate = ExactCertificate(data)
             for proof in data["proofs"]:
                 proof["claim"] = "".join(certificate.proved({**proof, "claim": ""}))
             return data
@@ -268,19 +272,16 @@ class Provable:
 
     def contents(self) -> dict[str, Any]:
         """Return what the certificate of all bodies lists of the scene, as JSON has it, without forces and proofs."""
-        parts = self._parts([])
-        return {"standing": self._wrenches(self._standing, parts), **self._scene(parts)}
+        return self._scene(self._parts([]))
 
     def _parts(self, columns: Sequence[Float]) -> list[_Exact]:
+        """Return the groups of bodies that any of the load columns (6J,) loads, or all groups without columns."""
         groups = prepared(Limit(), self.question.assembly, self.question.standing, self.question.acceleration)
-        return [self._exact(groups.group(k)) for k in self._loaded(columns)]
-
-    def _loaded(self, columns: Sequence[Float]) -> list[int]:
-        """Return the numbers of the groups that any of the load columns (6J,) loads, or of all without columns."""
-        if not columns:
-            return list(range(len(self.question.assembly.groups)))
-        loaded = np.flatnonzero(np.any([column.reshape(-1, 6).any(axis=1) for column in columns], axis=0))
-        return sorted(set(self.question.assembly.group_of[loaded].tolist()))
+        numbers = list(range(len(self.question.assembly.groups)))
+        if columns:
+            loaded = np.flatnonzero(np.any([column.reshape(-1, 6).any(axis=1) for column in columns], axis=0))
+            numbers = sorted(set(self.question.assembly.group_of[loaded].tolist()))
+        return [self._exact(groups.group(k)) for k in numbers]
 
     def _exact(self, group: PreparedGroup) -> _Exact:
         state: State | None = None
@@ -308,19 +309,12 @@ class Provable:
     def _accelerated(self) -> Vector:
         return NONE if self.question.acceleration is None else exact(self.question.acceleration)
 
-    def _data(self, parts: Sequence[_Exact]) -> dict[str, Any]:
-        return {
-            "format": FORMAT,
-            "units": UNITS,
-            "acceleration": _texts(self._accelerated),
-            "standing": self._wrenches(self._standing, parts),
-            **self._scene(parts),
-            **_shown("rest", "resting holds", [part.rest for part in parts if part.rest is not None]),
-        }
-
     def _scene(self, parts: Sequence[_Exact]) -> dict[str, Any]:
+        """Return what a certificate lists of some parts of the scene; loads that are zero are left out."""
         bodies = [body for part in parts for body in part.assembly.movable]
+        standing = [own for part in parts for own in _rows(self._standing[part.rows])]
         return {
+            "standing": [_wrench(body.name, own) for body, own in zip(bodies, standing, strict=True) if any(own)],
             "gravity": _texts(exact(self.question.assembly.scene.gravity)),
             "fixed": [body.name for body in self.question.assembly.fixed],
             "bodies": [
@@ -329,16 +323,6 @@ class Provable:
             ],
             "contacts": [contact for part in parts for contact in _contacts(part)],
         }
-
-    @staticmethod
-    def _wrenches(column: Float, parts: Sequence[_Exact]) -> list[dict[str, Any]]:
-        """Return loads (6J,) on the bodies of some parts, without those that are zero."""
-        return [
-            _wrench(body.name, own)
-            for part in parts
-            for body, own in zip(part.assembly.movable, _rows(column[part.rows]), strict=True)
-            if any(own)
-        ]
 
     @staticmethod
     def _motion(part: _Exact, motion: Motion) -> list[dict[str, Any]]:
@@ -357,11 +341,6 @@ def _force(body: Body, values: Vector, point: Float | None) -> tuple[dict[str, A
     place = centre if point is None or not any(force) else exact(point)
     wrench = (*force, *cross(plus(place, centre, -1), force))
     return {"body": body.name, "at": _texts(place), "force": _texts(force)}, wrench
-
-
-def _weight(assembly: Assembly, number: int) -> float:
-    """Return the weight of a movable body [N]."""
-    return float(assembly.mass[number] * np.linalg.norm(assembly.scene.gravity))
 
 
 def _mass(body: Body) -> Fraction:

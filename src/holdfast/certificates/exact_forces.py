@@ -16,7 +16,7 @@ import numpy as np
 from scipy import linalg
 
 from holdfast.base.arrays import Float
-from holdfast.certificates.verify_certificate import cross, dot, in_cone, plus, unbraked
+from holdfast.certificates.verify_certificate import cross, dot, plus, unbraked
 
 SINGULAR = 1e-9  # relative size of a pivot below which forces at the nodes cannot balance every wrench on a body
 LEAST = 1e-3  # share of the largest force with which a node counts at least where those are chosen that are changed
@@ -43,10 +43,6 @@ class ExactContacts:
     points: Sequence[Vector]
     normals: Sequence[Vector]
     mu: Sequence[Fraction]
-
-    def within_cones(self, forces: Sequence[Vector]) -> bool:
-        """Tell whether all forces, on the second body of each point, are in their friction cones."""
-        return all(map(in_cone, forces, self.normals, self.mu))
 
     def not_braking(self, twists: Sequence[tuple[Vector, Vector]]) -> bool:
         """Tell whether no contact force can brake a motion of the bodies: (velocity, angular velocity) of each."""
@@ -93,29 +89,29 @@ class ExactContacts:
         return (*force, *cross(plus(self.points[k], self.centres[body], -1), force))
 
     @cached_property
-    def _supported(self) -> list[_Held]:
+    def _supported(self) -> list[_HeldBodies]:
         """The bodies in an order in which each is held by those before it and the fixed ones.
 
         Bodies that hold each other alone come together, and those that are only balanced come when nothing else is
         left.
         """
-        found: list[_Held] = []
+        found: list[_HeldBodies] = []
         before, left = {-1}, list(range(len(self.centres)))
         while left:
-            single: list[_Held] = []
+            single: list[_HeldBodies] = []
             for body in left:
-                single.append(self._held([body], before))
+                single.append(self._held_by([body], before))
                 if single[-1].firm:
                     break
             else:
-                together = self._held(left, before | set(left))
+                together = self._held_by(left, before | set(left))
                 single.append(together if together.firm else next((one for one in single if one.nodes), single[0]))
             found.append(single[-1])
             before |= set(found[-1].bodies)
             left = [body for body in left if body not in before]
         return found
 
-    def _held(self, bodies: list[int], others: Collection[int]) -> _Held:
+    def _held_by(self, bodies: list[int], others: Collection[int]) -> _HeldBodies:
         """Return what forces at the nodes between some bodies and the others do to these bodies."""
         nodes = [
             k
@@ -131,11 +127,11 @@ class ExactContacts:
                     way = (self.b[k] == body) - (self.a[k] == body)
                     column += [way * x for x in self._acting(k, body, unit)] if way else [Fraction(0)] * 6
                 columns.append(column)
-        return _Held(bodies, nodes, columns)
+        return _HeldBodies(bodies, nodes, columns)
 
 
 @dataclass(frozen=True)
-class _Held:
+class _HeldBodies:
     """Some bodies and the ``nodes`` at which they are held, by number.
 
     Each of the ``columns``, three a node, is what a unit force along an axis does to the bodies: six numbers each.

@@ -106,7 +106,7 @@ def unbraked(u: Vector, normal: Vector, mu: Fraction) -> bool:
     return along >= 0 and (q * q + p * p) * along * along >= p * p * dot(u, u) * dot(normal, normal)
 
 
-class Certificate:
+class ExactCertificate:
     """The contents of a file: bodies, contact points, and what acts on the bodies."""
 
     def __init__(self, data: Any) -> None:
@@ -336,7 +336,7 @@ def claims_of(text: str) -> list[str]:
             raise RefusedError(f"longer than {MOST:,} characters, or a number of more than {DIGITS:,} digits")
         data, found = json.loads(text, object_pairs_hook=once), list[str]()
         for k, part in enumerate(data if isinstance(data, list) and data else [data], 1):
-            certificate = Certificate(part)
+            certificate = ExactCertificate(part)
             claims = [certificate.proved(proof) for proof in certificate.proofs]
             same = [claim if certificate.older else claim + newtons for claim, newtons in claims]
             if not claims or same != [proof["claim"] for proof in certificate.proofs]:

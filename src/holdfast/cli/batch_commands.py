@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from holdfast.base.borders.outcomes import ANSWERED
+from holdfast.base.borders.worker import ANSWERED
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, GateRules, Result, Scenes, findings

@@ -12,7 +12,7 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
 from holdfast.batches.inputs import csv_rows
-from holdfast.batches.question import MOST_BYTES, PUSH_COLUMNS
+from holdfast.batches.run import MOST_BYTES, PUSH_COLUMNS
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.shared_options import EXIT, EngineName, Nodes, SaveAnswer, engine_with, option, tell

@@ -84,15 +84,15 @@ def checked_hull(lower: Lower, near: Float, accuracy: float, solves: int, where:
     while len(loads) < solves // 2 and not (half <= accuracy and most <= WIDER * accuracy):
         report(where, len(loads), solves)
         known, price = _points(loads, factor)
-        _raise(known, price, known, price)
+        _raise_prices(known, price, known, price)
         fresh = drawn(min(ROUND[size], solves // 2 - len(loads)))
         found = np.minimum(lower(fresh), FARTHEST)
         value, positive = 1 / hull_gauge(known, price, fresh)[0], found > 0
-        half, most = _short(value[positive], found[positive])
+        half, most = _shortfall(value[positive], found[positive])
         loads, factor = np.vstack([loads, fresh]), np.concatenate([factor, found])
     known, price = _points(loads, factor)
     asked = factor > 0
-    _raise(known, price, loads[asked], 1 / factor[asked])
+    _raise_prices(known, price, loads[asked], 1 / factor[asked])
     between = drawn(len(loads))
     tight = _tight(known, price, hull_gauge(known, price, between[1::2])[1])
     middles = tight.T.astype(float) @ (known / price[:, None])  # of the combinations that the rays go through
@@ -101,16 +101,16 @@ def checked_hull(lower: Lower, near: Float, accuracy: float, solves: int, where:
     used, positive = hull_gauge(known, price, between)[0], found > 0
     excess = 1 / (used * found)[positive] - 1
     by = max(float(excess.max(initial=0.0)), 0.0)
-    _raise(known, price, between[positive], 1 / found[positive])
+    _raise_prices(known, price, between[positive], 1 / found[positive])
     price *= 1 + SCATTER
     report(where, solves, solves)
     positive = positive & (np.arange(len(between)) % 2 == 0)  # as anybody would ask, not the middles
-    half, most = _short(1 / hull_gauge(known, price, between[positive])[0], found[positive])
+    half, most = _shortfall(1 / hull_gauge(known, price, between[positive])[0], found[positive])
     hull = LoadHull(known, price, half, most, len(loads) + len(between))
     return CheckedHull(hull, len(between), int((excess > SUM).sum()), by, int((factor == 0).sum() + (found == 0).sum()))
 
 
-def _short(value: Float, found: Float) -> tuple[float, float]:
+def _shortfall(value: Float, found: Float) -> tuple[float, float]:
     """Return by which share half of the values (n,) at the most are below those ``found`` (n,), and MOST of them."""
     if not len(found):
         return 1.0, 1.0
@@ -131,7 +131,7 @@ def _tight(known: Float, price: Float, facets: Float) -> Bool:
     return np.asarray(known @ facets.T >= price[:, None] - SLIGHT)
 
 
-def _raise(known: Float, price: Float, points: Float, least: Float) -> None:
+def _raise_prices(known: Float, price: Float, points: Float, least: Float) -> None:
     """Raise prices (m,) until the gauge at all ``points`` (n, d) is at least ``least`` (n,)."""
     left, least = points, least.copy()
     for _ in range(PASSES):

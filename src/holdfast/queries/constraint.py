@@ -178,8 +178,8 @@ def constraint(
     The weight and the ``standing`` loads act throughout.
 
     Raises SceneError if the body is fixed or unknown, or if something is held, unless with ``exists``. Raises
-    HoldfastError if the assembly does not stand, or if the
-    body is about to move, so that some direction takes no wrench at all.
+    HoldfastError if the assembly does not stand, or if the body is about to move, so that some direction takes no
+    wrench at all.
     """
     assembly = checked_assembly(assembly)
     where = f"constraint on {quoted(body)}"
@@ -198,10 +198,8 @@ def constraint(
     if exists:
         state, rows = groups.together([index], where)
         hulls = HULLS.of(state, engine=engine.name, where=where)
-        found, notes = (
-            hulls.load_hull(columns[rows] * limits, near_by, wanted, solves, where),
-            notes_of(state, assembly),
-        )
+        found = hulls.load_hull(columns[rows] * limits, near_by, wanted, solves, where)
+        notes = notes_of(state, assembly)
     else:
         hull = checked_hull(lower_of(groups, [index], columns * limits, where), near_by, wanted, solves, where)
         found, above, by = hull.hull, hull.above, hull.by

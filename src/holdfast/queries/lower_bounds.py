@@ -61,7 +61,7 @@ def unless_crushed(found: Answers, state: Groups, W: Float, pressed: Pressed) ->
         notes.append(f"what {listed(gripped)} may bear was not compared: what holds it exerts is not known")
     force, lower = np.array(found.force), np.array(found.lower)
     status, mechanism = found.status.tolist(), found.mechanism.tolist()
-    loads = _Loads(state, [name for name in names if name not in gripped], W, pressed)
+    loads = _BearingUnderLoads(state, [name for name in names if name not in gripped], W, pressed)
     bearing, unknown = False, 0
     for k in reported("who is crushed", list(range(len(found)))):
         reached = loads.reached(k)
@@ -105,7 +105,7 @@ def verdict_on_bearing(state: Groups, pressed: Float | None = None, bodies: Sequ
     return replace(verdict, status=Status.UNSTABLE, reason=first.text, mechanism=crush).after(NAME)
 
 
-class _Loads:
+class _BearingUnderLoads:
     """What bodies with a limit bear under load columns W (6J, n) beside the loads of a ``state``.
 
     ``pressed`` is how much the standing loads (B,) and the columns (B, n) press each of the B bodies down [N].

@@ -21,6 +21,7 @@ T = TypeVar("T")
 ROW = "status lower upper moving mode mechanism"  # columns that plain data tells of most answers
 SHOWN = 8  # largest number of rows in a summary
 NAMED = 4  # largest number of body names in one cell of a summary
+ROW_HEADS = ("where", "answer", "between", "status", "what gives way")  # what ``cells`` says of a row
 
 
 class Result(PublicValue):
@@ -119,21 +120,8 @@ class Columns(Result):
 
         ``places`` (n,) are texts that say which load each row answers.
         """
-        answers = self.answers
-        rows = [
-            [
-                str(places[k]),
-                amount(answers.status[k], answers.force[k], self.unit),
-                f"{number(answers.lower[k])} to {number(answers.upper[k])}",
-                str(answers.status[k]),
-                gives_way(answers.mode[k], answers.moving[k]),
-            ]
-            for k in answers.ranking[:SHOWN].tolist()
-        ]
+        rows = [cells(str(places[k]), self.answers, k, self.unit) for k in self.answers.ranking[:SHOWN].tolist()]
         return Summary(headline, self.facts(), (*self.heads, *ROW_HEADS[2:]), rows, self.notes)
-
-
-ROW_HEADS = ("where", "answer", "between", "status", "what gives way")
 
 
 class Forces(Columns):
@@ -180,6 +168,17 @@ def only_answer(result: Result) -> float:
     if not answers.decided[0]:
         raise HoldfastError(message(where, "the answer is not known", "ask .status, and .undecided for the reason"))
     return float(answers.force[0])
+
+
+def cells(place: str, answers: Any, row: int, unit: str) -> list[str]:  # noqa: ANN401 - of any class with columns
+    """Return what a table shows of one row of answers, about the load at this ``place``."""
+    return [
+        place,
+        amount(answers.status[row], answers.force[row], unit),
+        f"{number(answers.lower[row])} to {number(answers.upper[row])}",
+        str(answers.status[row]),
+        gives_way(answers.mode[row], answers.moving[row]),
+    ]
 
 
 def gives_way(mode: str, moving: tuple[str, ...]) -> str:

@@ -7,8 +7,8 @@ in between (checked_hull.py); where an equilibrium exists is a convex set, and b
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,7 +31,7 @@ from holdfast.base.public import PublicValue, Summary, column, number
 from holdfast.base.ranges import ACCELERATION, COORDINATES, FORCE, MANY, SCALE
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import unchecked_limits
-from holdfast.engines.contract import SETS, Engine, State
+from holdfast.engines.contract import SETS, Engine, LoadSet, State
 from holdfast.engines.groups import Groups, prepared
 from holdfast.engines.limit.load_sets import BUDGET, drawn_in, hull_of
 from holdfast.engines.verdict import Status
@@ -254,17 +254,6 @@ def _satisfied(half_spaces: tuple[Float, Float], points: Float) -> Bool:
     return np.asarray(largest_row(A / b[:, None], points) <= 1 + COORDINATES)
 
 
-class _FoundSet(NamedTuple):
-    """What an engine found of a set, in units of its box: both polyhedra, the vertices, and what ``LoadSet`` says."""
-
-    inner: Float
-    outer: Float
-    vertices: Float
-    accuracy: float
-    solves: int
-    notes: tuple[str, ...]
-
-
 @dataclass(frozen=True, eq=False)
 class _SetQuestion:
     """Which loads ``columns`` (6J, d) @ x, in the ``box`` (d,), an assembly takes beside a ``wrench`` (6J,)."""
@@ -283,7 +272,15 @@ class _SetQuestion:
         if not self.assembly.movable:
             raise SceneError(message(self.where, "there is no movable body", "free one"))
         engine = engine_for(self.assembly, self.where, exists=self.exists)
-        found = self._existing(wanted, most, units) if self.exists else self._holding(engine, wanted, most)
+        found, notes = self._existing(wanted, most) if self.exists else self._holding(engine, wanted, most)
+        if self.exists and found.accuracy > wanted:
+            worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * self.box, units, strict=True))
+            why = (
+                f"the inner set is {found.accuracy:.0%} too short along the ray to ({worst}), after {found.solves} "
+                "solves: near friction cones that a ray meets at a small angle, a polytope needs thousands of corners; "
+                "a smaller box and more solves help, and constraint() is close to the set along most rays"
+            )
+            notes = (*notes, why)
         return ConvexSet(
             engine=engine.name,
             claim=engine.claim,
@@ -296,7 +293,7 @@ class _SetQuestion:
             solves=found.solves,
             units=units,
             frame=frame,
-            notes=found.notes,
+            notes=notes,
         )
 
     @property
@@ -304,34 +301,31 @@ class _SetQuestion:
         """The numbers of the bodies that are loaded."""
         return [int(k) for k in np.flatnonzero(self.columns.reshape(-1, 6, len(self.box)).any((1, 2)))]
 
-    def _existing(self, wanted: float, most: int | None, units: tuple[str, ...] = ()) -> _FoundSet:
-        """Return the set for which an equilibrium exists; without ``units``, no note says where it is not accurate."""
+    def _existing(self, wanted: float, most: int | None) -> tuple[LoadSet, tuple[str, ...]]:
+        """Return the set for which an equilibrium exists, and notes on it."""
         groups = prepared(engine_of(CERTAIN_ENGINE), self.assembly, self.wrench)
         state, rows = groups.together(self._loaded, self.where)
         sets = SETS.of(state, engine=CERTAIN_ENGINE, where=self.where)
-        found = sets.load_set(self.columns[rows] * self.box, wanted, most, self.where)
-        notes = notes_of(state, self.assembly)
-        if units and found.accuracy > wanted:
-            worst = ", ".join(f"{value:.3g} {unit}" for value, unit in zip(found.worst * self.box, units, strict=True))
-            why = (
-                f"the inner set is {found.accuracy:.0%} too short along the ray to ({worst}), after {found.solves} "
-                "solves: near friction cones that a ray meets at a small angle, a polytope needs thousands of corners; "
-                "a smaller box and more solves help, and constraint() is close to the set along most rays"
-            )
-            notes = (*notes, why)
-        return _FoundSet(found.inner, found.outer, found.vertices, found.accuracy, found.solves, notes)
+        return sets.load_set(self.columns[rows] * self.box, wanted, most, self.where), notes_of(state, self.assembly)
 
-    def _holding(self, engine: Engine, wanted: float, most: int | None) -> _FoundSet:
-        """Return the set that holds by ``lower``, inside of that for which an equilibrium exists."""
+    def _holding(self, engine: Engine, wanted: float, most: int | None) -> tuple[LoadSet, tuple[str, ...]]:
+        """Return the set that holds by ``lower``, inside of that for which an equilibrium exists, and notes on it."""
         groups = prepared(engine, self.assembly, self.wrench)
         lower = lower_of(groups, self._loaded, self.columns * self.box, self.where)
         size = len(self.box)
-        hull = checked_hull(lower, np.empty((0, size)), wanted, BUDGET[size] if most is None else most, self.where)
-        reach = hull.hull.known / hull.hull.price[:, None]
+        checks = checked_hull(lower, np.empty((0, size)), wanted, BUDGET[size] if most is None else most, self.where)
+        hull = checks.hull
+        reach = hull.known / hull.price[:, None]
         reach /= np.maximum(np.abs(reach).max(1, keepdims=True), 1.0)  # within the box
-        around, outer = hull_of(reach, self.where), self._existing(OUTSIDE, most).outer
-        notes = (*groups.notes, *unchecked_limits(self.assembly.bodies), *hull.notes(ASKED[size]))
-        return _FoundSet(drawn_in(around), outer, reach[around.vertices], hull.hull.accuracy, hull.hull.solves, notes)
+        around, (existing, _) = hull_of(reach, self.where), self._existing(OUTSIDE, most)
+        found = replace(
+            existing,
+            inner=drawn_in(around),
+            vertices=reach[around.vertices],
+            accuracy=hull.accuracy,
+            solves=hull.solves,
+        )
+        return found, (*groups.notes, *unchecked_limits(self.assembly.bodies), *checks.notes(ASKED[size]))
 
 
 def lower_of(groups: Groups, loaded: list[int], columns: Float, where: str) -> Callable[[Float], Float]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
 
-from holdfast.base.borders.outcomes import ANSWERED, OUTCOMES
+from holdfast.base.borders.worker import ANSWERED, OUTCOMES
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
 from holdfast.base.public import number
@@ -20,7 +20,7 @@ from holdfast.base.text import escaped, listed, many, one_line
 from holdfast.batches.folder import about, reading
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Finding
 from holdfast.batches.result import BatchTables
-from holdfast.batches.schema import Row
+from holdfast.batches.tables import Row
 from holdfast.drawing.html_page import template
 from holdfast.drawing.render import thumbnail
 from holdfast.drawing.svg import bar, histogram

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import holdfast as hf
-from holdfast.queries.sensitivity import sensitivity
-from holdfast.queries.worst_case import worst_case
+from holdfast.queries.push import sensitivity
+from holdfast.queries.uncertainty import worst_case
 from holdfast.scene.shipped import shipped_scene
 
 G = 9.81

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from holdfast.base.borders.outcomes import CRASH, DONE, MEMORY, PART, READY, TIME
+from holdfast.base.borders.worker import CRASH, DONE, MEMORY, PART, READY, TIME
 from holdfast.base.errors import HoldfastError, message
 
 STARTING = 600.0  # [s] time limit for the start of a worker, which imports
@@ -94,11 +94,6 @@ class Supervisor:
         self._log.close()
 
     @property
-    def answers(self) -> Connection:
-        """The connection on which the worker's answers arrive."""
-        return self._answers
-
-    @property
     def left(self) -> float:
         """The time [s] that the worker has left."""
         return max(self._until - time.monotonic(), 0.0)
@@ -120,8 +115,8 @@ class Supervisor:
     def take(self) -> Reply | None:
         """Return the reply to the item, or None if there is none yet."""
         try:
-            while self._answers.poll():
-                reply = self._heard(*self._answers.recv())
+            while self.answers.poll():
+                reply = self._heard(*self.answers.recv())
                 if reply is not None:
                     return reply
         except (EOFError, OSError):
@@ -207,7 +202,7 @@ class Supervisor:
         assert self.process.stdout is not None
         with self.process.stdin as items, self.process.stdout as answers:
             self._items = Connection(os.dup(items.fileno()), readable=False)
-            self._answers = Connection(os.dup(answers.fileno()), writable=False)
+            self.answers = Connection(os.dup(answers.fileno()), writable=False)  # on which answers arrive
         self.started, self._given, self._ready = self.started + 1, 0, False
         self._until = time.monotonic() + STARTING
         try:
@@ -225,7 +220,7 @@ class Supervisor:
             self.process.kill()
             self.process.wait()
             self._items.close()
-            self._answers.close()
+            self.answers.close()
             self.process = None
 
 

@@ -21,7 +21,10 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from holdfast.base.borders.outcomes import CRASH, DONE, MEGABYTE, MEMORY, PART, READY
+READY, PART, DONE = "ready", "part", "done"  # messages of a worker, beside the outcomes below
+ANSWERED, ERROR, TIME, MEMORY, CRASH = "answered", "error", "time", "memory", "crash"  # outcomes of a scene
+OUTCOMES = (ANSWERED, ERROR, TIME, MEMORY, CRASH)
+MEGABYTE = 1 << 20  # bytes
 
 PATIENCE = 2.0  # a worker ends itself after this multiple of SECONDS, plus 30 s, in case its supervisor is gone
 LIMITED = "HOLDFAST_LIMITED"  # a variable of the environment that workers have

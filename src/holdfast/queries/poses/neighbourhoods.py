@@ -166,16 +166,12 @@ class Neighbourhood:
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhoods:
-    """What is near the moved bodies of ``given`` at each of their n poses in ``assembly``.
-
-    ``pieces`` holds the pieces of each pattern of neighbours that occurs, and ``pattern`` (n,) the number of the
-    pattern at each pose.
-    """
+    """What is near the moved bodies of ``given`` at each of their n poses in ``assembly``."""
 
     assembly: Assembly
     given: GivenPoses
     engine: Engine
-    _made: dict[Neighbourhood, Assembly] = field(default_factory=dict, init=False, repr=False)
+    _local: dict[Neighbourhood, Assembly] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def rest(self) -> Assembly | None:
@@ -187,7 +183,11 @@ class Neighbourhoods:
     @cached_property
     def rest_groups(self) -> Groups:
         """The verdicts on the groups of ``rest``."""
-        return () if self.rest is None else tuple(map(Decided.of, prepared(self.engine, self.rest).verdicts))
+        return () if self.rest is None else self.verdicts_on(self.rest)
+
+    def verdicts_on(self, assembly: Assembly) -> Groups:
+        """Return the verdicts on the groups of an assembly, in short."""
+        return tuple(map(Decided.of, prepared(self.engine, assembly).verdicts))
 
     @cached_property
     def outlines(self) -> dict[str, tuple[PartHull, ...]]:
@@ -200,23 +200,20 @@ class Neighbourhoods:
         return [(body.name, part) for body in self.assembly.bodies for part in self.outlines[body.name]]
 
     @cached_property
-    def _found(self) -> tuple[list[tuple[Neighbourhood, ...]], Int]:
+    def patterns(self) -> list[tuple[tuple[Neighbourhood, ...], Int]]:
+        """The pieces of each pattern of neighbours that occurs, with the rows (m,) of the poses that have it.
+
+        Each moved body is in one of the pieces.
+        """
         if self.rest is None:
             others = frozenset(body.name for body in self.assembly.bodies) - set(self.given.names)
-            return [(Neighbourhood(self.given.names, others, others),)], np.zeros(len(self.given), dtype=np.int64)
+            return [((Neighbourhood(self.given.names, others, others),), np.arange(len(self.given)))]
         near = np.packbits(self._near.reshape(len(self.given), -1), axis=1)
         _, first, pattern = np.unique(near, axis=0, return_index=True, return_inverse=True)
-        return [self._pieces(self._near[row]) for row in first], pattern.ravel()
-
-    @property
-    def pieces(self) -> list[tuple[Neighbourhood, ...]]:
-        """The pieces of each pattern; each moved body is in one of them."""
-        return self._found[0]
-
-    @property
-    def pattern(self) -> Int:
-        """The number (n,) of the pattern at each pose."""
-        return self._found[1]
+        return [
+            (self._pieces(self._near[row]), np.flatnonzero(pattern.ravel() == number))
+            for number, row in enumerate(first)
+        ]
 
     @cached_property
     def apart(self) -> Float:
@@ -319,21 +316,17 @@ class Neighbourhoods:
 
     def local(self, piece: Neighbourhood) -> Assembly:
         """Return the assembly in which a piece is decided, made once, with its moved bodies where they were."""
-        if piece not in self._made:
+        if piece not in self._local:
             kept = {*piece.moved, *piece.others}
             if not any(self._is_fixed(name) for name in kept):
                 kept |= {body.name for body in self.assembly.fixed}
             gone = [body.name for body in self.assembly.bodies if body.name not in kept]
-            self._made[piece] = self.assembly.without(gone) if gone else self.assembly
-        return self._made[piece]
+            self._local[piece] = self.assembly.without(gone) if gone else self.assembly
+        return self._local[piece]
 
     def at(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Assembly:
         """Return the assembly of a piece with its moved bodies at ``poses`` (4, 4)."""
         return self.local(piece).moved({name: poses[name] for name in piece.moved})
-
-    def decided(self, piece: Neighbourhood, poses: Mapping[str, Float]) -> Groups:
-        """Return the verdicts on the groups of a piece at ``poses`` (4, 4)."""
-        return tuple(map(Decided.of, prepared(self.engine, self.at(piece, poses)).verdicts))
 
     def in_threads(self, asked: Sequence[tuple[int, Neighbourhood]], answer: Callable[[Assembly, int], T]) -> list[T]:
         """Return an ``answer(assembly, row)`` for each (row, piece) that is ``asked``, computed in threads."""

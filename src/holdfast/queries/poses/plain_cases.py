@@ -125,13 +125,13 @@ class PlainCases:
     def at_once(self, piece: Neighbourhood, rows: Int) -> Iterator[tuple[Int, Groups]]:
         """Yield rows at which a piece has the same verdicts; all other ``rows`` have to be decided one by one."""
         around, name = self.around, self.name
-        joins = self._scene.friction.joins  # faces may hold what hangs
-        if len(piece.moved) > 1 or around.rest is None or joins:
+        if len(piece.moved) > 1 or around.rest is None or self._scene.friction.joins:  # faces may hold what hangs
             return
         if not piece.beside:
             yield rows, (Decided((name,), Status.UNSTABLE, IN_THE_AIR.format(name), (name,)),)
+            return
         rest = tuple(group for group in around.rest_groups if not piece.others.isdisjoint(group.names))
-        if not piece.beside or any(group.status is not Status.STABLE for group in rest):
+        if any(group.status is not Status.STABLE for group in rest):
             return
         near = around.meets[rows, around.given.names.index(name)]
         parts = [[other == beside for other, _ in around.parts] for beside in sorted(piece.beside)]
@@ -280,17 +280,15 @@ class PlainCases:
         around, body, face = self.around, self._body, below.face
         if np.linalg.norm(np.cross(self._scene.up @ below.body.pose[:3, :3], face.normal)) > SAME:
             return
-        corners, reach = (
-            np.vstack([part.corners for part in around.outlines[self.name]]),
-            around.reach(body, below.body),
-        )
+        corners = np.vstack([part.corners for part in around.outlines[self.name]])
+        reach = around.reach(body, below.body)
         at = np.flatnonzero(np.array([face.room(transform(pose, corners)).min() for pose in placed]) > reach)
         heights = (placed[at, :3, 3] - face.middle) @ face.normal / body.shape.surface.diagonal
         keys = np.round(np.column_stack([face.normal @ placed[at, :3, :3], heights]) / SAME).astype(np.int64)
         _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
         for number in np.flatnonzero(np.bincount(which.ravel()) > 1):
             with quiet():
-                (own,) = around.decided(piece, around.given.row(int(rows[at[first[number]]])))
+                (own,) = around.verdicts_on(around.at(piece, around.given.row(int(rows[at[first[number]]]))))
             if own.status is Status.UNSTABLE:
                 own = replace(own, reason=ANYWHERE.format(self.name, below.body.name))
             yield rows[at[which.ravel() == number]], (own,)
@@ -326,7 +324,7 @@ class PlainCases:
             alone = frozenset({other.name})
             piece = Neighbourhood((self.name,), alone, frozenset(self.around.with_all_near(alone)))
             with quiet():
-                groups = self.around.decided(piece, {self.name: other.pose @ pose})
+                groups = self.around.verdicts_on(self.around.at(piece, {self.name: other.pose @ pose}))
             (stood,) = (group for group in groups if self.name in group.names)
             known = stood.status is Status.STABLE and ONLY_BALANCED not in stood.reason
             self._stood[key] = stood if known else None

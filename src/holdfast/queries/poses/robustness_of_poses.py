@@ -23,7 +23,7 @@ from holdfast.queries.poses.neighbourhoods import STAGE, GivenPoses, Neighbourho
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.push import load_factors, robustness
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, push_columns, quiet
-from holdfast.queries.result import ROW_HEADS, amount, gives_way, places_of
+from holdfast.queries.result import ROW_HEADS, cells, places_of
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
@@ -79,16 +79,7 @@ class RobustnessOfPoses(PublicValue):
         headline = f"{len(self):,} poses of {listed(self.bodies)}, a push on {self.body} at each: the least {least}"
         facts = [("engine", f"{self.engine} ({self.claim.words})"), ("not known", f"{int((~known).sum()):,}")]
         places = places_of(self.points)
-        table = [
-            [
-                f"pose {k}, {places[k]}",
-                amount(self.status[k], self.force[k], "N"),
-                f"{number(self.lower[k])} to {number(self.upper[k])}",
-                str(self.status[k]),
-                gives_way(self.mode[k], self.moving[k]),
-            ]
-            for k in rows[:MOST_ROWS].tolist()
-        ]
+        table = [cells(f"pose {k}, {places[k]}", self, k, "N") for k in rows[:MOST_ROWS].tolist()]
         return Summary(headline, facts, ROW_HEADS, table, self.notes)
 
 
@@ -224,8 +215,7 @@ def _rows(around: Neighbourhoods, name: str, points: Float, directions: Float, b
     found: dict[int, Row] = {}
     left: list[tuple[int, Neighbourhood]] = []
     untouched: list[int] = []
-    for number_, pieces in enumerate(around.pieces):
-        rows = np.flatnonzero(around.pattern == number_)
+    for pieces, rows in around.patterns:
         own = [piece for piece in pieces if name in (*piece.moved, *piece.others)]
         if not own or around.assembly.index[name] == FIXED:
             untouched += rows.tolist()

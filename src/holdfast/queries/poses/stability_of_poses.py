@@ -16,16 +16,8 @@ from holdfast.base.public import MOST_ROWS, PublicValue, Summary, column, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Claim
 from holdfast.engines.bearing import limited
-from holdfast.engines.groups import prepared
 from holdfast.engines.verdict import Status
-from holdfast.queries.poses.neighbourhoods import (
-    Decided,
-    Groups,
-    Neighbourhood,
-    Neighbourhoods,
-    given_poses,
-    joined,
-)
+from holdfast.queries.poses.neighbourhoods import Decided, Groups, Neighbourhood, Neighbourhoods, given_poses, joined
 from holdfast.queries.poses.plain_cases import PlainCases
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, checked_assembly, engine_of, quiet
 from holdfast.queries.stability import Stability, stability
@@ -166,15 +158,14 @@ def decided(around: Neighbourhoods) -> list[Decided]:
     plain = {name: PlainCases(around, name) for name in around.given.names}
     known: list[dict[Neighbourhood, Groups]] = [{} for _ in range(len(around.given))]
     asked: list[tuple[int, Neighbourhood]] = []
-    for number_, pieces in enumerate(around.pieces):
-        rows = np.flatnonzero(around.pattern == number_)
+    for pieces, rows in around.patterns:
         for piece in pieces:
             for at, groups in plain[piece.moved[0]].at_once(piece, rows):
                 for row in at.tolist():
                     known[row][piece] = groups
             asked += [(row, piece) for row in rows.tolist() if piece not in known[row]]
     asked.sort(key=lambda entry: entry[0])
-    each = around.in_threads(asked, lambda there, _: tuple(map(Decided.of, prepared(around.engine, there).verdicts)))
+    each = around.in_threads(asked, lambda there, _: around.verdicts_on(there))
     for (row, piece), groups in zip(asked, each, strict=True):
         known[row][piece] = groups
     place = {body.name: number for number, body in enumerate(around.assembly.movable)}

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree as Xml
 
 from holdfast.base.borders.foreign import foreign
-from holdfast.base.borders.outcomes import DONE
 from holdfast.base.borders.supervisor import Limits, Supervisor
+from holdfast.base.borders.worker import DONE
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, message, warn
 from holdfast.base.files import check_ordinary
 from holdfast.base.text import quoted
