@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -14,18 +14,7 @@ from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
 from holdfast.drawing import colours
 from holdfast.drawing.camera import Camera, View, back_view, fit, front_view
-from holdfast.drawing.canvas import (
-    PageBox,
-    Writer,
-    badge,
-    blank,
-    block,
-    draw_axes,
-    draw_names,
-    paint,
-    pixel_axes,
-    png_of,
-)
+from holdfast.drawing.canvas import PageBox, Writer, badge, block, draw_axes, draw_names
 from holdfast.drawing.colours import CONTACT, GREY, INK
 from holdfast.drawing.marks import Shot, draw_contacts, draw_pushes, draw_scale_bar, visible
 from holdfast.drawing.picture import Picture, ends_of, fixed, forces, heat_points, legend, movable, movable_names
@@ -56,17 +45,14 @@ def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int
         raise HoldfastError(f"size: {size} is too small for a legible picture; use at least {_SMALLEST}")
     scale = colours.scale_of(forces(picture))
     layout = layout_of(picture, size)
-    figure, canvas = blank(*size)
-    writer = Writer(pixel_axes(figure, *size), canvas, layout.unit)
-    page = np.ones((size[1], size[0], 3))
+    writer = Writer(*size, layout.unit)
     panels = []
     for shot in layout.shots:
         still, shape = fixed(picture) if shot.fixed else None, (shot.box.height, shot.box.width)
         panels.append(render(movable(picture, scale), still, shot.camera, shape, ghost=shot.contacts))
-        shot.box.of(page)[:] = panels[-1].image
+        shot.box.of(writer.image)[:] = panels[-1].image
     if scale is not None:
-        layout.bar.of(page)[:] = colours.sample(np.linspace(0.0, 1.0, layout.bar.width))
-    paint(figure, page)
+        layout.bar.of(writer.image)[:] = colours.sample(np.linspace(0.0, 1.0, layout.bar.width))
     unit, points = writer.unit, 27.0
     while points > 18.0 and writer.width(picture.title, points, bold=True) > layout.header.width:
         points -= 1.0
@@ -75,7 +61,7 @@ def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int
         writer.put(layout.header.left, (70 + 21 * row) * unit, line, 16.0, colour=GREY)
     _annotate(writer, picture, layout, panels)
     _draw_footer(writer, picture, layout, scale)
-    write_atomically(path, png_of(canvas))
+    write_atomically(path, writer.png())
 
 
 @dataclass(frozen=True)
@@ -158,8 +144,6 @@ def _arrangements(count: int, inner: PageBox, unit: float) -> list[list[PageBox]
 
 def _annotate(writer: Writer, picture: Picture, layout: Layout, panels: list[Panel]) -> None:
     """Draw pushes, names, contacts, captions and axes over the panels."""
-    from matplotlib.patches import Rectangle
-
     axes, unit = writer.axes, layout.unit
     maps = [(shot, panel) for shot, panel in zip(layout.shots, panels, strict=True) if not shot.contacts]
     seen = [[visible(shot, panel.depth, arrow) for arrow in picture.weakest] for shot, panel in maps]
@@ -179,8 +163,7 @@ def _annotate(writer: Writer, picture: Picture, layout: Layout, panels: list[Pan
         draw_names(writer, shot.box, panel.body, movable_names(picture), taken)
     for shot in layout.shots:
         box = shot.box
-        look: dict[str, Any] = {"fill": False, "edgecolor": colours.FRAME, "lw": 0.8 * unit, "zorder": 1}
-        axes.add_patch(Rectangle((box.left, box.top), box.width, box.height, **look))
+        writer.framed(box)
         writer.put(box.left + 12 * unit, box.top + 23 * unit, shot.caption, 14.0, colour=GREY)
         if shot.contacts:
             draw_contacts(axes, shot, picture, unit)
@@ -210,8 +193,6 @@ def _draw_footer(writer: Writer, picture: Picture, layout: Layout, scale: colour
 
 
 def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: PageBox) -> None:
-    from matplotlib.patches import Rectangle
-
     shown: list[tuple[bool, tuple[float, ...], str]] = [
         (any(solid.fixed for solid in picture.solids), colours.FIXED, "fixed body"),
         (any(not solid.fixed for solid in picture.solids), colours.COVERED, "covered, cannot be pushed"),
@@ -226,8 +207,7 @@ def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: PageBox)
     for row, (colour, text) in enumerate(rows):
         y = foot.top + 48 * unit + row * step
         hatch = "////" if colour == colours.UNDECIDED else ""
-        look: dict[str, Any] = {"facecolor": colour, "edgecolor": INK, "hatch": hatch, "lw": 0.6 * unit, "zorder": 9}
-        writer.axes.add_patch(Rectangle((left, y), 24 * unit, 16 * unit, **look))
+        writer.swatch(left, y, 24 * unit, 16 * unit, facecolor=colour, edgecolor=INK, hatch=hatch, lw=0.6)
         writer.put_clipped(left + 34 * unit, y + 13 * unit, text, 14.0, _SWATCH_SHARE * foot.width - 44 * unit)
 
 
