@@ -66,7 +66,7 @@ class Writer:
         self.image = np.ones((height, width, 3))
         self.figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
         self._canvas = FigureCanvasAgg(self.figure)
-        whole = {"xlim": (0, width), "ylim": (height, 0), "facecolor": "none"}
+        whole: dict[str, Any] = {"xlim": (0, width), "ylim": (height, 0), "facecolor": "none"}
         self.axes: Axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), **whole)
         self.axes.set_axis_off()
         self.axes.set_autoscale_on(False)

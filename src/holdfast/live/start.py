@@ -85,8 +85,7 @@ def view(
     _check(what)
     opened = checked_truth(browser, "view: browser")
     step = None if spacing is None else checked_number(spacing, "view: spacing", above=0, within=LENGTH)
-    model = _model(what, engine, step)
-    window = Window(model, port)
+    window = Window(_model(what, engine, step), port)
     if isinstance(what, TransportLimits):
         window.controls.show_limits(glimpse(what), what.summary().headline)
     found = LiveView(window)
@@ -102,22 +101,26 @@ def _check(what: object) -> None:
 
 
 def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> ViewModel:
+    """Return the model of what is viewed, with its map and its states."""
     found: RobustnessMap | None = None
     steps: tuple[ShownStep, ...] = ()
-    if isinstance(what, RobustnessMap):
-        assembly, found = what.assembly, what
-    elif isinstance(what, Placement):
-        if what.map is None:
-            raise HoldfastError(message("view of a placement", "there is no pose to show", what.reason))
-        assembly, found, steps = what.map.assembly, what.map, places(what)
-    elif isinstance(what, Settled):
-        assembly, steps = assemble(what.scene), settling(what)
-    elif isinstance(what, Disassembly):
-        assembly, steps = what.assembly, taking_apart(what)
-    elif isinstance(what, TransportLimits):
-        assembly = what.assembly
-    else:
-        assembly = what if isinstance(what, Assembly) else assemble(what)
+    match what:
+        case Scene():
+            assembly = assemble(what)
+        case Assembly():
+            assembly = what
+        case RobustnessMap():
+            assembly, found = what.assembly, what
+        case TransportLimits():
+            assembly = what.assembly
+        case Settled():
+            assembly, steps = assemble(what.scene), settling(what)
+        case Disassembly():
+            assembly, steps = what.assembly, taking_apart(what)
+        case Placement():
+            if what.map is None:
+                raise HoldfastError(message("view of a placement", "there is no pose to show", what.reason))
+            assembly, found, steps = what.map.assembly, what.map, places(what)
     refuse_holds(assembly.scene.holds, "view", "view the scene without them")
     model = ViewModel(assembly, engine=engine, spacing=spacing, found=found)
     model.show(steps)
