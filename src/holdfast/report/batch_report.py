@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import os
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from heapq import nsmallest
 from typing import Any
@@ -85,34 +85,31 @@ def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -
     write_atomically(path, page.encode("utf-8"))
 
 
-def _weakness(row: Row) -> tuple[float, float, float]:
-    """Return the sort key of scenes: first those that fall, then the undecided ones, then by strength."""
-    rank = {"unstable": 0.0, "undecided": 1.0}.get(row["status"] or "", 2.0)
-    push, acceleration = (float("inf") if row[name] is None else row[name] for name in ("weakest", "acceleration"))
-    return rank, push, acceleration
-
-
 def _weakest_first(rows: Iterable[Row], most: int) -> list[Row]:
-    return nsmallest(most, (row for row in rows if row["outcome"] == ANSWERED), key=_weakness)
+    """Return the first of the answered scenes: those that fall, then the undecided ones, then by strength."""
+
+    def weakness(row: Row) -> tuple[float, float, float]:
+        rank = {"unstable": 0.0, "undecided": 1.0}.get(row["status"] or "", 2.0)
+        push, acceleration = (float("inf") if row[name] is None else row[name] for name in ("weakest", "acceleration"))
+        return rank, push, acceleration
+
+    return nsmallest(most, (row for row in rows if row["outcome"] == ANSWERED), key=weakness)
 
 
 def _pictures(rows: Sequence[Row], options: Mapping[str, Any]) -> Iterable[str]:
     """Yield small pictures of the weakest scenes, except those that were values or whose files are gone."""
     drawn = 0
     for row in _weakest_first(rows, 4 * PICTURED):
-        content = None if row["path"] is None or drawn >= PICTURED else _picture(row, options)
-        if content is not None:
-            drawn += 1
-            image = f'<img alt="" src="data:image/png;base64,{base64.b64encode(content).decode()}">'
-            yield f"<figure>{image}<figcaption>{escaped(row['scene'], 80)}<br>{_strength(row)}</figcaption></figure>"
-
-
-def _picture(row: Row, options: Mapping[str, Any]) -> bytes | None:
-    try:
-        scene = load_scene(row["path"], **options)
-    except HoldfastError:
-        return None
-    return thumbnail(solids_of(scene.bodies), scene.up, row["moving"] or ())
+        if row["path"] is None or drawn >= PICTURED:
+            continue
+        try:
+            scene = load_scene(row["path"], **options)
+        except HoldfastError:
+            continue
+        drawn += 1
+        content = thumbnail(solids_of(scene.bodies), scene.up, row["moving"] or ())
+        image = f'<img alt="" src="data:image/png;base64,{base64.b64encode(content).decode()}">'
+        yield f"<figure>{image}<figcaption>{escaped(row['scene'], 80)}<br>{_strength(row)}</figcaption></figure>"
 
 
 def _strength(row: Row) -> str:
@@ -149,16 +146,13 @@ def _amount(value: float | None) -> str:
 
 def _reasons(rows: Sequence[Row]) -> str:
     """Return a table of the kinds of reasons of verdicts other than stable, with their counts and an example."""
-    counts: Counter[tuple[str, str]] = Counter()
-    example: dict[tuple[str, str], Row] = {}
+    alike: dict[tuple[str, str], list[Row]] = defaultdict(list)
     for row in rows:
         if row["status"] not in (None, "stable"):
-            key = (row["status"], kind_of(row["reason"] or ""))
-            counts[key] += 1
-            example.setdefault(key, row)
+            alike[row["status"], kind_of(row["reason"] or "")].append(row)
     cells = [
-        (f"{n:,}", key[0], example[key]["scene"], example[key]["reason"] or "")
-        for key, n in counts.most_common(REASONS)
+        (f"{len(some):,}", some[0]["status"], some[0]["scene"], some[0]["reason"] or "")
+        for some in nsmallest(REASONS, alike.values(), key=lambda some: -len(some))
     ]
     return ReportTable(("scenes", "verdict", "for example", "whose reason is"), cells).html()
 
