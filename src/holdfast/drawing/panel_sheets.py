@@ -17,7 +17,7 @@ from holdfast.drawing.camera import Camera, fit, front_view
 from holdfast.drawing.canvas import PageBox, Writer, draw_axes
 from holdfast.drawing.colours import GREY, INK
 from holdfast.drawing.map_png import CAPTION
-from holdfast.drawing.marks import PUSH, arrow_shapes
+from holdfast.drawing.marks import PUSH, draw_arrows
 from holdfast.drawing.picture import (
     Arrow,
     Picture,
@@ -236,10 +236,7 @@ def _draw_frame(
 
 def _draw_way(axes: Axes, near: Float, far: Float, arriving: bool) -> None:
     """Draw the arrow on which a body leaves from ``near`` to ``far`` (1, 2) [px], or arrives the other way."""
-    from matplotlib.collections import PolyCollection
-
-    ends = (far, near) if arriving else (near, far)
-    axes.add_collection(PolyCollection(arrow_shapes(*ends, PUSH), facecolors=_ARROW, edgecolors="white", zorder=6))
+    draw_arrows(axes, *((far, near) if arriving else (near, far)), PUSH, _ARROW, zorder=6)
 
 
 def _sequence_camera(sequence: StateSequence) -> tuple[Camera, tuple[int, int], float]:

@@ -147,12 +147,12 @@ def _asked(what: Stability | Robustness) -> LoggedContent:
     return LoggedContent(replace(picture, weakest=pushes), _swing(weakest, assembly.size))
 
 
-def _standing(assembly: Assembly, found: ContactForces | None) -> Picture:
+def _standing(assembly: Assembly, at_rest: ContactForces | None) -> Picture:
     """Return a picture of an assembly with its contacts and the contact forces at rest, if they are known."""
     picture = replace(bare_picture(assembly.scene), outlines=outlines_of(assembly))
-    if found is None:
+    if at_rest is None:
         return picture
-    return replace(picture, contact_points=found.points, contact_forces=force_arrows(assembly, found))
+    return replace(picture, contact_points=at_rest.points, contact_forces=force_arrows(assembly, at_rest))
 
 
 def _counted(steps: Sequence[ShownStep]) -> list[Moment]:

@@ -88,10 +88,9 @@ def view(
     window = Window(_model(what, engine, step), port)
     if isinstance(what, TransportLimits):
         window.controls.show_limits(glimpse(what), what.summary().headline)
-    found = LiveView(window)
     if opened:
-        webbrowser.open(found.url)
-    return found
+        webbrowser.open(window.url)
+    return LiveView(window)
 
 
 def _check(what: object) -> None:
@@ -102,7 +101,7 @@ def _check(what: object) -> None:
 
 def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> ViewModel:
     """Return the model of what is viewed, with its map and its states."""
-    found: RobustnessMap | None = None
+    known: RobustnessMap | None = None
     steps: tuple[ShownStep, ...] = ()
     match what:
         case Scene():
@@ -110,7 +109,7 @@ def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> ViewM
         case Assembly():
             assembly = what
         case RobustnessMap():
-            assembly, found = what.assembly, what
+            assembly, known = what.assembly, what
         case TransportLimits():
             assembly = what.assembly
         case Settled():
@@ -120,8 +119,8 @@ def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> ViewM
         case Placement():
             if what.map is None:
                 raise HoldfastError(message("view of a placement", "there is no pose to show", what.reason))
-            assembly, found, steps = what.map.assembly, what.map, places(what)
+            assembly, known, steps = what.map.assembly, what.map, places(what)
     refuse_holds(assembly.scene.holds, "view", "view the scene without them")
-    model = ViewModel(assembly, engine=engine, spacing=spacing, found=found)
+    model = ViewModel(assembly, engine=engine, spacing=spacing, known=known)
     model.show(steps)
     return model

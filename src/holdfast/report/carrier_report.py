@@ -21,7 +21,7 @@ from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
 from holdfast.queries.result import Columns, amount, promised
-from holdfast.report import description as said
+from holdfast.report import description as wording
 from holdfast.report.description import STYLES, WORDS, Headline, Line, Report, ReportTable
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def transport_report(result: TransportLimits) -> Report:
     """
     count, (first, second, *_) = len(result.directions), frame_names(result.assembly)
     zero = f"{first} is 0°, {second} is 90°" if first != "0°" else "0° is the first of scene.horizontal_directions"
-    rest = f" on its carrier, {count} directions, {zero}{said.by_engine(result.engine, result.claim)}"
+    rest = f" on its carrier, {count} directions, {zero}{wording.by_engine(result.engine, result.claim)}"
     verdict = result.verdict.status
     angle = np.asarray(np.round(np.degrees(level_angles(result)), 1), dtype=np.float64)
     row, least = result.answers.holding, promised(result.answers, "m/s²")
@@ -86,7 +86,7 @@ def transport_report(result: TransportLimits) -> Report:
     rank = np.argsort(result.answers.ranking)
     return Report(
         Headline(result.assembly.scene.name or "assembly", WORDS[verdict], STYLES[verdict], rest),
-        *said.remarks(result),
+        *wording.remarks(result),
         Line(_slowest(result, angle)),
         *map(Line, everywhere),
         ReportTable(
@@ -103,7 +103,7 @@ def _arc_row(result: TransportLimits, angle: Float, arc: list[int], rank: NDArra
     known, answer = result.answers.decided[least], amount(result.status[least], result.acceleration[least])
     promises = result.lower[low] > 0 or (known and result.lower.any())
     lower = [number(float(result.lower[low])), there] if promises else ["-", ""]
-    partly = said.partly_undecided(int((~result.answers.decided[arc]).sum()), len(arc))
+    partly = wording.partly_undecided(int((~result.answers.decided[arc]).sum()), len(arc))
     return [first, last, answer, at, *lower, _gives_way(result, least) + partly]
 
 
@@ -117,7 +117,7 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
         return f"{what}, however fast it accelerates"
     if result.status[least] is Status.UNSTABLE:
         return "even at rest " + ("something is crushed" if result.mode[least] == "crush" else "it does not stand")
-    moving = f"{result.mode[least]} of {listed(result.moving[least], said.SHOWN)}"
+    moving = f"{result.mode[least]} of {listed(result.moving[least], wording.SHOWN)}"
     if not result.acceleration[least] > 0:
         return f"the slightest acceleration moves something: {moving}"
     among = "" if result.answers.decided.all() else ", of the directions with an answer"
@@ -146,7 +146,7 @@ def _gives_way(result: TransportLimits, k: int) -> str:
         return "undecided"
     falls = ("" if result.mode[k] == "crush" else "falls ") + "at rest" if result.status[k] is Status.UNSTABLE else ""
     kind = falls or ("" if result.acceleration[k] > 0 else "only balanced")
-    return said.moving_words(result.mode[k], result.moving[k], kind)
+    return wording.moving_words(result.mode[k], result.moving[k], kind)
 
 
 def save_polar(
@@ -223,7 +223,7 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
 def carried_report(result: Carried) -> Report:
     """Return whether a load holds while it is carried, and the times with the smallest factors, in their order."""
     motion, first, low = result.profile, movers(result), result.answers.holding
-    rest = f" while it is carried: {motion.name or 'a motion'}{said.by_engine(result.engine, result.claim)}"
+    rest = f" while it is carried: {motion.name or 'a motion'}{wording.by_engine(result.engine, result.claim)}"
     chosen = result.answers.ranking[:TIMES].tolist()
     rows = []
     for k in sorted(chosen if low is None or low in chosen else [*chosen[: TIMES - 1], low]):
@@ -237,7 +237,7 @@ def carried_report(result: Carried) -> Report:
         Line(result.reason),
         *map(Line, _safe_speed(result)),
         *([Line(f"motion from {motion.source}", "dim")] if motion.source else []),
-        *said.noted(result.notes),
+        *wording.noted(result.notes),
         ReportTable(heads, rows, "times with the smallest factors", right=range(6), whole=True, airy=True),
     )
 

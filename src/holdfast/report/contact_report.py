@@ -20,7 +20,7 @@ from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.push import Robustness
 from holdfast.queries.result import gives_way, holds_up_to, promised, vector_text
 from holdfast.queries.stability import Stability
-from holdfast.report import description as said
+from holdfast.report import description as wording
 from holdfast.report.description import MOST_ROWS, STYLES, WORDS, Headline, Line, Report, ReportTable
 
 if TYPE_CHECKING:
@@ -41,10 +41,10 @@ def stability_report(assembly: Assembly, result: Stability) -> Report:
     movable = f"{len(assembly.movable)} movable {'body' if len(assembly.movable) == 1 else 'bodies'}"
     interfaces = f"{len(assembly.interfaces)} interface{'' if len(assembly.interfaces) == 1 else 's'}"
     return Report(
-        Headline(assembly.scene.name or "scene", word, style, said.by_engine(result.engine, result.claim)),
+        Headline(assembly.scene.name or "scene", word, style, wording.by_engine(result.engine, result.claim)),
         Line(result.reason, "dim"),
         *bearing,
-        *said.noted(result.notes),
+        *wording.noted(result.notes),
         Line(f"{movable}, {interfaces}; {assembly.tolerances.text}"),
         _contacts(assembly, result),
     )
@@ -152,10 +152,10 @@ def push_report(result: Robustness) -> Report:
     if status is Status.UNSTABLE:
         crushed = mechanism is not None and mechanism.mode == "crush"
         lines.append(Line(mechanism.text if mechanism and crushed else result.verdict.reason, "dim"))
-    told = () if status is Status.FINITE else (*result.undecided.reasons, result.verdict.reason)
-    notes = [note for note in result.notes if note not in told and not said.repeats(note, result.verdict)]
-    headline = Headline(result.body, outcome, style, said.by_engine(result.engine, result.claim))
-    return Report(headline, *lines, *said.noted(notes))
+    above = () if status is Status.FINITE else (*result.undecided.reasons, result.verdict.reason)
+    notes = [note for note in result.notes if note not in above and not wording.repeats(note, result.verdict)]
+    headline = Headline(result.body, outcome, style, wording.by_engine(result.engine, result.claim))
+    return Report(headline, *lines, *wording.noted(notes))
 
 
 def bounds_text(result: Robustness) -> list[str]:
@@ -171,7 +171,7 @@ def bounds_text(result: Robustness) -> list[str]:
 def map_report(result: RobustnessMap) -> Report:
     """Return the bound that holds at all points, and a table with the weakest point of every body."""
     status = result.verdict.status
-    rest = f", {len(result.force):,} inward pushes{said.by_engine(result.engine, result.claim)}"
+    rest = f", {len(result.force):,} inward pushes{wording.by_engine(result.engine, result.claim)}"
     row, least = result.answers.holding, promised(result.answers, "N")
     everywhere = []
     if row is not None and least:
@@ -181,10 +181,10 @@ def map_report(result: RobustnessMap) -> Report:
     for weak in result.weakest_of_each_body():
         here = result.body == weak.body
         *cells, what = _weakest_row(weak)
-        rows.append((*cells, what + said.partly_undecided(int((here & ~result.answers.decided).sum()), here.sum())))
+        rows.append((*cells, what + wording.partly_undecided(int((here & ~result.answers.decided).sum()), here.sum())))
     return Report(
         Headline(result.assembly.scene.name or "scene", WORDS[status], STYLES[status], rest),
-        *said.remarks(result),
+        *wording.remarks(result),
         *everywhere,
         ReportTable(
             ("body", "force [N]", "at [mm]", "along", "what moves"), rows, "weakest push on each body",
@@ -199,12 +199,12 @@ def _weakest_row(weak: MapPoint) -> tuple[str, ...]:
     if weak.status is Status.UNDECIDED:
         return weak.body, "?", "", "", "undecided"
     if weak.status is Status.UNSTABLE:
-        return weak.body, "0", "", "", said.moving_words(weak.mode, weak.moving, "falls without a push")
+        return weak.body, "0", "", "", wording.moving_words(weak.mode, weak.moving, "falls without a push")
     place = vector_text((1e3 * v for v in weak.point), ".0f")
     steep = int(np.argmax(np.abs(weak.direction)))
     if abs(weak.direction[steep]) > 1 - 1e-9:
         along = f"{'+' if weak.direction[steep] > 0 else '-'}{'xyz'[steep]}"
     else:
         along = vector_text(np.round(weak.direction, 2), ".2f")
-    what = said.moving_words(weak.mode, weak.moving, "" if weak.force > 0 else "only balanced")
+    what = wording.moving_words(weak.mode, weak.moving, "" if weak.force > 0 else "only balanced")
     return weak.body, f"{weak.force:.4g}", place, along, what
