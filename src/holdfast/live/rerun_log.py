@@ -178,7 +178,7 @@ def _accelerated(result: TransportLimits | Carried, k: int) -> Moment:
         text = f"along ({along}): {number(values['acceleration'], 'm/s²')}, {gives}"
     else:
         when, values = float(result.profile.time[k]), {"factor": float(result.factor[k]), "lower": lower}
-        text, begins = f"factor {number(values['factor'])}, {gives}", begins and values["factor"] < 1
+        text, begins = f"factor {number(values['factor'])}, {gives}", begins and result.factor[k] < 1
     moved = moved_by(mechanism, SWING * result.assembly.size) if begins else {}
     shown = {name: value for name, value in values.items() if known and np.isfinite(value)}  # what a plot can show
     return Moment(when, ShownStep(text, moved=moved), shown)
