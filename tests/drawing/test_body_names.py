@@ -94,9 +94,9 @@ def test_points_of_a_sheet_stay_in_their_panel(table: Picture, monkeypatch: pyte
     real = panel_sheets.Writer
 
     class Listening(real):  # type: ignore[misc, valid-type]
-        def __init__(self, axes: object, *more: object) -> None:
-            super().__init__(axes, *more)
-            drawn.append(axes)
+        def __init__(self, *size: int) -> None:
+            super().__init__(*size)
+            drawn.append(self.axes)
 
     monkeypatch.setattr(panel_sheets, "Writer", Listening)
     far = np.array([[3.0, y, 0.0] for y in np.linspace(-2, 2, 9)])

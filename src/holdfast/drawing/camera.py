@@ -76,15 +76,17 @@ def back_view(picture: Picture, front: View) -> View:
     return _view(vertical, -level, _BELOW)
 
 
-def fit(view: View, points: Float, width: float, height: float, margin: float) -> Camera:
-    """Return the camera that centres the points in a panel of width by height pixels, with a margin [px]."""
+def fit(view: View, points: Float, width: float, height: float, margin: float, top: float = 0.0) -> Camera:
+    """Return the camera that centres the points in a panel of width by height pixels, with a margin [px].
+
+    The panel begins ``top`` [px] below the row that the camera counts from.
+    """
     flat = view.flat(points)
     low, high = flat.min(axis=0), flat.max(axis=0)
     extent = np.maximum(high - low, 1e-9)
     scale = float(min((width - 2 * margin) / extent[0], (height - 2 * margin) / extent[1]))
-    centre = (low + high) / 2.0
-    origin = centre + np.array([-width, height]) / (2.0 * scale)
-    return Camera(view, origin, scale)
+    origin = (low + high) / 2.0 + np.array([-width, height]) / (2.0 * scale)
+    return Camera(view, origin + np.array([0.0, top / scale]), scale)
 
 
 def _view(vertical: Float, level: Float, elevation: float) -> View:

@@ -13,12 +13,10 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import PNG_INSTALL, PNG_NEEDS, HoldfastError
 from holdfast.base.text import one_line
 from holdfast.drawing.camera import View
-from holdfast.drawing.colours import GREY, INK
+from holdfast.drawing.colours import FRAME, GREY, INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
     from matplotlib.text import Text
 
 FONT: Final = "DejaVu Sans"  # font of all texts
@@ -45,37 +43,6 @@ class PageBox(NamedTuple):
         return page[self.top : self.top + self.height, self.left : self.left + self.width]
 
 
-def blank(width: int, height: int) -> tuple[Figure, FigureCanvasAgg]:
-    """Return a white page of ``width`` by ``height`` pixels."""
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise HoldfastError(f"{PNG_NEEDS}; remedy: {PNG_INSTALL}") from error
-    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
-    return figure, FigureCanvasAgg(figure)
-
-
-def pixel_axes(figure: Figure, width: int, height: int) -> Axes:
-    """Return axes over the whole page, in pixels from its upper left corner."""
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0, width), ylim=(height, 0), facecolor="none")
-    axes.set_axis_off()
-    axes.set_autoscale_on(False)
-    return axes
-
-
-def paint(figure: Figure, page: Float) -> None:
-    """Draw an image (height, width, 3), with colours in 0..1, beneath everything else."""
-    figure.figimage(np.rint(page * 255.0).astype(np.uint8), zorder=-1)
-
-
-def png_of(canvas: FigureCanvasAgg) -> bytes:
-    """Return the page as the bytes of a PNG file."""
-    stream = BytesIO()
-    canvas.print_png(stream)
-    return stream.getvalue()
-
-
 def write(axes: Axes, x: float, y: float, text: str, points: float, **style: Any) -> Text:  # noqa: ANN401
     """Write a text without formulas, in ink and centred unless ``style`` says otherwise."""
     usual: dict[str, Any] = {"color": INK, "ha": "center", "zorder": 9, "fontfamily": FONT, "parse_math": False}
@@ -83,15 +50,49 @@ def write(axes: Axes, x: float, y: float, text: str, points: float, **style: Any
 
 
 class Writer:
-    """Writes and measures lines of text on a page whose axes are in pixels.
+    """A page of ``width`` by ``height`` pixels with an ``image`` (height, width, 3), in 0..1, beneath lines of text.
 
-    ``unit`` is the size of a pixel of the design; letter heights (``pixels``) are at the design size.
+    ``axes`` are over the whole page, in pixels from its upper left corner. ``unit`` is the size of a pixel of the
+    design; letter heights (``pixels``) are at the design size.
     """
 
-    def __init__(self, axes: Axes, canvas: FigureCanvasAgg, unit: float) -> None:
-        self.axes = axes
+    def __init__(self, width: int, height: int, unit: float = 1.0) -> None:
+        try:
+            from matplotlib.backends.backend_agg import FigureCanvasAgg
+            from matplotlib.figure import Figure
+        except ImportError as error:
+            raise HoldfastError(f"{PNG_NEEDS}; remedy: {PNG_INSTALL}") from error
         self.unit = unit
-        self._renderer = canvas.get_renderer()
+        self.image = np.ones((height, width, 3))
+        self.figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
+        self._canvas = FigureCanvasAgg(self.figure)
+        whole: dict[str, Any] = {"xlim": (0, width), "ylim": (height, 0), "facecolor": "none"}
+        self.axes: Axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), **whole)
+        self.axes.set_axis_off()
+        self.axes.set_autoscale_on(False)
+
+    def png(self) -> bytes:
+        """Return the page as the bytes of a PNG file."""
+        self.figure.figimage(np.rint(self.image * 255.0).astype(np.uint8), zorder=-1)
+        stream = BytesIO()
+        self._canvas.print_png(stream)
+        return stream.getvalue()
+
+    def box(self, left: float, top: float, width: float, height: float, **options: Any) -> Any:  # noqa: ANN401
+        """Return further axes at a place of the page: left and top edge, width and height [px]."""
+        h, w, _ = self.image.shape
+        return self.figure.add_axes((left / w, 1 - (top + height) / h, width / w, height / h), **options)
+
+    def framed(self, box: PageBox) -> None:
+        """Draw the frame of a panel."""
+        self.swatch(*box, fill=False, edgecolor=FRAME, lw=0.8, zorder=1)
+
+    def swatch(self, x: float, y: float, width: float, height: float, **look: Any) -> None:  # noqa: ANN401
+        """Draw a rectangle with its upper left corner at (x, y); ``lw`` is at the design size."""
+        from matplotlib.patches import Rectangle
+
+        look = {"zorder": 9} | look | {"lw": look.get("lw", 1.0) * self.unit}
+        self.axes.add_patch(Rectangle((x, y), width, height, **look))
 
     def put(
         self,
@@ -112,10 +113,18 @@ class Writer:
         """Write one line of text, shortened to ``room`` [px], in a ``style`` as for ``put``."""
         self.put(x, y, self.clipped(text, pixels, room, bold=style.get("bold", False)), pixels, **style)
 
-    def head(self, title: str, subtitle: str, page: float) -> None:
-        """Write the title and the subtitle of a page that is ``page`` [px] wide."""
-        self.put_clipped(60, 50, title, 27.0, page - 120, bold=True)
-        self.put_clipped(60, 80, subtitle, 16.0, page - 120, colour=GREY)
+    def head(
+        self,
+        title: str,
+        subtitle: str,
+        left: int = 60,
+        rows: tuple[int, int] = (50, 80),
+        letters: tuple[int, int] = (27, 16),
+    ) -> None:
+        """Write the title and the subtitle of the page at these ``rows`` [px], in letters of these heights."""
+        room = self.image.shape[1] - 2 * left
+        self.put_clipped(left, rows[0], title, letters[0], room, bold=True)
+        self.put_clipped(left, rows[1], subtitle, letters[1], room, colour=GREY)
 
     def width(self, text: str, pixels: float, bold: bool = False) -> float:
         """Return the width of a line [px]."""
@@ -123,7 +132,7 @@ class Writer:
 
         weight = "bold" if bold else "normal"
         font = FontProperties(family=FONT, size=pixels * self.unit * _POINTS_PER_PIXEL, weight=weight)
-        return float(self._renderer.get_text_width_height_descent(one_line(text), font, False)[0])
+        return float(self._canvas.get_renderer().get_text_width_height_descent(one_line(text), font, False)[0])
 
     def clipped(self, text: str, pixels: float, room: float, bold: bool = False) -> str:
         """Return the text, shortened with an ellipsis if it is wider than ``room`` [px]."""

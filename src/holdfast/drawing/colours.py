@@ -28,21 +28,17 @@ _TICK_GAP: Final = 0.09  # smallest distance of a tick from the ends, as a share
 _STOPS: Final = ("#6a0c42", "#b5173f", "#ea5a34", "#f9a63f", "#f3e06a", "#cdf3b4")
 _TABLE_SIZE: Final = 256  # number of colours in the table
 
-_TO_LMS: Final = np.array(
-    [
-        [0.4122214708, 0.5363325363, 0.0514459929],
-        [0.2119034982, 0.6806995451, 0.1073969566],
-        [0.0883024619, 0.2817188376, 0.6299787005],
-    ]
-)
-_TO_LAB: Final = np.array(
-    [
-        [0.2104542553, 0.7936177850, -0.0040720468],
-        [1.9779984951, -2.4285922050, 0.4505937099],
-        [0.0259040371, 0.7827717662, -0.8086757660],
-    ]
-)
-
+# from linear sRGB to the responses of the three cones, and from their cube roots to OKLab: B. Ottosson, 2020
+_TO_LMS: Final = np.array([
+    [0.4122214708, 0.5363325363, 0.0514459929],
+    [0.2119034982, 0.6806995451, 0.1073969566],
+    [0.0883024619, 0.2817188376, 0.6299787005],
+])  # fmt: skip
+_TO_LAB: Final = np.array([
+    [0.2104542553, 0.7936177850, -0.0040720468],
+    [1.9779984951, -2.4285922050, 0.4505937099],
+    [0.0259040371, 0.7827717662, -0.8086757660],
+])  # fmt: skip
 
 INK: Final = "#14171c"  # colour of text and of the arrows of pushes
 GREY: Final = "#59606b"  # colour of secondary text

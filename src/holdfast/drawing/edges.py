@@ -69,9 +69,9 @@ def _open_ends(segments: Float, normals: Float, size: float) -> Float:
         lines[key.tobytes()].append(index)
     kept = []
     for members in lines.values():
-        own, way = segments[members], along[members[0]]
-        span = np.sort(own @ way, axis=1)
-        foot = own[0, 0] - (own[0, 0] @ way) * way
+        ends, way = segments[members], along[members[0]]
+        span = np.sort(ends @ way, axis=1)
+        foot = ends[0, 0] - (ends[0, 0] @ way) * way
         marks = np.unique(span)
         middle = (marks[1:] + marks[:-1]) / 2.0
         covers = (span[:, :1] < middle) & (middle < span[:, 1:])

@@ -4,28 +4,16 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from holdfast.base.arrays import Float
 from holdfast.base.colour import rgb_of
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
 from holdfast.drawing import colours
-from holdfast.drawing.camera import Camera, View, back_view, fit, front_view
-from holdfast.drawing.canvas import (
-    PageBox,
-    Writer,
-    badge,
-    blank,
-    block,
-    draw_axes,
-    draw_names,
-    paint,
-    pixel_axes,
-    png_of,
-)
+from holdfast.drawing.camera import back_view, fit, front_view
+from holdfast.drawing.canvas import PageBox, Writer, badge, block, draw_axes, draw_names
 from holdfast.drawing.colours import CONTACT, GREY, INK
 from holdfast.drawing.marks import Shot, draw_contacts, draw_pushes, draw_scale_bar, visible
 from holdfast.drawing.picture import Picture, ends_of, fixed, forces, heat_points, legend, movable, movable_names
@@ -56,17 +44,12 @@ def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int
         raise HoldfastError(f"size: {size} is too small for a legible picture; use at least {_SMALLEST}")
     scale = colours.scale_of(forces(picture))
     layout = layout_of(picture, size)
-    figure, canvas = blank(*size)
-    writer = Writer(pixel_axes(figure, *size), canvas, layout.unit)
-    page = np.ones((size[1], size[0], 3))
+    writer = Writer(*size, layout.unit)
     panels = []
     for shot in layout.shots:
         still, shape = fixed(picture) if shot.fixed else None, (shot.box.height, shot.box.width)
         panels.append(render(movable(picture, scale), still, shot.camera, shape, ghost=shot.contacts))
-        shot.box.of(page)[:] = panels[-1].image
-    if scale is not None:
-        layout.bar.of(page)[:] = colours.sample(np.linspace(0.0, 1.0, layout.bar.width))
-    paint(figure, page)
+        shot.box.of(writer.image)[:] = panels[-1].image
     unit, points = writer.unit, 27.0
     while points > 18.0 and writer.width(picture.title, points, bold=True) > layout.header.width:
         points -= 1.0
@@ -75,7 +58,7 @@ def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int
         writer.put(layout.header.left, (70 + 21 * row) * unit, line, 16.0, colour=GREY)
     _annotate(writer, picture, layout, panels)
     _draw_footer(writer, picture, layout, scale)
-    write_atomically(path, png_of(canvas))
+    write_atomically(path, writer.png())
 
 
 @dataclass(frozen=True)
@@ -89,13 +72,6 @@ class Layout:
     header: PageBox
     shots: tuple[Shot, ...]
     footer: PageBox
-
-    @property
-    def bar(self) -> PageBox:
-        """The place of the colours of the scale."""
-        foot, indent = self.footer, round(20 * self.unit)
-        width = round(foot.width * _BAR_SHARE) - indent
-        return PageBox(foot.left + indent, foot.top + round(48 * self.unit), width, round(24 * self.unit))
 
 
 def layout_of(picture: Picture, size: tuple[int, int]) -> Layout:
@@ -115,10 +91,13 @@ def layout_of(picture: Picture, size: tuple[int, int]) -> Layout:
     if _has_contacts(picture):
         shown = "contact forces at rest" if picture.contact_forces else "contact patches"
         plans.append((shown, front, np.concatenate([bodies, *ends_of(picture.contact_forces)]), True, True))
-    candidates = [
-        [_shot(box, unit, *plan) for plan, box in zip(plans, boxes, strict=True)]
-        for boxes in _arrangements(len(plans), inner, unit)
-    ]
+    candidates = []
+    for boxes in _arrangements(len(plans), inner, unit):
+        shots, strip = [], round(CAPTION * unit)
+        for (caption, view, points, with_fixed, contacts), box in zip(plans, boxes, strict=True):
+            camera = fit(view, points, box.width, box.height - strip, _MARGIN * unit, top=strip)
+            shots.append(Shot(caption, box, camera, with_fixed, contacts))
+        candidates.append(shots)
     shots = max(candidates, key=lambda s: s[0].camera.scale * _MAIN_WEIGHT + sum(x.camera.scale for x in s[1:]))
     foot = PageBox(pad, height - footer, width - 2 * pad, footer)
     return Layout(unit, PageBox(pad, 0, width - 2 * pad, header), tuple(shots), foot)
@@ -126,14 +105,6 @@ def layout_of(picture: Picture, size: tuple[int, int]) -> Layout:
 
 def _has_contacts(picture: Picture) -> bool:
     return bool(picture.contact_forces or picture.outlines or len(picture.contact_points))
-
-
-def _shot(box: PageBox, unit: float, caption: str, view: View, points: Float, fixed: bool, contacts: bool) -> Shot:
-    """Return a panel that shows the ``points`` below its caption."""
-    strip = round(CAPTION * unit)
-    camera = fit(view, points, box.width, box.height - strip, _MARGIN * unit)
-    lowered = Camera(camera.view, camera.origin + np.array([0.0, strip / camera.scale]), camera.scale)
-    return Shot(caption, box, lowered, fixed, contacts)
 
 
 def _arrangements(count: int, inner: PageBox, unit: float) -> list[list[PageBox]]:
@@ -145,12 +116,9 @@ def _arrangements(count: int, inner: PageBox, unit: float) -> list[list[PageBox]
     rows = count - 1
     tall = (inner.height - (rows - 1) * gutter) // rows
     wide += [PageBox(left, inner.top + k * (tall + gutter), side, tall) for k in range(rows)]
-    if count == 2:
-        half = (inner.width - gutter) // 2
-        return [wide, [inner._replace(width=half), PageBox(inner.left + half + gutter, inner.top, half, inner.height)]]
     columns, x = [], inner.left
-    for split in _COLUMN_SPLITS:
-        share = round((inner.width - 2 * gutter) * split)
+    for split in _COLUMN_SPLITS if count == 3 else (0.5, 0.5):
+        share = round((inner.width - rows * gutter) * split)
         columns.append(PageBox(x, inner.top, share, inner.height))
         x += share + gutter
     return [wide, columns]
@@ -158,8 +126,6 @@ def _arrangements(count: int, inner: PageBox, unit: float) -> list[list[PageBox]
 
 def _annotate(writer: Writer, picture: Picture, layout: Layout, panels: list[Panel]) -> None:
     """Draw pushes, names, contacts, captions and axes over the panels."""
-    from matplotlib.patches import Rectangle
-
     axes, unit = writer.axes, layout.unit
     maps = [(shot, panel) for shot, panel in zip(layout.shots, panels, strict=True) if not shot.contacts]
     seen = [[visible(shot, panel.depth, arrow) for arrow in picture.weakest] for shot, panel in maps]
@@ -179,8 +145,7 @@ def _annotate(writer: Writer, picture: Picture, layout: Layout, panels: list[Pan
         draw_names(writer, shot.box, panel.body, movable_names(picture), taken)
     for shot in layout.shots:
         box = shot.box
-        look: dict[str, Any] = {"fill": False, "edgecolor": colours.FRAME, "lw": 0.8 * unit, "zorder": 1}
-        axes.add_patch(Rectangle((box.left, box.top), box.width, box.height, **look))
+        writer.framed(box)
         writer.put(box.left + 12 * unit, box.top + 23 * unit, shot.caption, 14.0, colour=GREY)
         if shot.contacts:
             draw_contacts(axes, shot, picture, unit)
@@ -190,28 +155,29 @@ def _annotate(writer: Writer, picture: Picture, layout: Layout, panels: list[Pan
 
 def _draw_footer(writer: Writer, picture: Picture, layout: Layout, scale: colours.Scale | None) -> None:
     """Draw the texts of the colour bar, the swatches, and the numbered list of the weakest pushes."""
-    foot = layout.footer
+    foot, unit = layout.footer, writer.unit
     left = float(foot.left)
     if scale is not None:
-        unit, bar = writer.unit, layout.bar
+        indent = round(20 * unit)
+        width = round(foot.width * _BAR_SHARE) - indent
+        bar = PageBox(foot.left + indent, foot.top + round(48 * unit), width, round(24 * unit))
+        bar.of(writer.image)[:] = colours.sample(np.linspace(0.0, 1.0, width))
         base = bar.top + bar.height
         title = picture.value_name + ("   (logarithmic)" if scale.log else "")
-        writer.put(layout.footer.left, bar.top - 16 * unit, title, 16.0, bold=True)
+        writer.put(foot.left, bar.top - 16 * unit, title, 16.0, bold=True)
         for tick in colours.ticks(scale):
             x = bar.left + tick.position * bar.width
             writer.axes.plot([x, x], [base, base + 6 * unit], color=INK, lw=0.8 * unit, zorder=9)
             writer.put(x, base + 22 * unit, tick.label, 14.0, align="center")
         writer.put(bar.left, base + 46 * unit, "◂ weak: gives way first", 13.0, colour=GREY)
         writer.put(bar.left + bar.width, base + 46 * unit, "strong ▸", 13.0, colour=GREY, align="right")
-        left += _BAR_SHARE * foot.width + 44 * writer.unit
+        left += _BAR_SHARE * foot.width + 44 * unit
     _draw_swatches(writer, picture, left, foot)
     if picture.weakest:
         _draw_list(writer, [arrow.label for arrow in picture.weakest], left + _SWATCH_SHARE * foot.width, foot)
 
 
 def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: PageBox) -> None:
-    from matplotlib.patches import Rectangle
-
     shown: list[tuple[bool, tuple[float, ...], str]] = [
         (any(solid.fixed for solid in picture.solids), colours.FIXED, "fixed body"),
         (any(not solid.fixed for solid in picture.solids), colours.COVERED, "covered, cannot be pushed"),
@@ -226,8 +192,7 @@ def _draw_swatches(writer: Writer, picture: Picture, left: float, foot: PageBox)
     for row, (colour, text) in enumerate(rows):
         y = foot.top + 48 * unit + row * step
         hatch = "////" if colour == colours.UNDECIDED else ""
-        look: dict[str, Any] = {"facecolor": colour, "edgecolor": INK, "hatch": hatch, "lw": 0.6 * unit, "zorder": 9}
-        writer.axes.add_patch(Rectangle((left, y), 24 * unit, 16 * unit, **look))
+        writer.swatch(left, y, 24 * unit, 16 * unit, facecolor=colour, edgecolor=INK, hatch=hatch, lw=0.6)
         writer.put_clipped(left + 34 * unit, y + 13 * unit, text, 14.0, _SWATCH_SHARE * foot.width - 44 * unit)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,10 +90,16 @@ def arrow_shapes(tails: Float, heads: Float, pen: Pen) -> list[Float]:
     return shapes
 
 
-def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool], unit: float) -> None:
-    """Draw the weakest pushes with their numbers; ``state`` maps the index of each to whether it is visible."""
+def draw_arrows(axes: Axes, tails: Float, heads: Float, pen: Pen, colour: str, **style: Any) -> None:  # noqa: ANN401
+    """Draw arrows from tails to heads (N, 2) [px] with a white rim."""
     from matplotlib.collections import PolyCollection
 
+    shapes = arrow_shapes(tails, heads, pen)
+    axes.add_collection(PolyCollection(shapes, facecolors=colour, edgecolors="white", **style))
+
+
+def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool], unit: float) -> None:
+    """Draw the weakest pushes with their numbers; ``state`` maps the index of each to whether it is visible."""
     if not state:
         return
     chosen = sorted(state)
@@ -101,10 +107,7 @@ def draw_pushes(axes: Axes, shot: Shot, picture: Picture, state: dict[int, bool]
     pen = Pen(PUSH.shaft * unit, PUSH.head * unit, PUSH.wide * unit, PUSH.least * unit)
     for k, tail, head in zip(chosen, tails, heads, strict=True):
         strength = 1.0 if state[k] else _HIDDEN_ALPHA
-        shapes = arrow_shapes(tail[None], head[None], pen)
-        axes.add_collection(
-            PolyCollection(shapes, facecolors=INK, edgecolors="white", linewidths=1.1 * unit, alpha=strength, zorder=5)
-        )
+        draw_arrows(axes, tail[None], head[None], pen, INK, linewidths=1.1 * unit, alpha=strength, zorder=5)
         axes.plot(*head, "o", ms=4.0 * unit, mfc=INK, mec="white", mew=0.8 * unit, alpha=strength, zorder=6)
     along = tails - heads
     length = np.linalg.norm(along, axis=1, keepdims=True)
@@ -127,8 +130,8 @@ def draw_contacts(axes: Axes, shot: Shot, picture: Picture, unit: float) -> None
     nodes = on_page(shot, picture.contact_points)
     axes.plot(nodes[:, 0], nodes[:, 1], "o", ms=2.6 * unit, mfc=CONTACT, mec="white", mew=0.4 * unit, zorder=4)
     tails, heads = (on_page(shot, ends) for ends in ends_of(picture.contact_forces))
-    shapes = arrow_shapes(tails, heads, Pen(FORCE.shaft * unit, FORCE.head * unit, FORCE.wide * unit, FORCE.least))
-    axes.add_collection(PolyCollection(shapes, facecolors=CONTACT, edgecolors="white", linewidths=0.5 * unit, zorder=5))
+    pen = Pen(FORCE.shaft * unit, FORCE.head * unit, FORCE.wide * unit, FORCE.least)
+    draw_arrows(axes, tails, heads, pen, CONTACT, linewidths=0.5 * unit, zorder=5)
 
 
 def badge_places(shot: Shot, places: Float, unit: float) -> Float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -14,10 +14,10 @@ from holdfast.base.colour import Rgb, rgb_of
 from holdfast.base.files import write_atomically
 from holdfast.drawing import colours
 from holdfast.drawing.camera import Camera, fit, front_view
-from holdfast.drawing.canvas import PageBox, Writer, blank, draw_axes, paint, pixel_axes, png_of
+from holdfast.drawing.canvas import PageBox, Writer, draw_axes
 from holdfast.drawing.colours import GREY, INK
 from holdfast.drawing.map_png import CAPTION
-from holdfast.drawing.marks import PUSH, arrow_shapes
+from holdfast.drawing.marks import PUSH, draw_arrows
 from holdfast.drawing.picture import (
     Arrow,
     Picture,
@@ -80,26 +80,22 @@ def sheet_png(
     height = _HEAD + len(rows) * (panel[1] + CAPTION) + _FOOT
     every = [one for row in rows for one in row]
     scale = colours.scale_of(np.concatenate([np.concatenate([one.force, forces(one.picture)]) for one in every]))
-    page = np.ones((height, width, 3))
-    figure, canvas = blank(width, height)
-    writer = Writer(pixel_axes(figure, width, height), canvas, 1.0)
+    writer = Writer(width, height)
     for i, row in enumerate(rows):
         shown = [arrow.tail[None] for one in row for arrow in one.marks] + [one.points for one in row]
         around = [movable(one.picture, None).vertices for one in row]
         camera = fit(front_view(replace(row[0].picture, weakest=())), np.concatenate([*around, *shown]), *panel, 30.0)
         for j, one in enumerate(row):
             box = PageBox(_PAD + j * panel[0], _HEAD + i * (panel[1] + CAPTION) + CAPTION, *panel)
-            _draw_points_panel(writer, page, one, scale, camera, box)
-    writer.put_clipped(_PAD, 44, title, 26, width - 2 * _PAD, bold=True)
-    writer.put_clipped(_PAD, 74, subtitle, 16, width - 2 * _PAD, colour=GREY)
+            _draw_points_panel(writer, one, scale, camera, box)
+    writer.head(title, subtitle, _PAD, (44, 74), (26, 16))
     if any(one.picture.heat or len(one.points) for one in every):
-        _draw_key(writer, page, scale, height - _FOOT + 24, every)
-    paint(figure, page)
-    return png_of(canvas)
+        _draw_key(writer, scale, height - _FOOT + 24, every)
+    return writer.png()
 
 
 def _draw_points_panel(
-    writer: Writer, page: Float, one: PointsPanel, scale: colours.Scale | None, camera: Camera, box: PageBox
+    writer: Writer, one: PointsPanel, scale: colours.Scale | None, camera: Camera, box: PageBox
 ) -> None:
     soup = movable(one.picture, scale)
     rgb, shape = soup.rgb.copy(), (box.height, box.width)
@@ -109,11 +105,11 @@ def _draw_points_panel(
         if one.accent in names:
             rgb[soup.body == names.index(one.accent)] = _ACCENT
     drawn = render(replace(soup, rgb=rgb), fixed(one.picture), camera, shape)
-    box.of(page)[:] = drawn.image
+    box.of(writer.image)[:] = drawn.image
     if one.ghost is not None:
         faint = movable(one.ghost, None)
         faint = replace(faint, rgb=np.broadcast_to(_GHOST, faint.rgb.shape).copy())
-        box.of(page)[:] += _FAINT * (render(faint, fixed(one.ghost), camera, shape).image - drawn.image)
+        box.of(writer.image)[:] += _FAINT * (render(faint, fixed(one.ghost), camera, shape).image - drawn.image)
     x, y = box.left, box.top
     writer.put_clipped(x + 6, y - 10, one.caption, 17, box.width - 12)
     draw_axes(writer.axes, box, camera.view, 1.0)
@@ -141,13 +137,11 @@ def _draw_points_panel(
         writer.axes.annotate("", xy=tuple(head), xytext=tuple(tail), arrowprops=style, zorder=6)
 
 
-def _draw_key(
-    writer: Writer, page: Float, scale: colours.Scale | None, top: int, panels: Sequence[PointsPanel]
-) -> None:
+def _draw_key(writer: Writer, scale: colours.Scale | None, top: int, panels: Sequence[PointsPanel]) -> None:
     """Draw the colour scale, the colour of infinite forces, and the colours of other kinds of answers in the panels."""
     left, wide, tall = _PAD, 430, 16
     if scale is not None:
-        page[top : top + tall, left : left + wide] = colours.sample(np.linspace(0, 1, wide))[None]
+        writer.image[top : top + tall, left : left + wide] = colours.sample(np.linspace(0, 1, wide))[None]
         for tick in colours.ticks(scale):
             writer.put(left + tick.position * wide, top + tall + 20, tick.label, 13, colour=GREY, align="center")
         writer.put(left, top + tall + 42, "largest inward push [N]", 14)
@@ -156,7 +150,7 @@ def _draw_key(
     names = {colours.Kind.ENDLESS: ""} | legend(whole) | {colours.Kind.ENDLESS: "no push moves anything"}
     for number, (kind, name) in enumerate(names.items()):
         x, y = patch + 330 * (number // 3), top + 22 * (number % 3)
-        page[y : y + tall, x : x + 28] = colours.SPECIAL[kind]
+        writer.image[y : y + tall, x : x + 28] = colours.SPECIAL[kind]
         writer.put(x + 38, y + 14, name, 14)
 
 
@@ -198,35 +192,28 @@ class StateSequence:
 
 def write_sequence(sequence: StateSequence, path: str | os.PathLike[str]) -> None:
     """Write the sequence as a PNG file; if this fails, an existing file is left unchanged."""
-    from matplotlib.patches import Rectangle
-
     rows = -(-len(sequence.frames) // _ROW)
     columns = max(-(-len(sequence.frames) // rows), _LEAST)
     camera, (wide, high), length = _sequence_camera(sequence)
     size = (2 * _SIDE + columns * (wide + _GUTTER) - _GUTTER, _HEAD + rows * (high + _NOTED) + _KEYED)
-    page = np.ones((size[1], size[0], 3))
-    figure, canvas = blank(*size)
-    writer = Writer(pixel_axes(figure, *size), canvas, 1.0)
-    writer.put_clipped(_SIDE, 40, sequence.title, 24.0, size[0] - 2 * _SIDE, bold=True)
-    writer.put_clipped(_SIDE, 66, sequence.subtitle, 15.0, size[0] - 2 * _SIDE, colour=GREY)
+    writer = Writer(*size)
+    writer.head(sequence.title, sequence.subtitle, _SIDE, (40, 66), (24, 15))
     for k, frame in enumerate(sequence.frames):
         left, top = _SIDE + k % columns * (wide + _GUTTER), _HEAD + k // columns * (high + _NOTED)
-        _draw_frame(writer, page, sequence, frame, camera, PageBox(left, top, wide, high), length)
+        _draw_frame(writer, sequence, frame, camera, PageBox(left, top, wide, high), length)
     if sequence.marked and any(frame.next for frame in sequence.frames):
         base = size[1] - 18
-        writer.axes.add_patch(Rectangle((_SIDE + 12, base - 12), 14, 14, facecolor=_NEXT, edgecolor="none"))
+        writer.swatch(_SIDE + 12, base - 12, 14, 14, facecolor=_NEXT, edgecolor="none", zorder=1)
         near, far = np.array([[_SIDE + 40.0, base + 11.0]]), np.array([[_SIDE + 40.0, base - 22.0]])
         _draw_way(writer.axes, near, far, sequence.arriving)
         writer.put_clipped(_SIDE + 58, base, sequence.marked, 14.0, size[0] - 2 * _SIDE - 58)
-    paint(figure, page)
-    write_atomically(path, png_of(canvas))
+    write_atomically(path, writer.png())
 
 
 def _draw_frame(
-    writer: Writer, page: Float, sequence: StateSequence, frame: StateFrame, camera: Camera, box: PageBox, length: float
+    writer: Writer, sequence: StateSequence, frame: StateFrame, camera: Camera, box: PageBox, length: float
 ) -> None:
     """Draw one state, with an arrow of this ``length`` [m] at the body that leaves next or arrived last."""
-    from matplotlib.patches import Rectangle
 
     def colour(solid: Solid) -> Rgb:
         return colours.FIXED if solid.fixed else _NEXT if solid.name == frame.next else _STAYS
@@ -234,9 +221,8 @@ def _draw_frame(
     free = soup_of([solid for solid in frame.solids if not solid.fixed], colour)
     still = soup_of([solid for solid in frame.solids if solid.fixed], colour)
     focus = np.concatenate([s.vertices for s in sequence.fullest if not s.fixed] or [np.zeros((1, 3))])
-    box.of(page)[:] = render(free, still, camera, (box.height, box.width), focus=focus).image
-    look: dict[str, Any] = {"fill": False, "edgecolor": colours.FRAME, "lw": 0.8, "zorder": 1}
-    writer.axes.add_patch(Rectangle((box.left, box.top), box.width, box.height, **look))
+    box.of(writer.image)[:] = render(free, still, camera, (box.height, box.width), focus=focus).image
+    writer.framed(box)
     if frame.next:
         leaving = next(solid for solid in frame.solids if solid.name == frame.next)
         tail = leaving.vertices.mean(0)
@@ -250,10 +236,7 @@ def _draw_frame(
 
 def _draw_way(axes: Axes, near: Float, far: Float, arriving: bool) -> None:
     """Draw the arrow on which a body leaves from ``near`` to ``far`` (1, 2) [px], or arrives the other way."""
-    from matplotlib.collections import PolyCollection
-
-    ends = (far, near) if arriving else (near, far)
-    axes.add_collection(PolyCollection(arrow_shapes(*ends, PUSH), facecolors=_ARROW, edgecolors="white", zorder=6))
+    draw_arrows(axes, *((far, near) if arriving else (near, far)), PUSH, _ARROW, zorder=6)
 
 
 def _sequence_camera(sequence: StateSequence) -> tuple[Camera, tuple[int, int], float]:

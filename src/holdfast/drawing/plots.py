@@ -11,12 +11,11 @@ import numpy as np
 from holdfast.base.arrays import Bool, Float
 from holdfast.base.files import write_atomically
 from holdfast.base.text import one_line
-from holdfast.drawing.canvas import FONT, LETTERS, LONGEST, Writer, blank, halo, pixel_axes, png_of, write
+from holdfast.drawing.canvas import FONT, LETTERS, LONGEST, Writer, halo, write
 from holdfast.drawing.colours import COVERED, FIXED, FRAME, GREY, INK, UNDECIDED, colours_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
 _SIZE: Final = (1600, 1000)  # width and height of the page of a polar plot [px]
@@ -24,7 +23,7 @@ _COLOURS: Final = ("#b5173f", "#0b6aa8", "#14171c", "#d9820f", "#3d8f5f", "#7a4f
 # markers of the curves in turn: dots, none, none, then the octagons and squares of the paper
 _MARKERS: Final = ("o", "", "", "8", "s", "D")
 _LINES: Final = ("-", "-", "--", ":", ":", ":")  # line styles of the curves in turn
-_POLAR: Final = (60, 128, 850)  # left edge, top edge and side of the plot [px]
+_POLAR: Final = (100, 138, 770, 770)  # left and top edge, width and height of the plot [px]
 _COLUMN: Final = 1010  # left edge of the column beside the plot [px]
 _VIEW: Final = (480, 290)  # width and height of the view from above [px]
 _GROUPS: Final = 9  # largest number of groups of moving bodies in a legend
@@ -84,21 +83,12 @@ class PolarPicture:
 
 def write_polar(picture: PolarPicture, path: str | os.PathLike[str]) -> None:
     """Write the picture as a PNG file; if this fails, an existing file is left unchanged."""
-    figure, canvas = blank(*_SIZE)
-    writer = Writer(pixel_axes(figure, *_SIZE), canvas, 1.0)
-    writer.head(picture.title, picture.subtitle, _SIZE[0])
-    left, top, side = _POLAR
-    draw_curves(_box(figure, _SIZE, (left + 40, top + 10, side - 80, side - 80), projection="polar"), picture)
-    below = _draw_footprints(figure, writer, picture) if picture.footprints else 150.0
+    writer = Writer(*_SIZE)
+    writer.head(picture.title, picture.subtitle)
+    draw_curves(writer.box(*_POLAR, projection="polar"), picture)
+    below = _draw_footprints(writer, picture) if picture.footprints else 150.0
     _draw_curve_legend(writer, picture, below)
-    write_atomically(path, png_of(canvas))
-
-
-def _box(figure: Figure, page: tuple[int, int], place: tuple[float, float, float, float], **options: Any) -> Any:  # noqa: ANN401
-    """Return axes at a place on a page of this size: left and top edge, width and height [px]."""
-    left, top, width, height = place
-    w, h = page
-    return figure.add_axes((left / w, 1 - (top + height) / h, width / w, height / h), **options)
+    write_atomically(path, writer.png())
 
 
 def draw_curves(axes: PolarAxes, picture: PolarPicture) -> None:
@@ -160,14 +150,14 @@ def _shade_undecided(axes: PolarAxes, curve: Curve, end: float) -> None:
     )  # fmt: skip
 
 
-def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> float:
+def _draw_footprints(writer: Writer, picture: PolarPicture) -> float:
     """Draw the bodies from above, in the orientation of the plot, and return the row [px] below them."""
     from matplotlib.patches import Polygon
 
     width, height = _VIEW
     top = 150.0
     writer.put(_COLUMN, top, "seen from above", 16.0, bold=True)
-    axes = _box(figure, _SIZE, (_COLUMN, top + 16, width, height))
+    axes = writer.box(_COLUMN, top + 16, width, height)
     axes.set_axis_off()
     axes.set_aspect("equal")
     moving = [f.outline for f in picture.footprints if not f.fixed] or [f.outline for f in picture.footprints]
@@ -197,8 +187,6 @@ def _draw_footprints(figure: Figure, writer: Writer, picture: PolarPicture) -> f
 
 
 def _draw_curve_legend(writer: Writer, picture: PolarPicture, top: float) -> None:
-    from matplotlib.patches import Rectangle
-
     y = top
     room = _SIZE[0] - _COLUMN - 50.0
     for k, curve in enumerate(picture.curves):
@@ -214,23 +202,28 @@ def _draw_curve_legend(writer: Writer, picture: PolarPicture, top: float) -> Non
             y += 23
             writer.put_clipped(_COLUMN + 40, y, text, 14.0, room - 40, colour=GREY)
         y += 38
-    movers = list(colours_of(picture.curves[0].movers).items()) if len(picture.curves) == 1 else []
-    if movers:
-        writer.put(_COLUMN, y, "what gives way first", 16.0, bold=True)
-        for words, colour in movers[:_GROUPS]:
-            y += 25
-            writer.axes.plot(_COLUMN + 8, y - 5, "o", color=colour, ms=6.5, zorder=9)
-            writer.put_clipped(_COLUMN + 26, y, words, 14.0, room - 26)
-        if len(movers) > _GROUPS:
-            y += 25
-            writer.put(_COLUMN + 26, y, f"and {len(movers) - _GROUPS} more", 14.0, colour=GREY)
-        y += 38
+    groups = colours_of(picture.curves[0].movers) if len(picture.curves) == 1 else {}
+    if groups:
+        y = _draw_groups(writer, _COLUMN, y, "what gives way first", groups) + 38
     if picture.undecided:
         look: dict[str, Any] = {"facecolor": (*UNDECIDED, 0.35), "edgecolor": UNDECIDED, "hatch": "///", "lw": 0.8}
-        writer.axes.add_patch(Rectangle((_COLUMN, y - 13), 26, 16, zorder=9, **look))
+        writer.swatch(_COLUMN, y - 13, 26, 16, **look)
         for line in writer.wrapped(picture.undecided, 14.0, room - 40, 4):
             writer.put(_COLUMN + 40, y, line, 14.0)
             y += 21
+
+
+def _draw_groups(writer: Writer, left: int, y: float, title: str, groups: dict[str, str]) -> float:
+    """Draw the legend of groups of moving bodies below row ``y`` [px], and return its last row."""
+    writer.put(left, y, title, 16.0, bold=True)
+    for number, (words, colour) in enumerate(groups.items()):
+        y += 26
+        if number == _GROUPS and len(groups) > _GROUPS + 1:
+            writer.put(left + 26, y, f"and {len(groups) - _GROUPS} more", 14.0, colour=GREY)
+            break
+        writer.axes.plot(left + 8, y - 5, "o", color=colour, ms=7, zorder=9)
+        writer.put_clipped(left + 26, y, words, 14.0, _SIZE[0] - left - 76)
+    return y
 
 
 @dataclass(frozen=True)
@@ -257,12 +250,11 @@ class Timeline:
 
 def write_timeline(picture: Timeline, path: str | os.PathLike[str]) -> None:
     """Write the picture as a PNG file; if this fails, an existing file is left unchanged."""
-    figure, canvas = blank(*_WIDE)
-    writer = Writer(pixel_axes(figure, *_WIDE), canvas, 1.0)
-    writer.head(picture.title, picture.subtitle, _WIDE[0])
+    writer = Writer(*_WIDE)
+    writer.head(picture.title, picture.subtitle)
     groups = colours_of(picture.movers)
     writer.put(60, _MOTION[0] - 14, "acceleration of the carrier [m/s²]", 15.0, bold=True)
-    axes = _time_axes(figure, _MOTION)
+    axes = _time_axes(writer, _MOTION)
     marker = "o" if len(picture.time) == 1 else ""
     for lines, style, name in ((picture.acceleration, "-", "a{}"), (picture.turning, ":", "α{} [rad/s²]")):
         for k, axis in enumerate("xyz"):
@@ -274,15 +266,15 @@ def write_timeline(picture: Timeline, path: str | os.PathLike[str]) -> None:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False, borderaxespad=0.2, ncol=6, prop=font)
     _ready(axes, picture)
     writer.put(60, _SHARE[0] - 14, "share used of what the load withstands", 15.0, bold=True)
-    _draw_share(_time_axes(figure, _SHARE), picture, groups)
+    _draw_share(_time_axes(writer, _SHARE), picture, groups)
     _draw_time_legend(writer, picture, groups)
-    write_atomically(path, png_of(canvas))
+    write_atomically(path, writer.png())
 
 
-def _time_axes(figure: Figure, rows: tuple[int, int]) -> Axes:
+def _time_axes(writer: Writer, rows: tuple[int, int]) -> Axes:
     """Return axes over time between two rows [px] of the page."""
     top, bottom = rows
-    axes: Axes = _box(figure, _WIDE, (_LEFT, top, _RIGHT - _LEFT, bottom - top))
+    axes: Axes = writer.box(_LEFT, top, _RIGHT - _LEFT, bottom - top)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     axes.grid(color=FRAME, lw=0.8)
@@ -331,14 +323,7 @@ def _draw_time_legend(writer: Writer, picture: Timeline, groups: dict[str, str])
         y += 8
     y = max(y + 30, float(_SHARE[0]))
     if groups:
-        writer.put(_BESIDE, y, "what would give way first", 16.0, bold=True)
-    for number, (words, colour) in enumerate(groups.items()):
-        y += 28
-        if number == _GROUPS and len(groups) > _GROUPS + 1:
-            writer.put(_BESIDE + 26, y, f"and {len(groups) - _GROUPS} more", 14.0, colour=GREY)
-            break
-        writer.axes.plot(_BESIDE + 8, y - 5, "o", color=colour, ms=7, zorder=9)
-        writer.put_clipped(_BESIDE + 26, y, words, 14.0, room - 26)
+        y = _draw_groups(writer, _BESIDE, y, "what would give way first", groups)
     if (picture.used > _MOST).any():
         y += 28
         writer.axes.plot(_BESIDE + 8, y - 5, "^", color=GREY, ms=7, zorder=9)

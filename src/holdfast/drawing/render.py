@@ -202,20 +202,19 @@ def thumbnail(solids: Sequence[Solid], up: Float, moving: Collection[str], size:
     """
     free = [solid for solid in solids if not solid.fixed]
     picture = Picture("", "", heat=(), solids=tuple(free or solids), up=up)
-    view = front_view(picture)
-    points = np.concatenate([solid.vertices for solid in picture.solids])
-    camera = fit(view, points, size[0], size[1], _MARGIN)
     shown = soup_of(picture.solids, lambda solid: _MOVING if solid.name in moving else _MOVABLE)
     still = soup_of([solid for solid in solids if solid.fixed], lambda solid: _FIXED) if free else None
-    image = render(shown, still, camera, (size[1], size[0])).image
-    return png_bytes(np.rint(image * 255).astype(np.uint8))
+    return _from_front(picture, shown, still, size)
 
 
 def map_thumbnail(picture: Picture, size: tuple[int, int]) -> bytes:
     """Return the map of a picture from the front, in (width, height) pixels, as a PNG file."""
+    return _from_front(picture, movable(picture, colours.scale_of(forces(picture))), fixed(picture), size)
+
+
+def _from_front(picture: Picture, shown: Soup, still: Soup | None, size: tuple[int, int]) -> bytes:
     camera = fit(front_view(picture), heat_points(picture), size[0], size[1], _MARGIN)
-    soup = movable(picture, colours.scale_of(forces(picture)))
-    image = render(soup, fixed(picture), camera, (size[1], size[0])).image
+    image = render(shown, still, camera, (size[1], size[0])).image
     return png_bytes(np.rint(image * 255).astype(np.uint8))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from holdfast.live.edits import BodyPlace, place_of, pose_of, weighing
 from holdfast.live.scenery import GROUPS, MAP, OPENING, SLIDING
 from holdfast.live.steps import settling, taking_apart
 from holdfast.live.window_model import STEEPEST, ViewModel
-from holdfast.live.window_thread import Worker
 from holdfast.report.painter_list import glimpse
 
 DIRECTIONS = 36  # level directions of the limits of transport
@@ -28,50 +27,12 @@ MARKED = (
 NO_STEPS = "no answer with several states"
 
 
-class Shows(Protocol):
-    """The interface of the window that the controls use."""
-
-    model: ViewModel
-    server: Any  # viser's
-    worker: Worker
-    aim: tuple[float, float]  # turn and tilt of the push that were requested last [degrees]
-
-    def ask(self) -> None:
-        """Request the verdict and the map of the assembly on show."""
-
-    def draw(self) -> None:
-        """Redraw everything."""
-
-    def draw_push(self) -> None:
-        """Redraw the push."""
-
-    def place(self) -> None:
-        """Put bodies where the state on show has them."""
-
-    def play(self, on: bool) -> None:
-        """Start or stop the animation of the mechanism."""
-
-    def grip(self) -> None:
-        """Show the drag handles at the selected body, or hide them."""
-
-    def request(self, name: str, job: Callable[[], None]) -> None:
-        """Run a job that a user requested."""
-
-    def edited(self, name: str, change: Callable[[], None]) -> None:
-        """Run a job that changes the model."""
-
-    def aimed(self, turn: float, tilt: float) -> None:
-        """Aim the push at these angles [degrees]."""
-
-    def picture(self, client: Any) -> None:  # noqa: ANN401 - viser's own type
-        """Send the current picture as a file."""
-
-
 class Controls:
     """The controls of a window. They call its methods when a user changes something."""
 
-    def __init__(self, window: Shows) -> None:
+    def __init__(self, window: Any) -> None:  # noqa: ANN401 - a Window, whose module imports this one
         self._window = window
+        self._model: ViewModel = window.model
         self._gui = window.server.gui
         self._undos = 0
         self.verdict = self._gui.add_html("")
@@ -104,15 +65,15 @@ class Controls:
 
     def refresh(self) -> None:
         """Update all controls from the model."""
-        self.verdict.content = scenery.verdict_html(self._window.model)
-        self.legend.content = scenery.legend_html(self._window.model, self.colour_by)
+        self.verdict.content = scenery.verdict_html(self._model)
+        self.legend.content = scenery.legend_html(self._model, self.colour_by)
         self._refresh_steps()
         self._refresh_body()
         self.refresh_push()
 
     def refresh_push(self) -> None:
         """Show the answer for the push, and set its sliders to the angles that were requested last."""
-        self.push.content = scenery.push_html(self._window.model)
+        self.push.content = scenery.push_html(self._model)
         turn, tilt = self._window.aim
         self._set(self._turn, turn)
         self._set(self._tilt, tilt)
@@ -141,7 +102,7 @@ class Controls:
         self._gui.add_button("save picture").on_click(lambda event: window.picture(event.client))
 
     def _edit(self) -> None:
-        assembly = self._window.model.assembly
+        assembly = self._model.assembly
         self._body = self._gui.add_dropdown("body", tuple(body.name for body in assembly.movable) or ("",))
         self.drag = self._gui.add_checkbox("drag it in the picture", False)
         self._position = self._gui.add_vector3("position [m]", (0.0, 0.0, 0.0), step=0.001)
@@ -157,7 +118,7 @@ class Controls:
         self._mass.on_update(self._heard(self._set_mass))
         self._mu.on_update(self._heard(self._set_friction))
         self._gui.add_button("undo").on_click(lambda _: self._undone())
-        self._gui.add_button("as given").on_click(lambda _: self._changed("as given", lambda: self._window.model.given))
+        self._gui.add_button("as given").on_click(lambda _: self._changed("as given", lambda: self._model.given))
 
     def _answers(self) -> None:
         window = self._window
@@ -187,12 +148,12 @@ class Controls:
             control.value = value
 
     def _pairs(self) -> tuple[str, ...]:
-        pairs = dict.fromkeys(one.bodies for one in self._window.model.assembly.interfaces)
+        pairs = dict.fromkeys(one.bodies for one in self._model.assembly.interfaces)
         self._named = {f"{one_line(a, LONGEST_NAME)} - {one_line(b, LONGEST_NAME)}": (a, b) for a, b in pairs}
         return tuple(self._named) or ("",)
 
     def _refresh_body(self) -> None:
-        assembly = self._window.model.assembly
+        assembly = self._model.assembly
         name = self._body.value
         if name in assembly.index:
             place = place_of(assembly, name)
@@ -215,34 +176,34 @@ class Controls:
 
     def _changed(self, name: str, change: Callable[[], Assembly]) -> None:
         window = self._window
-        window.edited(name, lambda: window.model.edit(change()))
+        window.edited(name, lambda: self._model.edit(change()))
 
     def _moved(self) -> None:
         name, place = self._body.value, BodyPlace(np.array(self._position.value), np.array(self._turned.value))
-        self._changed(f"move {name}", lambda: self._window.model.assembly.moved({name: pose_of(place)}))
+        self._changed(f"move {name}", lambda: self._model.assembly.moved({name: pose_of(place)}))
 
     def _set_mass(self) -> None:
         name, mass = self._body.value, float(self._mass.value)
-        self._changed(f"weigh {name}", lambda: weighing(self._window.model.assembly, name, mass))
+        self._changed(f"weigh {name}", lambda: weighing(self._model.assembly, name, mass))
 
     def _set_friction(self) -> None:
         pair, mu = self._named.get(self._pair.value), float(self._mu.value)
         if pair is None:  # no two bodies touch, or no longer these
             return
-        self._changed(f"friction of {pair}", lambda: self._window.model.assembly.with_friction({pair: mu}))
+        self._changed(f"friction of {pair}", lambda: self._model.assembly.with_friction({pair: mu}))
 
     def _undone(self) -> None:
         self._undos += 1  # jobs with equal names replace each other, so every undo has its own name
-        self._window.edited(f"undo {self._undos}", self._window.model.undo)
+        self._window.edited(f"undo {self._undos}", self._model.undo)
 
     def _stepped(self) -> None:
-        model = self._window.model
+        model = self._model
         model.step = min(int(self._step.value), max(len(model.steps) - 1, 0))
         self._refresh_steps()
         self._window.place()
 
     def _refresh_steps(self) -> None:
-        model = self._window.model
+        model = self._model
         self._step.disabled = not model.steps
         self._step.max = max(len(model.steps) - 1, 1)
         self._set(self._step, model.step)
@@ -251,19 +212,19 @@ class Controls:
 
     def _settle(self) -> None:
         window = self._window
-        result = settle(window.model.assembly.scene, engine=window.model.engine)
-        window.model.edit(assemble(result.scene))
-        window.model.show(settling(result))
+        result = settle(self._model.assembly.scene, engine=self._model.engine)
+        self._model.edit(assemble(result.scene))
+        self._model.show(settling(result))
         window.draw()
         window.ask()
 
     def _take_apart(self) -> None:
         window = self._window
-        window.model.show(taking_apart(disassembly_order(window.model.assembly, engine=window.model.engine)))
+        self._model.show(taking_apart(disassembly_order(self._model.assembly, engine=self._model.engine)))
         window.draw()
 
     def _transport(self) -> None:
-        model = self._window.model
+        model = self._model
         ways = model.assembly.scene.horizontal_directions(DIRECTIONS)
         limits = transport_limits(model.assembly, ways, engine=model.engine)
         self.show_limits(glimpse(limits), limits.summary().headline)

@@ -99,18 +99,18 @@ class Guard:
         from viser.infra import Message
 
         try:
-            found = msgspec.msgpack.decode(raw)
-            fields = SAID[found["type"]]
-            if len(raw) > MOST_SAID and found["type"] != PICTURE:
+            sent = msgspec.msgpack.decode(raw)
+            fields = SAID[sent["type"]]
+            if len(raw) > MOST_SAID and sent["type"] != PICTURE:
                 return False
-            if not all(_fits(found.get(name), kind) for name, kind in fields.items()):
+            if not all(_fits(sent.get(name), kind) for name, kind in fields.items()):
                 return False
             Message.deserialize(raw)
         except Exception:  # the bytes are from anyone; viser would print a traceback
             return False
-        if TURN in fields and not 0.25 < sum(number * number for number in found[TURN]) < 4.0:
+        if TURN in fields and not 0.25 < sum(number * number for number in sent[TURN]) < 4.0:
             return False
-        return found["type"] != "GuiUpdateMessage" or self._settable(found["uuid"], found["updates"])
+        return sent["type"] != "GuiUpdateMessage" or self._settable(sent["uuid"], sent["updates"])
 
     def _settable(self, name: str, updates: Mapping[str, Any]) -> bool:
         """Return whether a control accepts a new value."""
@@ -143,7 +143,7 @@ class Guard:
                     if guard.understood(raw):
                         return raw
 
-        def asked(connection: Any, request: Any) -> Any:  # noqa: ANN401
+        def answered(connection: Any, request: Any) -> Any:  # noqa: ANN401
             why = self.refused(request.path, request.headers)
             socket = "Upgrade" in request.headers
             if socket and request.headers.get("Sec-WebSocket-Protocol", "") != f"viser-v{__version__}":
@@ -151,17 +151,17 @@ class Guard:
             if why:
                 return connection.respond(http.HTTPStatus.FORBIDDEN, f"{why}\n")
             path = request.path.strip("/").removeprefix(self.token)
-            found = answer(connection, replace(request, path=path or "/"))
-            if found is not None:
-                found.headers["Referrer-Policy"] = "no-referrer"
-                found.headers["Cache-Control"] = "no-store"
-            return found
+            response = answer(connection, replace(request, path=path or "/"))
+            if response is not None:
+                response.headers["Referrer-Policy"] = "no-referrer"
+                response.headers["Cache-Control"] = "no-store"
+            return response
 
         quiet = logging.getLogger("holdfast.live")
         quiet.addHandler(logging.NullHandler())
         quiet.propagate = False
         return {
-            **{"process_request": asked, "create_connection": Connection, "logger": quiet},
+            **{"process_request": answered, "create_connection": Connection, "logger": quiet},
             **{"max_size": MOST_BYTES, "max_queue": WAITING},
         }
 

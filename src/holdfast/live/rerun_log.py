@@ -17,7 +17,7 @@ from holdfast.applications.resting_poses import RestingPoses
 from holdfast.applications.settled import Settled
 from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
-from holdfast.base.arrays import Float, Objects, checked_name
+from holdfast.base.arrays import checked_name
 from holdfast.base.colour import rgb_of
 from holdfast.base.errors import HoldfastError, installing, message
 from holdfast.base.public import number
@@ -26,7 +26,7 @@ from holdfast.drawing import colours
 from holdfast.drawing.colours import CONTACT, FORCE_COLOUR, INK, Kind
 from holdfast.drawing.edges import FORCE_RADIUS, PUSH_RADIUS
 from holdfast.drawing.map_files import Painted, painted
-from holdfast.drawing.picture import Arrow, Picture, forces, legend, size_of
+from holdfast.drawing.picture import Arrow, Picture, ends_of, forces, kinds, legend, size_of
 from holdfast.engines.mechanism import Mechanism
 from holdfast.engines.verdict import ContactForces
 from holdfast.live.steps import BETWEEN, SWING, ShownStep, moved_by, places, placing, resting, settling, taking_apart
@@ -75,7 +75,7 @@ def log_to_rerun(answer: Loggable, *, entity: str = "holdfast", recording: Any =
     """
     path = checked_name(entity, "log_to_rerun: entity")
     _check(answer)
-    sink = _Sink(_rerun(recording), path, recording)
+    sink = RerunSink(_rerun(recording), path, recording)
     content = _content(answer)
     sink.still(content.picture, repr(answer))
     sink.moving(content)
@@ -111,12 +111,10 @@ def _content(what: Loggable) -> LoggedContent:
             return _asked(what)
         case RobustnessMap():
             return LoggedContent(picture_of(what), _swing(what.mechanism[what.answers.ranking[0]], what.assembly.size))
-        case TransportLimits():
-            moments = [_towards(what, k) for k in range(len(what.directions))]
-            return LoggedContent(_standing(what.assembly, what.verdict.forces), moments)
-        case Carried():
-            moments = [_carried(what, k) for k in range(len(what.profile.time))]
-            return LoggedContent(_standing(what.assembly, what.verdict.forces), moments, TIME)
+        case TransportLimits() | Carried():
+            moments = [_accelerated(what, k) for k in range(len(what.answers))]
+            timeline = TIME if isinstance(what, Carried) else STEP
+            return LoggedContent(_standing(what.assembly, what.verdict.forces), moments, timeline)
         case Settled():
             return LoggedContent(bare_picture(what.scene), _counted(settling(what)))
         case Disassembly():
@@ -145,17 +143,16 @@ def _asked(what: Stability | Robustness) -> LoggedContent:
             what.points, what.directions, what.force, what.mode, what.moving, strict=True
         )
     )
-    return LoggedContent(
-        replace(picture, weakest=pushes), _swing(what.mechanism[what.answers.ranking[0]], assembly.size)
-    )
+    weakest = what.mechanism[what.answers.ranking[0]]
+    return LoggedContent(replace(picture, weakest=pushes), _swing(weakest, assembly.size))
 
 
-def _standing(assembly: Assembly, found: ContactForces | None) -> Picture:
+def _standing(assembly: Assembly, at_rest: ContactForces | None) -> Picture:
     """Return a picture of an assembly with its contacts and the contact forces at rest, if they are known."""
     picture = replace(bare_picture(assembly.scene), outlines=outlines_of(assembly))
-    if found is None:
+    if at_rest is None:
         return picture
-    return replace(picture, contact_points=found.points, contact_forces=force_arrows(assembly, found))
+    return replace(picture, contact_points=at_rest.points, contact_forces=force_arrows(assembly, at_rest))
 
 
 def _counted(steps: Sequence[ShownStep]) -> list[Moment]:
@@ -170,45 +167,31 @@ def _swing(mechanism: Mechanism | None, size: float) -> list[Moment]:
     return _counted([ShownStep(mechanism.text, moved=moved_by(mechanism, share * size)) for share in shares])
 
 
-def _begun(mechanisms: Objects, k: int, size: float) -> dict[str, Float]:
-    return {} if mechanisms[k] is None else moved_by(mechanisms[k], SWING * size)
+def _accelerated(result: TransportLimits | Carried, k: int) -> Moment:
+    """Return the state in which bodies begin to move: in direction ``k``, or at time ``k`` if its factor is below 1."""
+    mechanism, known = result.mechanism[k], result.answers.decided[k]
+    gives = gives_way(result.mode[k], result.moving[k]) if known else "undecided"
+    begins, lower = mechanism is not None, float(result.lower[k])
+    if isinstance(result, TransportLimits):
+        when, values = float(k), {"acceleration": float(result.acceleration[k]), "lower": lower}
+        along = listed([f"{value:.3g}" for value in result.directions[k]])
+        text = f"along ({along}): {number(values['acceleration'], 'm/s²')}, {gives}"
+    else:
+        when, values = float(result.profile.time[k]), {"factor": float(result.factor[k]), "lower": lower}
+        text, begins = f"factor {number(values['factor'])}, {gives}", begins and result.factor[k] < 1
+    moved = moved_by(mechanism, SWING * result.assembly.size) if begins else {}
+    shown = {name: value for name, value in values.items() if known and np.isfinite(value)}  # what a plot can show
+    return Moment(when, ShownStep(text, moved=moved), shown)
 
 
-def _towards(result: TransportLimits, k: int) -> Moment:
-    """Return the state in which the bodies begin to move as the carrier accelerates along direction ``k``."""
-    along = listed([f"{value:.3g}" for value in result.directions[k]])
-    text = f"along ({along}): {number(float(result.acceleration[k]), 'm/s²')}, {_gives(result, k)}"
-    values = {"acceleration": float(result.acceleration[k]), "lower": float(result.lower[k])}
-    return Moment(
-        k, ShownStep(text, moved=_begun(result.mechanism, k, result.assembly.size)), _known(result, k, values)
-    )
-
-
-def _carried(result: Carried, k: int) -> Moment:
-    """Return the state at the k-th time of a motion: bodies begin to move where the factor is below 1."""
-    gives = result.factor[k] < 1
-    values = {"factor": float(result.factor[k]), "lower": float(result.lower[k])}
-    text = f"factor {number(values['factor'])}, {_gives(result, k)}"
-    moved = _begun(result.mechanism, k, result.assembly.size) if gives else {}
-    return Moment(float(result.profile.time[k]), ShownStep(text, moved=moved), _known(result, k, values))
-
-
-def _gives(result: TransportLimits | Carried, k: int) -> str:
-    return gives_way(result.mode[k], result.moving[k]) if result.answers.decided[k] else "undecided"
-
-
-def _known(result: TransportLimits | Carried, k: int, values: dict[str, float]) -> dict[str, float]:
-    """Return those values that a plot can show; none of an answer that is not known."""
-    return {name: value for name, value in values.items() if np.isfinite(value) and result.answers.decided[k]}
-
-
-class _Sink:
+class RerunSink:
     """Logs below one path of a recording."""
 
     def __init__(self, rr: ModuleType, path: str, recording: Any) -> None:  # noqa: ANN401 - rerun's
         self.rr, self.path, self.recording = rr, path, recording
 
     def put(self, parts: Sequence[str], *content: Any, static: bool = True) -> None:  # noqa: ANN401 - of rerun
+        """Log content below this path."""
         self.rr.log([self.path, *map(one_line, parts)], *content, static=static, recording=self.recording)
 
     def still(self, picture: Picture, text: str) -> None:
@@ -226,24 +209,23 @@ class _Sink:
         if len(picture.contact_points):
             nodes = rr.Points3D(picture.contact_points, colors=_bytes(rgb_of(CONTACT)), radii=0.5 * FORCE_RADIUS * size)
             self.put(["contacts", "nodes"], nodes)
-        arrows = (
-            (picture.contact_forces, "forces", FORCE_COLOUR, FORCE_RADIUS),
-            (picture.weakest, "pushes", INK, PUSH_RADIUS),
-        )
-        for some, name, colour, radius in arrows:
-            if some:
-                tails, heads = (np.array([getattr(arrow, end) for arrow in some]) for end in ("tail", "head"))
-                drawn = rr.Arrows3D(
-                    origins=tails, vectors=heads - tails, colors=_bytes(rgb_of(colour)), radii=radius * size,
-                    labels=[one_line(arrow.label) for arrow in some], show_labels=False,
-                )  # fmt: skip
-                self.put([name], drawn)
+        self._arrows("forces", picture.contact_forces, FORCE_COLOUR, FORCE_RADIUS * size)
+        self._arrows("pushes", picture.weakest, INK, PUSH_RADIUS * size)
         if picture.heat:
             self.put(["points"], self._points(picture))
 
+    def _arrows(self, name: str, arrows: Sequence[Arrow], colour: str, radius: float) -> None:
+        if arrows:
+            tails, heads = ends_of(arrows)
+            drawn = self.rr.Arrows3D(
+                origins=tails, vectors=heads - tails, colors=_bytes(rgb_of(colour)), radii=radius,
+                labels=[one_line(arrow.label) for arrow in arrows], show_labels=False,
+            )  # fmt: skip
+            self.put([name], drawn)
+
     def _points(self, picture: Picture) -> Any:  # noqa: ANN401 - rerun's
         """Return the points of a map, with the force of each as its label."""
-        force, kind = forces(picture), np.concatenate([surface.kind for surface in picture.heat])
+        force, kind = forces(picture), kinds(picture)
         names = legend(picture)
         labels = [
             number(f, "N") if k == Kind.FORCE else names[Kind(k)]
@@ -282,11 +264,8 @@ class _Sink:
             rr.disable_timeline(content.timeline, recording=self.recording)
 
     def _mesh(self, body: Painted) -> Any:  # noqa: ANN401 - rerun's
-        return self.rr.Mesh3D(
-            vertex_positions=body.vertices,
-            triangle_indices=body.triangles,
-            vertex_colors=_bytes(body.rgb),
-        )
+        rgb = _bytes(body.rgb)
+        return self.rr.Mesh3D(vertex_positions=body.vertices, triangle_indices=body.triangles, vertex_colors=rgb)
 
 
 def _bytes(rgb: ArrayLike) -> NDArray[np.uint8]:

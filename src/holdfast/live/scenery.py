@@ -35,22 +35,21 @@ STATUS: Final = {Status.UNDECIDED: colours.UNDECIDED, Status.UNSTABLE: colours.F
 def bodies(model: ViewModel, colour_by: str) -> list[Painted]:
     """Return the surface of every body in the colours of the map, or of the groups if it is not mapped."""
     if colour_by == MAP and model.map is not None:
-        found, asked = painted(picture_of(model.map)), set(model.map.cells)
+        surfaces, mapped = painted(picture_of(model.map)), set(model.map.cells)
     else:
-        found, asked = painted(bare_picture(model.assembly.scene)), set()
+        surfaces, mapped = painted(bare_picture(model.assembly.scene)), set()
     rgb = {body.name: colours.FIXED for body in model.assembly.bodies if body.fixed} | group_colours(model)
-    return [p if p.name in asked else replace(p, rgb=np.tile(rgb[p.name], (len(p.vertices), 1))) for p in found]
+    return [p if p.name in mapped else replace(p, rgb=np.tile(rgb[p.name], (len(p.vertices), 1))) for p in surfaces]
 
 
 def group_colours(model: ViewModel) -> dict[str, Rgb]:
     """Return the colour of each movable body: that of its group, or of its status if that is not STABLE."""
-    found: dict[str, Rgb] = {}
-    for number_, names in enumerate(model.assembly.groups):
-        own = rgb_of(colours.GROUPS[number_ % len(colours.GROUPS)])
-        red, green, blue = ((1 - PALE) * c + PALE for c in own)
-        found |= dict.fromkeys(names, (red, green, blue))
+    by_name: dict[str, Rgb] = {}
+    for k, names in enumerate(model.assembly.groups):
+        red, green, blue = ((1 - PALE) * c + PALE for c in rgb_of(colours.GROUPS[k % len(colours.GROUPS)]))
+        by_name |= dict.fromkeys(names, (red, green, blue))
     statuses = model.status_of_groups().items()
-    return found | {name: STATUS[status] for name, status in statuses if status in STATUS}
+    return by_name | {name: STATUS[status] for name, status in statuses if status in STATUS}
 
 
 def resting_forces(model: ViewModel) -> tuple[Arrow, ...]:
@@ -79,9 +78,9 @@ def legend_html(model: ViewModel, colour_by: str) -> str:
     """Return the legend: the scale in newtons with its marks, and the other colours."""
     box = "display:inline-block;width:14px;height:14px;margin:0 6px -2px 0;border:1px solid #8888;background:"
     if colour_by != MAP or model.map is None:
-        found = model.status_of_groups().values()
+        statuses = model.status_of_groups().values()
         names = {Status.UNDECIDED: "undecided", Status.UNSTABLE: "falls"}
-        rows = [(STATUS[status], text) for status, text in names.items() if status in found]
+        rows = [(STATUS[status], text) for status, text in names.items() if status in statuses]
         return _legend("one colour for each group of bodies", "", rows, box)
     picture = picture_of(model.map)
     scale = colours.scale_of(forces(picture))
@@ -99,12 +98,12 @@ def legend_html(model: ViewModel, colour_by: str) -> str:
     return _legend(picture.value_name + (" (logarithmic)" if scale.log else ""), bar, rows, box)
 
 
-def map_caption(model: ViewModel, found: RobustnessMap) -> str:
+def map_caption(model: ViewModel, shown: RobustnessMap) -> str:
     """Return the caption of a map: engine, claim, number of pushes and, until it is complete, the progress."""
-    text = f"engine {found.engine} ({found.claim.words}), {len(found.force):,} inward pushes"
+    text = f"engine {shown.engine} ({shown.claim.words}), {len(shown.force):,} inward pushes"
     if model.mapped or model.portions is None:
         return text
-    left = len(model.assembly.movable) - len(found.cells)
+    left = len(model.assembly.movable) - len(shown.cells)
     pale = f", {left} pale {'one' if left == 1 else 'ones'} not asked yet" if left else ""
     return f"{text}: {model.portions.text}{pale}"
 
@@ -132,22 +131,19 @@ def push_html(model: ViewModel) -> str:
     """Return the answer for the push at the chosen point: R, its bounds, and what moves."""
     if model.pick is None:
         return _said("Click a body to push it there.")
-    place = ", ".join(f"{v:.3f}" for v in model.pick.point)
+    place, answer = ", ".join(f"{v:.3f}" for v in model.pick.point), model.push
     lines = [f"<b>{escaped(model.pick.body, LONGEST_NAME)}</b> at ({place}) m"]
-    found = model.push
-    if found is None:
-        return _said("<br>".join([*lines, "computing ..."]))
-    status = found.status[0]
-    if status is Status.UNDECIDED:
-        lines += ["<b>undecided</b>", escaped(found.undecided.text)]
-    elif status is Status.UNSTABLE:
-        lines += ["<b>falls without a push</b>", escaped(found.verdict.reason)]
-    elif status is Status.INFINITE:
+    if answer is None:
+        lines.append("computing ...")
+    elif answer.status[0] is Status.UNDECIDED:
+        lines += ["<b>undecided</b>", escaped(answer.undecided.text)]
+    elif answer.status[0] is Status.UNSTABLE:
+        lines += ["<b>falls without a push</b>", escaped(answer.verdict.reason)]
+    elif answer.status[0] is Status.INFINITE:
         lines.append("<b>no push moves anything</b> in this direction")
     else:
-        lines.append(f"R = <b>{number(float(found.force[0]), 'N')}</b>")
-        lines += bounds_text(found)
-        lines.append(escaped(gives_way(found.mode[0], found.moving[0])))
+        lines += [f"R = <b>{number(float(answer.force[0]), 'N')}</b>", *bounds_text(answer)]
+        lines.append(escaped(gives_way(answer.mode[0], answer.moving[0])))
     return _said("<br>".join(lines))
 
 

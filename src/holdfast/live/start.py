@@ -85,14 +85,12 @@ def view(
     _check(what)
     opened = checked_truth(browser, "view: browser")
     step = None if spacing is None else checked_number(spacing, "view: spacing", above=0, within=LENGTH)
-    model = _model(what, engine, step)
-    window = Window(model, port)
+    window = Window(_model(what, engine, step), port)
     if isinstance(what, TransportLimits):
         window.controls.show_limits(glimpse(what), what.summary().headline)
-    found = LiveView(window)
     if opened:
-        webbrowser.open(found.url)
-    return found
+        webbrowser.open(window.url)
+    return LiveView(window)
 
 
 def _check(what: object) -> None:
@@ -102,23 +100,27 @@ def _check(what: object) -> None:
 
 
 def _model(what: Viewable, engine: EngineChoice, spacing: float | None) -> ViewModel:
-    found: RobustnessMap | None = None
+    """Return the model of what is viewed, with its map and its states."""
+    known: RobustnessMap | None = None
     steps: tuple[ShownStep, ...] = ()
-    if isinstance(what, RobustnessMap):
-        assembly, found = what.assembly, what
-    elif isinstance(what, Placement):
-        if what.map is None:
-            raise HoldfastError(message("view of a placement", "there is no pose to show", what.reason))
-        assembly, found, steps = what.map.assembly, what.map, places(what)
-    elif isinstance(what, Settled):
-        assembly, steps = assemble(what.scene), settling(what)
-    elif isinstance(what, Disassembly):
-        assembly, steps = what.assembly, taking_apart(what)
-    elif isinstance(what, TransportLimits):
-        assembly = what.assembly
-    else:
-        assembly = what if isinstance(what, Assembly) else assemble(what)
+    match what:
+        case Scene():
+            assembly = assemble(what)
+        case Assembly():
+            assembly = what
+        case RobustnessMap():
+            assembly, known = what.assembly, what
+        case TransportLimits():
+            assembly = what.assembly
+        case Settled():
+            assembly, steps = assemble(what.scene), settling(what)
+        case Disassembly():
+            assembly, steps = what.assembly, taking_apart(what)
+        case Placement():
+            if what.map is None:
+                raise HoldfastError(message("view of a placement", "there is no pose to show", what.reason))
+            assembly, known, steps = what.map.assembly, what.map, places(what)
     refuse_holds(assembly.scene.holds, "view", "view the scene without them")
-    model = ViewModel(assembly, engine=engine, spacing=spacing, found=found)
+    model = ViewModel(assembly, engine=engine, spacing=spacing, known=known)
     model.show(steps)
     return model

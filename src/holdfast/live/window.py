@@ -195,12 +195,6 @@ class Window:
             self.grip()
             self.place()
 
-    def draw_map(self) -> None:
-        """Redraw what a portion of the map changes: the colours and their legend."""
-        with self._lock, self.server.atomic():
-            self._draw_bodies()
-            self.controls.refresh()
-
     def draw_push(self) -> None:
         """Redraw the arrow of the push and the contacts that open or slide, and show its answer."""
         with self._lock, self.server.atomic():
@@ -242,18 +236,17 @@ class Window:
         self.place()
 
     def _look(self) -> None:
-        solids = solids_of(self.model.assembly.movable or self.model.assembly.bodies)
-        up = self.model.assembly.scene.up
+        up, solids = self.model.assembly.scene.up, solids_of(self.model.assembly.movable or self.model.assembly.bodies)
         view = front_view(Picture("", "", (), solids, up=up))
         points = np.concatenate([solid.vertices for solid in solids])
-        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, self.model.assembly.size
         self.server.scene.set_up_direction(tuple(up))
         camera = self.server.initial_camera
         camera.look_at = tuple(middle)
-        camera.position = tuple(middle + 1.7 * self.model.assembly.size * view.toward)
+        camera.position = tuple(middle + 1.7 * size * view.toward)
         camera.up = tuple(up)
         camera.fov = np.deg2rad(45.0)
-        camera.near = 0.01 * self.model.assembly.size
+        camera.near = 0.01 * size
         self.server.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False)
         self.server.gui.main_panel.dock_right()  # beside the bodies: a floating panel covers them in a narrow window
 
@@ -261,9 +254,8 @@ class Window:
         numbers = {body.name: number for number, body in enumerate(self.model.assembly.bodies)}
         for body in scenery.bodies(self.model, self.controls.colour_by):
             number = numbers[body.name]
-            if (
-                body.name not in self._frames
-            ):  # never removed, because a page keeps the pose of a node that is added again
+            # frames are never removed, because a page keeps the pose of a node that is added again
+            if body.name not in self._frames:
                 self._frames[body.name] = self.server.scene.add_frame(f"/bodies/{number}", show_axes=False)
             solid = Solid(body.name, body.vertices, body.triangles, fixed=False)
             edges = feature_edges(soup_of([solid], lambda _: (0.0, 0.0, 0.0)))
@@ -309,7 +301,9 @@ class Window:
     def _map(self) -> None:
         while not self.model.mapped:
             self.model.ask_map()
-            self.draw_map()
+            with self._lock, self.server.atomic():  # a portion changes the colours and their legend alone
+                self._draw_bodies()
+                self.controls.refresh()
 
     def _verdict(self) -> None:
         self.model.ask_verdict()

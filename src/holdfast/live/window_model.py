@@ -118,12 +118,12 @@ class ViewModel:
         *,
         engine: EngineChoice,
         spacing: float | None = None,
-        found: RobustnessMap | None = None,
+        known: RobustnessMap | None = None,
     ) -> None:
         self.given = self.assembly = assembly
         self.engine = engine_of(engine)
         self.spacing = assembly.size / POINTS_ACROSS if spacing is None else spacing
-        self.map = found
+        self.map = known
         self.portions: Portions | None = None
         self.verdict: Stability | None = None
         self.pick: Pick | None = None
@@ -181,7 +181,7 @@ class ViewModel:
 
         Nothing is chosen if the ray hits nothing or a fixed body.
         """
-        nearest, found = np.inf, None
+        nearest, pick = np.inf, None
         for body in self.assembly.bodies:
             if body.name in self.state.hidden:
                 continue
@@ -193,11 +193,11 @@ class ViewModel:
                 nearest = hit.distance
                 a, b, c = surface.vertices[surface.faces[hit.triangle]]
                 normal = np.cross(b - a, c - a)
-                found = body, Pick(body.name, start + hit.distance * along, normal / np.linalg.norm(normal))
-        self.push = None
+                point = start + hit.distance * along
+                pick = None if body.fixed else Pick(body.name, point, normal / np.linalg.norm(normal))
+        self.pick, self.push = pick, None
         self.turn = self.tilt = 0.0
-        self.pick = found[1] if found is not None and not found[0].fixed else None
-        return self.pick is not None
+        return pick is not None
 
     def aim(self, turn: float, tilt: float) -> None:
         """Aim the push at the chosen point at these angles [degrees], and drop its answer."""

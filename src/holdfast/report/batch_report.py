@@ -5,10 +5,9 @@ from __future__ import annotations
 import base64
 import os
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from heapq import nsmallest
-from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
 
@@ -33,24 +32,22 @@ SHOWN, PICTURED, UNANSWERED, REASONS = 12, 12, 60, 12  # largest numbers of rows
 ALIKE = 48  # reasons that agree in this number of characters are of one kind
 VERDICTS = {"stable": "#3c9a5f", "unstable": "#cf4f3c", "undecided": "#d9a13b", "not asked": "#b9bec7"}
 ENDINGS = {"answered": "#4a78b5", "error": "#d9a13b", "time": "#8a5fb0", "memory": "#cf7a3c", "crash": "#cf4f3c"}
-COLUMNS = ("scene", "path", "outcome", "problem", "status", "reason", "moving", "bodies", "weakest", "weakest_body")
-MEASURES = ("weakest_lower", "acceleration", "acceleration_lower", "seconds", "peak_mb")
+COLUMNS = (  # of the table of scenes; those that tables of older versions do not have are None
+    *("scene", "path", "outcome", "problem", "status", "reason", "moving", "bodies", "weakest", "weakest_body"),
+    *("weakest_mode", "weakest_moving", "weakest_lower", "acceleration", "acceleration_lower", "seconds", "peak_mb"),
+)
 
 
 def write_report(folder: str | os.PathLike[str], path: str | os.PathLike[str]) -> None:
     """Write the report of the batch in ``folder`` as one HTML page; raise HoldfastError if there is no batch."""
     tables = BatchTables(reading(folder))
     facts = about(tables.folder.path)
-    rows = [{name: row[name] for name in (*COLUMNS, *MEASURES)} for row in tables.rows("scenes")]
+    rows: list[Row] = [{name: row.get(name) for name in COLUMNS} for row in tables.rows("scenes")]
     folders = {os.path.dirname(row["scene"]) for row in rows}
     comparable = len({os.path.isabs(folder) for folder in folders}) == 1
     common = os.path.commonpath(folders) if comparable else ""
     for row in rows:
         row["scene"] = os.path.relpath(row["scene"], common) if common else row["scene"]
-    write_atomically(path, _page(tables.folder.path, facts, rows).encode("utf-8"))
-
-
-def _page(folder: Path, facts: Mapping[str, Any], rows: Sequence[Row]) -> str:
     outcomes = Counter(row["outcome"] for row in rows)
     verdicts = Counter(row["status"] or "not asked" for row in rows if row["status"] or row["outcome"] == ANSWERED)
     seconds = sum(row["seconds"] or 0.0 for row in rows)
@@ -66,8 +63,8 @@ def _page(folder: Path, facts: Mapping[str, Any], rows: Sequence[Row]) -> str:
     failed = [row for row in rows if row["outcome"] != ANSWERED]
     lost = [(row["scene"], row["outcome"], row["problem"] or "") for row in failed[:UNANSWERED]]
     more = f"<p>and {len(failed) - UNANSWERED:,} more</p>" if len(failed) > UNANSWERED else ""
-    return template("batch.html").substitute(
-        title=escaped(f"{many(len(rows), 'scene')} in {folder}"),
+    page = template("batch.html").substitute(
+        title=escaped(f"{many(len(rows), 'scene')} in {tables.folder.path}"),
         subtitle=escaped(f"{ask}; {number(seconds, 's')} of work"),
         outcomes=bar({name: outcomes[name] for name in OUTCOMES if outcomes[name]}, ENDINGS),
         verdicts=bar({name: verdicts[name] for name in VERDICTS if verdicts[name]}, VERDICTS),
@@ -85,36 +82,34 @@ def _page(folder: Path, facts: Mapping[str, Any], rows: Sequence[Row]) -> str:
         slowest=ReportTable(("scene", "outcome", "bodies", "time [s]", "memory [MB]"), cells).html(),
         failures=ReportTable(("scene", "outcome", "problem"), lost).html() + more,
     )
-
-
-def _weakness(row: Row) -> tuple[float, float, float]:
-    """Return the sort key of scenes: first those that fall, then the undecided ones, then by strength."""
-    rank = {"unstable": 0.0, "undecided": 1.0}.get(row["status"] or "", 2.0)
-    push, acceleration = (float("inf") if row[name] is None else row[name] for name in ("weakest", "acceleration"))
-    return rank, push, acceleration
+    write_atomically(path, page.encode("utf-8"))
 
 
 def _weakest_first(rows: Iterable[Row], most: int) -> list[Row]:
-    return nsmallest(most, (row for row in rows if row["outcome"] == ANSWERED), key=_weakness)
+    """Return the first of the answered scenes: those that fall, then the undecided ones, then by strength."""
+
+    def weakness(row: Row) -> tuple[float, float, float]:
+        rank = {"unstable": 0.0, "undecided": 1.0}.get(row["status"] or "", 2.0)
+        push, acceleration = (float("inf") if row[name] is None else row[name] for name in ("weakest", "acceleration"))
+        return rank, push, acceleration
+
+    return nsmallest(most, (row for row in rows if row["outcome"] == ANSWERED), key=weakness)
 
 
 def _pictures(rows: Sequence[Row], options: Mapping[str, Any]) -> Iterable[str]:
     """Yield small pictures of the weakest scenes, except those that were values or whose files are gone."""
     drawn = 0
     for row in _weakest_first(rows, 4 * PICTURED):
-        content = None if row["path"] is None or drawn >= PICTURED else _picture(row, options)
-        if content is not None:
-            drawn += 1
-            image = f'<img alt="" src="data:image/png;base64,{base64.b64encode(content).decode()}">'
-            yield f"<figure>{image}<figcaption>{escaped(row['scene'], 80)}<br>{_strength(row)}</figcaption></figure>"
-
-
-def _picture(row: Row, options: Mapping[str, Any]) -> bytes | None:
-    try:
-        scene = load_scene(row["path"], **options)
-    except HoldfastError:
-        return None
-    return thumbnail(solids_of(scene.bodies), scene.up, row["moving"] or ())
+        if row["path"] is None or drawn >= PICTURED:
+            continue
+        try:
+            scene = load_scene(row["path"], **options)
+        except HoldfastError:
+            continue
+        drawn += 1
+        content = thumbnail(solids_of(scene.bodies), scene.up, row["moving"] or ())
+        image = f'<img alt="" src="data:image/png;base64,{base64.b64encode(content).decode()}">'
+        yield f"<figure>{image}<figcaption>{escaped(row['scene'], 80)}<br>{_strength(row)}</figcaption></figure>"
 
 
 def _strength(row: Row) -> str:
@@ -127,21 +122,19 @@ def _strength(row: Row) -> str:
 
 
 def _weakest(rows: Sequence[Row]) -> str:
-    cells = []
-    for row in _weakest_first(rows, SHOWN):
-        moving = tuple(row.get("weakest_moving") or ())  # tables of older versions do not have it
-        cells.append(
-            (
-                row["scene"],
-                row["status"] or "",
-                _amount(row["weakest"]),
-                row["weakest_body"] or "",
-                gives_way(row["weakest_mode"], moving) if moving else "",
-                _amount(row["weakest_lower"]),
-                _amount(row["acceleration"]),
-                _amount(row["acceleration_lower"]),
-            )
+    cells = [
+        (
+            row["scene"],
+            row["status"] or "",
+            _amount(row["weakest"]),
+            row["weakest_body"] or "",
+            gives_way(row["weakest_mode"], tuple(row["weakest_moving"])) if row["weakest_moving"] else "",
+            _amount(row["weakest_lower"]),
+            _amount(row["acceleration"]),
+            _amount(row["acceleration_lower"]),
         )
+        for row in _weakest_first(rows, SHOWN)
+    ]
     force, rate = "least lower bound [N]", "least lower bound [m/s²]"
     heads = ("scene", "verdict", "weakest push [N]", "on", "what gives way", force, "acceleration [m/s²]", rate)
     return ReportTable(heads, cells).html()
@@ -153,16 +146,13 @@ def _amount(value: float | None) -> str:
 
 def _reasons(rows: Sequence[Row]) -> str:
     """Return a table of the kinds of reasons of verdicts other than stable, with their counts and an example."""
-    counts: Counter[tuple[str, str]] = Counter()
-    example: dict[tuple[str, str], Row] = {}
+    alike: dict[tuple[str, str], list[Row]] = defaultdict(list)
     for row in rows:
         if row["status"] not in (None, "stable"):
-            key = (row["status"], kind_of(row["reason"] or ""))
-            counts[key] += 1
-            example.setdefault(key, row)
+            alike[row["status"], kind_of(row["reason"] or "")].append(row)
     cells = [
-        (f"{n:,}", key[0], example[key]["scene"], example[key]["reason"] or "")
-        for key, n in counts.most_common(REASONS)
+        (f"{len(some):,}", some[0]["status"], some[0]["scene"], some[0]["reason"] or "")
+        for some in nsmallest(REASONS, alike.values(), key=lambda some: -len(some))
     ]
     return ReportTable(("scenes", "verdict", "for example", "whose reason is"), cells).html()
 

@@ -16,25 +16,13 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.public import number
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
-from holdfast.drawing.plots import Curve, Footprint, PolarPicture, Timeline, write_polar, write_timeline
+from holdfast.drawing.plots import Curve, Footprint, PolarPicture, Timeline, write_polar
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
-from holdfast.queries.result import Columns, promised
-from holdfast.report.description import (
-    SHOWN,
-    STYLES,
-    WORDS,
-    Headline,
-    Line,
-    Report,
-    ReportTable,
-    by_engine,
-    moving_words,
-    noted,
-    partly_undecided,
-    remarks,
-)
+from holdfast.queries.result import Columns, amount, promised
+from holdfast.report import description as wording
+from holdfast.report.description import STYLES, WORDS, Headline, Line, Report, ReportTable
 
 if TYPE_CHECKING:
     from holdfast.applications.carrying.carry import Carried
@@ -80,11 +68,16 @@ def transport_report(result: TransportLimits) -> Report:
     """
     count, (first, second, *_) = len(result.directions), frame_names(result.assembly)
     zero = f"{first} is 0°, {second} is 90°" if first != "0°" else "0° is the first of scene.horizontal_directions"
-    rest = f" on its carrier, {count} directions, {zero}{by_engine(result.engine, result.claim)}"
+    rest = f" on its carrier, {count} directions, {zero}{wording.by_engine(result.engine, result.claim)}"
     verdict = result.verdict.status
     angle = np.asarray(np.round(np.degrees(level_angles(result)), 1), dtype=np.float64)
     row, least = result.answers.holding, promised(result.answers, "m/s²")
-    everywhere = [] if row is None or not least else [f"{least} in every direction, the least towards {angle[row]:g}°"]
+    everywhere = [f"{least} in every direction, the least towards {angle[row]:g}°"] if row is not None and least else []
+    quarters = [np.flatnonzero(angle == quarter) for quarter in (0.0, 90.0, 180.0, 270.0)]
+    if all(len(rows) for rows in quarters):
+        at = [amount(result.status[k], result.acceleration[k], "m/s²") for k in (rows[0] for rows in quarters)]
+        if len(set(at)) > 1:
+            everywhere.append("; ".join(f"towards {90 * k}°: {limit}" for k, limit in enumerate(at)))
     arcs = _arcs(result)
     if len(arcs) > ARCS:
         arcs = [part.tolist() for part in np.array_split(np.arange(count), ARCS)]
@@ -93,9 +86,9 @@ def transport_report(result: TransportLimits) -> Report:
     rank = np.argsort(result.answers.ranking)
     return Report(
         Headline(result.assembly.scene.name or "assembly", WORDS[verdict], STYLES[verdict], rest),
-        *remarks(result),
+        *wording.remarks(result),
         Line(_slowest(result, angle)),
-        *map(Line, [*everywhere, *_at_quarters(result, angle)]),
+        *map(Line, everywhere),
         ReportTable(
             heads, [_arc_row(result, angle, arc, rank) for arc in arcs], "largest acceleration of the carrier",
             right=range(6), whole=True, airy=True,
@@ -107,11 +100,10 @@ def _arc_row(result: TransportLimits, angle: Float, arc: list[int], rank: NDArra
     """Return the row of an arc: its ends, its least answer and its least lower bound, and what moves."""
     least, low = arc[int(np.argmin(rank[arc]))], arc[int(np.argmin(result.lower[arc]))]
     first, last, at, there = (f"{angle[k]:g}°" for k in (arc[0], arc[-1], least, low))
-    known = result.status[least] is not Status.UNDECIDED
-    answer = number(float(result.acceleration[least])) if known else "?"
+    known, answer = result.answers.decided[least], amount(result.status[least], result.acceleration[least])
     promises = result.lower[low] > 0 or (known and result.lower.any())
     lower = [number(float(result.lower[low])), there] if promises else ["-", ""]
-    partly = partly_undecided(int((~result.answers.decided[arc]).sum()), len(arc))
+    partly = wording.partly_undecided(int((~result.answers.decided[arc]).sum()), len(arc))
     return [first, last, answer, at, *lower, _gives_way(result, least) + partly]
 
 
@@ -125,24 +117,12 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
         return f"{what}, however fast it accelerates"
     if result.status[least] is Status.UNSTABLE:
         return "even at rest " + ("something is crushed" if result.mode[least] == "crush" else "it does not stand")
-    moving = f"{result.mode[least]} of {listed(result.moving[least], SHOWN)}"
+    moving = f"{result.mode[least]} of {listed(result.moving[least], wording.SHOWN)}"
     if not result.acceleration[least] > 0:
         return f"the slightest acceleration moves something: {moving}"
     among = "" if result.answers.decided.all() else ", of the directions with an answer"
     first = number(float(result.acceleration[least]), "m/s²")
     return f"the first to move{among}, towards {angle[least]:g}° beyond {first}: {moving}"
-
-
-def _at_quarters(result: TransportLimits, angle: Float) -> list[str]:
-    """Return a sentence with the limits at each quarter turn, if these directions have answers that differ."""
-    places = [np.flatnonzero(angle == quarter) for quarter in (0.0, 90.0, 180.0, 270.0)]
-    if not all(len(rows) for rows in places):
-        return []
-    chosen = [int(rows[0]) for rows in places]
-    values = [number(float(result.acceleration[k]), "m/s²") if result.answers.decided[k] else "?" for k in chosen]
-    if len(set(values)) == 1:
-        return []
-    return ["; ".join(f"towards {90 * k}°: {value}" for k, value in enumerate(values))]
 
 
 def _arcs(result: TransportLimits) -> list[list[int]]:
@@ -166,7 +146,7 @@ def _gives_way(result: TransportLimits, k: int) -> str:
         return "undecided"
     falls = ("" if result.mode[k] == "crush" else "falls ") + "at rest" if result.status[k] is Status.UNSTABLE else ""
     kind = falls or ("" if result.acceleration[k] > 0 else "only balanced")
-    return moving_words(result.mode[k], result.moving[k], kind)
+    return wording.moving_words(result.mode[k], result.moving[k], kind)
 
 
 def save_polar(
@@ -192,13 +172,11 @@ def polar_picture(results: Sequence[TransportLimits], names: Sequence[str] | Non
     named = [checked_name(name, where) for name in given]
     if len(named) != len(results):
         raise HoldfastError(message(where, f"{len(named)} names of {len(results)} answers", "give one for each"))
-    first = results[0]
-    footprints = []
+    first, up, footprints = results[0], results[0].assembly.scene.up, []
     for body in first.assembly.bodies:
         vertices = body.surface_world.vertices
-        flat = vertices @ np.array(tangents(first.assembly.scene.up)).T
-        height = float((vertices @ first.assembly.scene.up).max())
-        footprints.append(Footprint(body.name, flat[outline_numbers(flat)], body.fixed, height))
+        flat = vertices @ np.array(tangents(up)).T
+        footprints.append(Footprint(body.name, flat[outline_numbers(flat)], body.fixed, float((vertices @ up).max())))
     return PolarPicture(
         f"{first.assembly.scene.name or 'assembly'}: largest acceleration of the carrier [m/s²]",
         f"{WORDS[first.verdict.status]} · {len(first.directions)} level directions, "
@@ -245,21 +223,21 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
 def carried_report(result: Carried) -> Report:
     """Return whether a load holds while it is carried, and the times with the smallest factors, in their order."""
     motion, first, low = result.profile, movers(result), result.answers.holding
-    rest = f" while it is carried: {motion.name or 'a motion'}{by_engine(result.engine, result.claim)}"
+    rest = f" while it is carried: {motion.name or 'a motion'}{wording.by_engine(result.engine, result.claim)}"
     chosen = result.answers.ranking[:TIMES].tolist()
     rows = []
     for k in sorted(chosen if low is None or low in chosen else [*chosen[: TIMES - 1], low]):
-        known = result.answers.decided[k]
-        figures = [number(float(v)) if known else "?" for v in (result.factor[k], result.lower[k])]
+        figures = [amount(result.status[k], value) for value in (result.factor[k], result.lower[k])]
         acceleration = [f"{v + 0.0:.4g}" for v in motion.acceleration[k]]
-        rows.append([number(float(motion.time[k])), *acceleration, *figures, first[k] if known else "not known"])
+        gives = first[k] if result.answers.decided[k] else "not known"
+        rows.append([number(float(motion.time[k])), *acceleration, *figures, gives])
     heads = ("at [s]", "ax", "ay", "az [m/s²]", "factor", "lower", "what moves first")
     return Report(
         Headline(result.assembly.scene.name or "assembly", ENDS[result.outcome], STYLES[result.outcome], rest),
         Line(result.reason),
         *map(Line, _safe_speed(result)),
         *([Line(f"motion from {motion.source}", "dim")] if motion.source else []),
-        *noted(result.notes),
+        *wording.noted(result.notes),
         ReportTable(heads, rows, "times with the smallest factors", right=range(6), whole=True, airy=True),
     )
 
@@ -272,13 +250,8 @@ def _safe_speed(result: Carried) -> list[str]:
     return [f"known {what} at {number(scale)} times the speed" if scale > 0 else f"not known {what} at any speed"]
 
 
-def save_carried_png(result: Carried, path: str | os.PathLike[str]) -> None:
-    """Write the accelerations and the used share of the load's capacity over time (PNG)."""
-    write_timeline(timeline(result), path)
-
-
 def timeline(result: Carried) -> Timeline:
-    """Return the content of the picture."""
+    """Return the accelerations and the used share of the load's capacity over time, for their picture."""
     motion, word = result.profile, ENDS[result.outcome]
     lines = [f"{word}: {result.reason}", *_safe_speed(result), f"engine {result.engine} ({result.claim.words})"]
     if result.undecided.count:

@@ -20,21 +20,8 @@ from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.push import Robustness
 from holdfast.queries.result import gives_way, holds_up_to, promised, vector_text
 from holdfast.queries.stability import Stability
-from holdfast.report.description import (
-    MOST_ROWS,
-    STYLES,
-    WORDS,
-    Headline,
-    Line,
-    Report,
-    ReportTable,
-    by_engine,
-    moving_words,
-    noted,
-    partly_undecided,
-    remarks,
-    repeats,
-)
+from holdfast.report import description as wording
+from holdfast.report.description import MOST_ROWS, STYLES, WORDS, Headline, Line, Report, ReportTable
 
 if TYPE_CHECKING:
     from holdfast.applications.placement.result import Placement
@@ -51,14 +38,14 @@ def stability_report(assembly: Assembly, result: Stability) -> Report:
         Line(f"crushed: {one.text}", "red") if one.crushed else Line(f"bearing: {one.text}", "dim")
         for one in result.bearing[:MOST_ROWS]
     ]
-    movable, interfaces = len(assembly.movable), len(assembly.interfaces)
-    bodies, pairs = "body" if movable == 1 else "bodies", "interface" if interfaces == 1 else "interfaces"
+    movable = f"{len(assembly.movable)} movable {'body' if len(assembly.movable) == 1 else 'bodies'}"
+    interfaces = f"{len(assembly.interfaces)} interface{'' if len(assembly.interfaces) == 1 else 's'}"
     return Report(
-        Headline(assembly.scene.name or "scene", word, style, by_engine(result.engine, result.claim)),
+        Headline(assembly.scene.name or "scene", word, style, wording.by_engine(result.engine, result.claim)),
         Line(result.reason, "dim"),
         *bearing,
-        *noted(result.notes),
-        Line(f"{movable} movable {bodies}, {interfaces} {pairs}; {assembly.tolerances.text}"),
+        *wording.noted(result.notes),
+        Line(f"{movable}, {interfaces}; {assembly.tolerances.text}"),
         _contacts(assembly, result),
     )
 
@@ -69,8 +56,8 @@ def _contacts(assembly: Assembly, result: Stability) -> ReportTable:
     for k, interface in enumerate(assembly.interfaces[:MOST_ROWS]):
         here = np.empty(0, dtype=np.int64) if result.forces is None else np.flatnonzero(result.forces.interface == k)
         a, b = (one_line(name, LONGEST_NAME) for name in interface.bodies)
-        said = interface.flags if interface.certain else (*interface.flags, "may not exist")
-        pair = f"{a} - {b}" + (f" ({', '.join(said)})" if said else "")
+        flags = interface.flags if interface.certain else (*interface.flags, "may not exist")
+        pair = f"{a} - {b}" + (f" ({', '.join(flags)})" if flags else "")
         mu, area = f"{assembly.mu[k]:g}", f"{interface.area * 1e4:.4g}"
         rows.append((pair, area, mu, *_carried(assembly, result, k, here, interface.area)))
         if not 1 < len(interface.patches) <= MOST_PATCHES:
@@ -78,9 +65,8 @@ def _contacts(assembly: Assembly, result: Stability) -> ReportTable:
         points, apart = np.empty((0, 3)) if result.forces is None else result.forces.points[here], []
         for each in interface.patches:
             ring, off = each.rings[0], points - each.polygon[0]
-            outline = (
-                shapely.Point(ring[0]) if len(ring) == 1 else (shapely.LineString, shapely.Polygon)[len(ring) > 2](ring)
-            )
+            kind = (shapely.Point, shapely.LineString, shapely.Polygon)[min(len(ring), 3) - 1]
+            outline = kind(ring[0] if len(ring) == 1 else ring)
             apart.append(np.hypot(shapely.distance(outline, shapely.points(off @ each.frame.T)), off @ each.normal))
         patch = np.asarray(np.argmin(apart, axis=0))
         for number_, one in enumerate(interface.patches):
@@ -166,9 +152,10 @@ def push_report(result: Robustness) -> Report:
     if status is Status.UNSTABLE:
         crushed = mechanism is not None and mechanism.mode == "crush"
         lines.append(Line(mechanism.text if mechanism and crushed else result.verdict.reason, "dim"))
-    said = () if status is Status.FINITE else (*result.undecided.reasons, result.verdict.reason)
-    notes = [note for note in result.notes if note not in said and not repeats(note, result.verdict)]
-    return Report(Headline(result.body, outcome, style, by_engine(result.engine, result.claim)), *lines, *noted(notes))
+    above = () if status is Status.FINITE else (*result.undecided.reasons, result.verdict.reason)
+    notes = [note for note in result.notes if note not in above and not wording.repeats(note, result.verdict)]
+    headline = Headline(result.body, outcome, style, wording.by_engine(result.engine, result.claim))
+    return Report(headline, *lines, *wording.noted(notes))
 
 
 def bounds_text(result: Robustness) -> list[str]:
@@ -183,8 +170,8 @@ def bounds_text(result: Robustness) -> list[str]:
 
 def map_report(result: RobustnessMap) -> Report:
     """Return the bound that holds at all points, and a table with the weakest point of every body."""
-    word, style = WORDS[result.verdict.status], STYLES[result.verdict.status]
-    pushes = f", {len(result.force):,} inward pushes"
+    status = result.verdict.status
+    rest = f", {len(result.force):,} inward pushes{wording.by_engine(result.engine, result.claim)}"
     row, least = result.answers.holding, promised(result.answers, "N")
     everywhere = []
     if row is not None and least:
@@ -194,10 +181,10 @@ def map_report(result: RobustnessMap) -> Report:
     for weak in result.weakest_of_each_body():
         here = result.body == weak.body
         *cells, what = _weakest_row(weak)
-        rows.append((*cells, what + partly_undecided(int((here & ~result.answers.decided).sum()), here.sum())))
+        rows.append((*cells, what + wording.partly_undecided(int((here & ~result.answers.decided).sum()), here.sum())))
     return Report(
-        Headline(result.assembly.scene.name or "scene", word, style, pushes + by_engine(result.engine, result.claim)),
-        *remarks(result),
+        Headline(result.assembly.scene.name or "scene", WORDS[status], STYLES[status], rest),
+        *wording.remarks(result),
         *everywhere,
         ReportTable(
             ("body", "force [N]", "at [mm]", "along", "what moves"), rows, "weakest push on each body",
@@ -212,12 +199,12 @@ def _weakest_row(weak: MapPoint) -> tuple[str, ...]:
     if weak.status is Status.UNDECIDED:
         return weak.body, "?", "", "", "undecided"
     if weak.status is Status.UNSTABLE:
-        return weak.body, "0", "", "", moving_words(weak.mode, weak.moving, "falls without a push")
+        return weak.body, "0", "", "", wording.moving_words(weak.mode, weak.moving, "falls without a push")
     place = vector_text((1e3 * v for v in weak.point), ".0f")
     steep = int(np.argmax(np.abs(weak.direction)))
     if abs(weak.direction[steep]) > 1 - 1e-9:
         along = f"{'+' if weak.direction[steep] > 0 else '-'}{'xyz'[steep]}"
     else:
         along = vector_text(np.round(weak.direction, 2), ".2f")
-    what = moving_words(weak.mode, weak.moving, "" if weak.force > 0 else "only balanced")
+    what = wording.moving_words(weak.mode, weak.moving, "" if weak.force > 0 else "only balanced")
     return weak.body, f"{weak.force:.4g}", place, along, what

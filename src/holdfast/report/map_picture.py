@@ -45,11 +45,8 @@ def picture_of(result: RobustnessMap) -> Picture:
     assembly, forces = result.assembly, result.verdict.forces
     rims = {name: rims_of(result, name) for name in result.cells}
     heat = [_surface(result, name, rims[name]) for name, cells in result.cells.items() if len(cells.points)]
-    covered = [
-        Solid(name, rim.covered.vertices, rim.covered.triangles, False)
-        for name, rim in rims.items()
-        if len(rim.covered.points)
-    ]
+    hidden = {name: rim.covered for name, rim in rims.items() if len(rim.covered.points)}
+    covered = [Solid(name, cells.vertices, cells.triangles, False) for name, cells in hidden.items()]
     caution = ", may be too high off-centre" if result.claim is Claim.ESTIMATED else ""
     engine = f"engine {result.engine} ({result.claim.words}{caution})"
     parts = [WORDS[result.verdict.status], engine, f"{len(result.force):,} inward pushes"]
@@ -58,8 +55,12 @@ def picture_of(result: RobustnessMap) -> Picture:
         parts.append(f"{promise} everywhere")
     if result.undecided.count:
         parts.append(result.undecided.text)
-    length = WEAK_ARROW * result.assembly.size
-    weakest = [weak for weak in result.weakest_of_each_body() if weak.status is Status.FINITE]
+    length, arrows = WEAK_ARROW * result.assembly.size, []
+    for weak in [weak for weak in result.weakest_of_each_body() if weak.status is Status.FINITE][:SHOWN_WEAKEST]:
+        how = f"{_newton(weak.force) if weak.force > 0 else 'the smallest push'}, "
+        how += what_moves(weak.body, weak.mode, weak.moving)
+        head, way = np.array(weak.point), np.array(weak.direction)
+        arrows.append(Arrow(head - length * way, head, f"{one_line(weak.body, LONGEST_NAME)}: {how}"))
     return Picture(
         title=f"{assembly.scene.name or 'assembly'}: largest push before something moves",
         subtitle=" · ".join(parts),
@@ -68,23 +69,14 @@ def picture_of(result: RobustnessMap) -> Picture:
         outlines=outlines_of(assembly),
         contact_points=np.empty((0, 3)) if forces is None else forces.points,
         contact_forces=() if forces is None else force_arrows(assembly, forces),
-        weakest=tuple(
-            Arrow(
-                np.array(weak.point) - length * np.array(weak.direction),
-                np.array(weak.point),
-                f"{one_line(weak.body, LONGEST_NAME)}: "
-                f"{_newton(weak.force) if weak.force > 0 else 'the smallest push'}, "
-                f"{what_moves(weak.body, weak.mode, weak.moving)}",
-            )
-            for weak in weakest[:SHOWN_WEAKEST]
-        ),
+        weakest=tuple(arrows),
         up=assembly.scene.up,
     )
 
 
 def _surface(result: RobustnessMap, name: str, rims: Rims) -> HeatSurface:
     cells = result.cells[name]  # with the rims, which have the same vertices
-    numbers = [k for k, body in enumerate(result.body) if body == name]
+    numbers = np.flatnonzero(result.body == name).tolist()
     return HeatSurface(
         name, cells.vertices, np.concatenate([cells.triangles, rims.triangles]),
         np.concatenate([cells.cell, rims.beside]), cells.points, result.force[numbers],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +13,7 @@ from holdfast.applications.disassembly.removal import Answer, Removal
 from holdfast.applications.pushing.safe_pushes import Effect, SafePushes
 from holdfast.base.public import number
 from holdfast.base.text import listed
-from holdfast.drawing.panel_sheets import StateFrame, StateSequence, write_sequence
+from holdfast.drawing.panel_sheets import StateFrame, StateSequence
 from holdfast.report.description import MOST_FRAMES, MOST_ROWS, STYLES, Headline, Line, Report, ReportTable, by_engine
 from holdfast.report.map_picture import solids_of
 
@@ -78,16 +77,11 @@ def _taken_out(result: Disassembly) -> tuple[str, str]:
     return f"{count} of {whole} bodies come out; whether another order takes out all is not known", "bold yellow"
 
 
-def save_strip(result: Disassembly, path: str | os.PathLike[str]) -> None:
-    """Write the sequence as a PNG, one panel for each state, with the body that is removed next in colour.
-
-    Of a long sequence, only every n-th state is drawn.
-    """
-    write_sequence(strip_of(result), path)
-
-
 def strip_of(result: Disassembly) -> StateSequence:
-    """Return the states as a sequence of panels; if bodies remain, the last panel shows them."""
+    """Return the states as a sequence of panels, each with the body that is removed next in colour.
+
+    Of a long sequence, only every n-th state is drawn. If bodies remain, the last panel shows them.
+    """
     assembly = result.assembly
     solids = {solid.name: solid for solid in solids_of(assembly.bodies)}
     frames = []
@@ -132,13 +126,10 @@ def build_report(result: BuildOrder) -> Report:
     parts: list[Headline | ReportTable] = [Headline(result.assembly.scene.name or "scene", *outcome, engine)]
     if result.steps:
         heads = ("step", "put in", "least push then", "on", *hands_column(result.hands), "why it may go in")
-        rows = [
-            (
-                *(str(k), step.body, shown(step), step.weakest.body if step.weakest else ""),
-                *(*handled(step.holds, result.hands), step.reason),
-            )
-            for k, step in enumerate(result.steps, 1)
-        ]
+        rows = []
+        for k, step in enumerate(result.steps, 1):
+            on = step.weakest.body if step.weakest else ""
+            rows.append((str(k), step.body, shown(step), on, *handled(step.holds, result.hands), step.reason))
         parts.append(ReportTable(heads, rows, prose=(len(heads) - 1,), more_at=1))
     if result.stuck:
         why = [(removal.body, str(removal.answer), removal.reason) for removal in result.stuck]
@@ -162,8 +153,8 @@ def placements_report(result: Placements, scene: str) -> Report:
     )
 
 
-def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> None:
-    """Write the states after the steps as a PNG, with the newest object in colour; of many, every n-th is drawn."""
+def placements_strip(result: Placements) -> StateSequence:
+    """Return the states after the steps, with the newest object in colour; of many, every n-th is drawn."""
     assembly, count = result.assembly, len(result.steps)
     solids = {solid.name: solid for solid in solids_of(assembly.bodies)}
     frames = []
@@ -177,7 +168,7 @@ def save_placements_png(result: Placements, path: str | os.PathLike[str]) -> Non
     title = f"{assembly.scene.name or 'assembly'}: {count} of {count + len(result.left)} objects placed"
     subtitle = f"{result.reason} · engine {result.engine} ({result.claim.words})"
     marked, up = "the object that is put down", assembly.scene.up
-    write_sequence(StateSequence(title, subtitle, tuple(frames), up, up, arriving=True, marked=marked), path)
+    return StateSequence(title, subtitle, tuple(frames), up, up, arriving=True, marked=marked)
 
 
 def pushes_report(result: SafePushes) -> Report:

@@ -6,9 +6,9 @@ The methods ``save_png``, ``save_html``, ``save_glb`` and ``save_ply`` of an ans
 from __future__ import annotations
 
 import base64
-import os
 from collections.abc import Callable, Collection
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -26,13 +26,15 @@ from holdfast.drawing import colours
 from holdfast.drawing.html_page import write_html
 from holdfast.drawing.map_files import write_glb, write_ply
 from holdfast.drawing.map_png import write_png
-from holdfast.drawing.picture import Picture, forces, legend
+from holdfast.drawing.panel_sheets import write_sequence
+from holdfast.drawing.picture import forces, legend
+from holdfast.drawing.plots import write_timeline
 from holdfast.drawing.render import map_thumbnail, thumbnail
 from holdfast.drawing.svg import rose
 from holdfast.queries.map import RobustnessMap
-from holdfast.report.carrier_report import LEVEL, frame_names, level_angles, save_carried_png, save_polar
+from holdfast.report.carrier_report import LEVEL, frame_names, level_angles, save_polar, timeline
 from holdfast.report.map_picture import picture_of, solids_of
-from holdfast.report.order_report import save_placements_png, save_strip
+from holdfast.report.order_report import placements_strip, strip_of
 from holdfast.report.pose_report import save_firmer_png, save_placement_png, save_resting_png, save_settled_png
 from holdfast.scene.scene import Scene
 
@@ -42,20 +44,20 @@ SIZE = (300, 210)  # width and height of a picture in a notebook [px]
 def register() -> None:
     """Register the painters of all answers that can be drawn."""
     for suffix, write in ((".png", write_png), (".html", write_html), (".glb", write_glb), (".ply", write_ply)):
-        register_painter(RobustnessMap, suffix, partial(_save_map, write))
+        register_painter(RobustnessMap, suffix, partial(_painted, picture_of, write))
     register_painter(TransportLimits, ".png", save_polar)
-    register_painter(Carried, ".png", save_carried_png)
-    register_painter(Disassembly, ".png", save_strip)
+    register_painter(Carried, ".png", partial(_painted, timeline, write_timeline))
+    register_painter(Disassembly, ".png", partial(_painted, strip_of, write_sequence))
     register_painter(Placement, ".png", save_placement_png)
-    register_painter(Placements, ".png", save_placements_png)
+    register_painter(Placements, ".png", partial(_painted, placements_strip, write_sequence))
     register_painter(Firmer, ".png", save_firmer_png)
     register_painter(RestingPoses, ".png", save_resting_png)
     register_painter(Settled, ".png", save_settled_png)
     register_glimpse(glimpse)
 
 
-def _save_map(write: Callable[[Picture, str | os.PathLike[str]], None], result: RobustnessMap, path: str) -> None:
-    write(picture_of(result), path)
+def _painted(content: Callable[[Any], Any], write: Callable[[Any, str], None], result: object, path: str) -> None:
+    write(content(result), path)
 
 
 def glimpse(value: object) -> str:
