@@ -16,7 +16,6 @@ from holdfast.base.errors import HoldfastError
 from holdfast.cli.output import AsJson, err, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.shared_options import (
-    EXIT,
     EngineName,
     File,
     Immobile,
@@ -29,18 +28,16 @@ from holdfast.cli.shared_options import (
     Vector,
     check_suffix,
     engine_with,
-    exit_code,
     option,
     tell,
 )
 from holdfast.engines.answers import Claim
 from holdfast.engines.contract import Engine
-from holdfast.engines.verdict import Status
 from holdfast.queries.map import expected_points, robustness_map
 from holdfast.queries.push import robustness
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.queries.stability import stability
-from holdfast.report.contact_report import map_report, push_report, stability_data, stability_report
+from holdfast.report.contact_report import contact_details, map_report, push_report, stability_report
 from holdfast.scene.scene import Scene
 
 LARGE = 25  # number of bodies in a group from which load paths may cost several cone programs
@@ -62,9 +59,8 @@ def assess(
     with progress():
         assembly = scene.assembled()
         result = stability(assembly, engine=method)
-    code = EXIT[Status.UNSTABLE if result.crushed else result.status]
-    report, data = partial(stability_report, assembly), partial(stability_data, assembly)
-    tell(result, report, code, as_json=as_json, data=data, certificate=certificate)
+    report, details = partial(stability_report, assembly), contact_details(assembly)
+    tell(result, report, as_json=as_json, details=details, certificate=certificate)
 
 
 @takes_scene
@@ -86,8 +82,7 @@ def push(
     with progress():
         assembly = scene.assembled(given)
         result = robustness(assembly, body, point, direction, engine=method, bounds=method.claim is not Claim.ESTIMATED)
-    code = exit_code(result.verdict.status, result.answers)
-    tell(result, push_report, code, as_json=as_json, certificate=certificate)
+    tell(result, push_report, as_json=as_json, certificate=certificate)
 
 
 def in_world(scene: Scene, name: str, at: Vector, along: Vector) -> tuple[Float, Float]:
@@ -125,7 +120,7 @@ def map_surfaces(
         print_cost_of_limit(assembly, bodies, spacing, method)
         result = robustness_map(assembly, bodies, spacing=spacing, engine=method, accuracy=accuracy)
     files = [(png, result.save_png), (html, result.save_html), (glb, result.save_glb), (ply, result.save_ply)]
-    tell(result, map_report, exit_code(result.verdict.status, result.answers), as_json=as_json, files=files)
+    tell(result, map_report, as_json=as_json, files=files)
 
 
 def print_cost_of_limit(assembly: Assembly, bodies: Sequence[str] | None, spacing: float, engine: Engine) -> None:

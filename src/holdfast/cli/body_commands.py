@@ -9,7 +9,6 @@ from typing import Annotated
 
 import typer
 
-from holdfast.applications.pushing.result import Effect
 from holdfast.applications.pushing.safe import DOUBT, Tool, safe_pushes
 from holdfast.applications.resting_poses import resting_poses
 from holdfast.base.errors import HoldfastError, message
@@ -18,7 +17,6 @@ from holdfast.base.values import altered
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import AssemblyGiven, SceneGiven, takes_scene
 from holdfast.cli.shared_options import (
-    EXIT,
     EngineName,
     File,
     Nodes,
@@ -29,7 +27,6 @@ from holdfast.cli.shared_options import (
     option,
     tell,
 )
-from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.order_report import pushes_report
 from holdfast.report.pose_report import resting_report
@@ -66,7 +63,7 @@ def rest(
     poses = resting_poses(chosen.shape, mass, mu, chosen.com_body)
     result = altered(poses, body=altered(poses.body, name=chosen.name))
     report = partial(resting_report, name=chosen.name)
-    tell(result, report, 0, as_json=as_json, notes=known.notes, files=[(png, result.save_png)])
+    tell(result, report, as_json=as_json, notes=known.notes, files=[(png, result.save_png)])
 
 
 @takes_scene
@@ -91,6 +88,4 @@ def safe(
         result = safe_pushes(
             assembly, body, force, directions=direction, spacing=spacing, tool=tool, doubt=doubt, engine=method
         )
-    known = bool((result.nothing | result.alone | result.are(Effect.OTHERS)).any())
-    code = EXIT[Status.STABLE if known else Status.UNDECIDED]
-    tell(result, pushes_report, code, as_json=as_json, notes=result.notes, files=[(save, result.save)])
+    tell(result, pushes_report, as_json=as_json, notes=result.notes, files=[(save, result.save)])

@@ -15,8 +15,7 @@ from holdfast.batches.inputs import csv_rows
 from holdfast.batches.question import MOST_BYTES, PUSH_COLUMNS
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
-from holdfast.cli.shared_options import EXIT, EngineName, Nodes, SaveAnswer, engine_with, option, tell
-from holdfast.engines.verdict import Status
+from holdfast.cli.shared_options import EngineName, Nodes, SaveAnswer, engine_with, option, tell
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.pose_report import friction_report
 
@@ -44,8 +43,7 @@ def calibrate(
     measured = measured_pushes(pushes)
     with progress():
         result = friction_from(scene.assembled(), measured, scatter=scatter, confidence=confidence, engine=method)
-    code = EXIT[Status.UNDECIDED if result.undecided else Status.STABLE]
-    tell(result, friction_report, code, as_json=as_json, files=[(save, result.save)])
+    tell(result, friction_report, as_json=as_json, files=[(save, result.save)])
 
 
 def measured_pushes(path: Path) -> list[tuple[Any, ...]]:

@@ -13,7 +13,6 @@ from holdfast.applications.carrying.profile import STANDARDS, Profile
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.shared_options import (
-    EXIT,
     Bounds,
     EngineName,
     File,
@@ -68,4 +67,4 @@ def carry(
     with progress():
         result = carry_load(assembly, motion.at_speed(speed), standing=loads, engine=method, bounds=bounds)
     files = [(png, result.save_png), (save, result.save)]
-    tell(result, carried_report, EXIT[result.outcome], as_json=as_json, files=files)
+    tell(result, carried_report, as_json=as_json, files=files)

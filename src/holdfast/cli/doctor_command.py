@@ -11,6 +11,7 @@ from typing import Any
 from rich.table import Table as RichTable
 
 from holdfast import __version__
+from holdfast.base.envelope import envelope
 from holdfast.base.errors import DISTRIBUTION, installing
 from holdfast.base.progress import cores
 from holdfast.base.text import many
@@ -28,7 +29,7 @@ def doctor(as_json: AsJson = False) -> None:
     """
     facts = examined()
     if as_json:
-        print_json(facts)
+        print_json(envelope("doctor", reason="what is installed", details=facts))
         return
     out.say(
         f"holdfast {facts['holdfast']}, Python {facts['python']}, {facts['system']}, {many(facts['cores'], 'core')}"

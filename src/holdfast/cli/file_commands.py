@@ -8,6 +8,8 @@ from typing import Annotated, Any
 import typer
 
 from holdfast.base.arrays import checked_word
+from holdfast.base.envelope import envelope
+from holdfast.base.envelope import schema as answer_schema
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates import schema as certificate
 from holdfast.cli.output import AsJson, out, print_json, write
@@ -40,7 +42,7 @@ def convert(
     save_scene(scene, target)
     counts: dict[str, Any] = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}
     if as_json:
-        print_json(counts | ({"notes": list(scene.notes)} if verbose else {}))
+        print_json(envelope("convert", reason=f"wrote {target}", details=counts, notes=scene.notes))
         return
     out.say(f"wrote {target}: {counts['bodies']} bodies, {counts['movable']} movable")
     for note in scene.notes if verbose else ():
@@ -57,10 +59,10 @@ def _same(source: Path, target: Path) -> bool:
 
 def print_schema(
     kind: Annotated[
-        str, typer.Argument(metavar="[KIND]", help="scene, settled (settled-scene/1) or certificate")
+        str, typer.Argument(metavar="[KIND]", help="scene, settled (settled-scene/1), certificate or answer (--json)")
     ] = "scene",
 ) -> None:
-    """Print the JSON schema of the native scene file, of settled scenes, or of certificates."""
-    schemas = {"scene": schema, "settled": settled_schema, "certificate": certificate.schema}
+    """Print the JSON schema of the native scene file, of settled scenes, of certificates, or of answers."""
+    schemas = {"scene": schema, "settled": settled_schema, "certificate": certificate.schema, "answer": answer_schema}
     checked_word(kind, tuple(schemas), "KIND")
     print_json(schemas[kind](), indent=2)

@@ -20,7 +20,6 @@ from holdfast.cli.shared_options import (
     SaveAnswer,
     check_suffix,
     engine_with,
-    exit_code,
     option,
     tell,
 )
@@ -60,5 +59,4 @@ def firmer(
         (scene_out, partial(save_scene, result.assembly.scene)),
         (save, result.save),
     ]
-    code = exit_code(result.verdict.status, result.answers)
-    tell(result, firmer_report, code, as_json=as_json, notes=result.notes, files=files)
+    tell(result, firmer_report, as_json=as_json, notes=result.notes, files=files)

@@ -62,7 +62,7 @@ COMMANDS = {  # the module and the function of each command, which is imported w
     "disassemble": ("order_commands:disassemble", "Find an order in which bodies can be taken out."),
     "convert": ("file_commands:convert", "Read a scene in any known format and write it in another."),
     "verify": ("verify_command:verify", "Check that a certificate proves what it claims."),
-    "schema": ("file_commands:print_schema", "Print the JSON schema of scene files or certificates."),
+    "schema": ("file_commands:print_schema", "Print the JSON schema of scene files, certificates or answers."),
     "doctor": ("doctor_command:doctor", "Report what is installed and what is missing."),
 }
 

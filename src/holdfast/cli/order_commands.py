@@ -9,11 +9,9 @@ import typer
 
 from holdfast.applications.disassembly.build import PUSHES, BuildOrder, build_order
 from holdfast.applications.disassembly.order import SOLVES, Disassembly, can_remove, disassembly_order
-from holdfast.applications.disassembly.removal import Answer
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import AssemblyGiven, takes_scene
 from holdfast.cli.shared_options import (
-    EXIT,
     EngineName,
     File,
     Files,
@@ -26,15 +24,12 @@ from holdfast.cli.shared_options import (
     check_suffix,
     engine_with,
     option,
-    order_exit_code,
     tell,
 )
-from holdfast.engines.verdict import Status
 from holdfast.queries.request import DEFAULT_ENGINE
 from holdfast.report.description import Report
 from holdfast.report.order_report import build_report, disassembly_report, removal_report
 
-STATUS = {Answer.SAFE: Status.STABLE, Answer.UNSAFE: Status.UNSTABLE, Answer.UNDECIDED: Status.UNDECIDED}
 Solves = Annotated[int, option("stop after this many checks by contact forces")]
 
 
@@ -54,8 +49,7 @@ def remove(
     with progress():
         assembly = scene.assembled()
         result = can_remove(assembly, body, lift=lift, engine=method, hands=hands)
-    code, notes = EXIT[STATUS[result.answer]], assembly.scene.notes
-    tell(result, removal_report, code, as_json=as_json, notes=notes, certificate=certificate)
+    tell(result, removal_report, as_json=as_json, notes=assembly.scene.notes, certificate=certificate)
 
 
 @takes_scene
@@ -110,5 +104,5 @@ def _tell_order(
     certificate: File,
 ) -> NoReturn:
     """Tell the answer of a search for an order, with the notes of its scene, and exit with its code."""
-    code, notes = order_exit_code(reached=result.reached, proven=result.proven), result.assembly.scene.notes
-    tell(result, report, code, as_json=as_json, notes=notes, files=files, certificate=certificate)
+    notes = result.assembly.scene.notes
+    tell(result, report, as_json=as_json, notes=notes, files=files, certificate=certificate)

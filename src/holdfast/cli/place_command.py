@@ -19,7 +19,6 @@ from holdfast.cli.file_commands import WRITTEN_SUFFIXES
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import PAIR, AssemblyGiven, SceneGiven, paired, takes_scene
 from holdfast.cli.shared_options import (
-    EXIT,
     EngineName,
     File,
     Files,
@@ -27,12 +26,11 @@ from holdfast.cli.shared_options import (
     Several,
     check_suffix,
     engine_with,
-    exit_code,
     option,
     tell,
 )
 from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.contact_report import placement_data
+from holdfast.report.contact_report import placement_details
 from holdfast.report.order_report import placements_report
 from holdfast.report.pose_report import placement_report
 from holdfast.scene.body import Body
@@ -90,14 +88,13 @@ def place(
         if several.steps:
             files = [(png, several.save_png), (save, partial(save_scene, several.assembly.scene))]
         report = partial(placements_report, scene=name)
-        tell(several, report, EXIT[several.status], as_json=as_json, notes=notes, files=files)
+        tell(several, report, as_json=as_json, notes=notes, files=files)
     with progress():
         result = plan_placement(assembly, bodies[0], **question)
     if result.assembly is not None:
         files = [(png, result.save_png), (save, partial(save_scene, result.assembly.scene))]
-    code = exit_code(result.status, result.answers)
     one = partial(placement_report, scene=name, body=result.name)
-    tell(result, one, code, as_json=as_json, data=placement_data, notes=notes, files=files)
+    tell(result, one, as_json=as_json, details=placement_details(result), notes=notes, files=files)
 
 
 def _taken(scene: Scene, things: Sequence[str], mass: float | None, material: str | None) -> tuple[Scene, list[Body]]:

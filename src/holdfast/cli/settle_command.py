@@ -10,7 +10,6 @@ from holdfast.cli.file_commands import WRITTEN_SUFFIXES
 from holdfast.cli.output import AsJson, progress
 from holdfast.cli.scenes import SceneGiven, takes_scene
 from holdfast.cli.shared_options import (
-    EXIT,
     EngineName,
     File,
     Files,
@@ -62,4 +61,4 @@ def settle(
         )
     files: Files = [(png, result.save_png), (output, partial(save_scene, result.scene))]
     report = partial(settled_report, scene=result.given.name or scene.scene)
-    tell(result, report, EXIT[result.status], as_json=as_json, files=files)
+    tell(result, report, as_json=as_json, files=files)

@@ -10,20 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, cast
 
 import typer
 
+from holdfast.base.envelope import EXIT, enveloped, verdict_of
 from holdfast.base.errors import PNG_INSTALL, PNG_NEEDS, HoldfastError, message
+from holdfast.base.public import PublicValue
 from holdfast.cli.output import out, print_json
-from holdfast.engines.answers import Answers
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
-from holdfast.engines.verdict import Status
 from holdfast.queries.request import ENGINES, engine_of
 
 if TYPE_CHECKING:
     from holdfast.assembly.assembly import Assembly
     from holdfast.queries.request import Load
     from holdfast.report.description import Report
-
-EXIT = {Status.STABLE: 0, Status.UNSTABLE: 1, Status.UNDECIDED: 3}  # exit code of each status
 
 
 def option(text: str, *flags: str, metavar: str | None = None, panel: str | None = None) -> Any:  # noqa: ANN401
@@ -72,22 +70,6 @@ def strap_loads(path: File, assembly: Assembly) -> tuple[Load, ...]:
     return () if path is None else tuple(load for strap in Strap.from_file(path) for load in strap.loads(assembly))
 
 
-def exit_code(status: Status, answers: Answers) -> int:
-    """Return the exit code of an answer: that of its status, unless it stands and no row is decided, or one gives way.
-
-    A row gives way without any load where a body is crushed at rest.
-    """
-    if status is not Status.STABLE or not len(answers):
-        return EXIT[status]
-    nothing, crushed = not answers.decided.any(), Status.UNSTABLE in answers.status
-    return EXIT[Status.UNSTABLE if crushed else Status.UNDECIDED if nothing else status]
-
-
-def order_exit_code(*, reached: bool, proven: bool) -> int:
-    """Return the exit code of a search for an order: found, proved not to exist, or undecided."""
-    return EXIT[Status.STABLE if reached else Status.UNSTABLE if proven else Status.UNDECIDED]
-
-
 def check_suffix(path: File, suffix: str) -> None:
     """Raise HoldfastError if a file has the wrong suffix, or cannot be written because matplotlib is missing.
 
@@ -102,38 +84,33 @@ def check_suffix(path: File, suffix: str) -> None:
 
 
 def tell(
-    result: Any,  # noqa: ANN401 - any answer
+    answer: PublicValue,
     report: Callable[[Any], Report],
-    code: int,
     *,
     as_json: bool,
-    data: Callable[[Any], dict[str, Any]] | None = None,
-    notes: Sequence[str] | None = None,
+    details: dict[str, Any] | None = None,
+    notes: Sequence[str] = (),
     files: Files = (),
     certificate: File = None,
 ) -> NoReturn:
-    """Write the files of an answer that are named, print it as JSON or as its report, and exit with its code.
+    """Write the files of an answer that are named, print its envelope or its report, and exit with its verdict's code.
 
-    ``data`` returns the answer as plain data, by default ``result.to_dict``. ``notes``, such as those of the scene, are
-    printed below the report, and come before those of the answer in JSON. ``files`` are pairs of a path, or None, and a
-    function that writes there.
+    ``notes``, such as those of the scene, are printed below the report, and come before those of the answer in JSON,
+    as ``details`` come after its own. ``files`` are pairs of a path, or None, and a function that writes there.
     """
     written = [(path, write) for path, write in files if path is not None]
     for path, write in written:
         write(path)
     if as_json:
-        plain = result.to_dict() if data is None else data(result)
-        if notes is not None:
-            plain |= {"notes": list(dict.fromkeys((*notes, *plain.get("notes", ()))))}
-        print_json(plain)
+        print_json(enveloped(answer, details=details, notes=notes))
     else:
-        out.print(report(result))
-        for note in notes or ():
+        out.print(report(answer))
+        for note in notes:
             out.say(note, label="note:", style="yellow")
         for path, _ in written:
             out.say(f"wrote {path}")
     if certificate is not None:
-        result.save_certificate(certificate)
+        answer.save_certificate(certificate)  # type: ignore[attr-defined]
         if not as_json:
             out.say(f"wrote {certificate}")
-    raise typer.Exit(code)
+    raise typer.Exit(EXIT[verdict_of(answer)])

@@ -19,7 +19,6 @@ from holdfast.cli.shared_options import (
     Vector,
     check_suffix,
     engine_with,
-    exit_code,
     option,
     strap_loads,
     tell,
@@ -82,4 +81,4 @@ def transport(
         err.say(f"no set written: the assembly is {result.verdict.status}")
     files = [] if save_set is None else [(set_file, save_set)]
     files.append((png, partial(result.save_png, others=results[1:])))
-    tell(result, transport_report, exit_code(result.verdict.status, result.answers), as_json=as_json, files=files)
+    tell(result, transport_report, as_json=as_json, files=files)
