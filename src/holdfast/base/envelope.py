@@ -188,7 +188,7 @@ QUESTIONS: dict[str, Question] = {
     "Placement": Question(
         "place",
         "name>body robustness>force lower pose points normals fault rating",
-        f"{_TABLE} robustness lower weakest attempts faults beneath best time_to_stable elapsed contacts?",
+        f"{_TABLE} name>body robustness lower weakest attempts faults beneath best time_to_stable elapsed contacts?",
         each="candidates",
         verdict=_of_place,
     ),
@@ -302,7 +302,7 @@ def reason_of(answer: Any, verdict: str | None) -> str:  # noqa: ANN401 - any an
 
 
 def _rows(answer: Any, plain: dict[str, Any], question: Question) -> list[dict[str, Any]]:  # noqa: ANN401
-    """Take the rows of an answer out of its plain data."""
+    """Return the rows of an answer from its plain data, without the list whose items they are."""
     parts: list[dict[str, Any]] | None = plain.pop(question.each) if question.each else None
     if parts == []:
         return []
@@ -314,11 +314,11 @@ def _rows(answer: Any, plain: dict[str, Any], question: Question) -> list[dict[s
         elif listed.startswith("@"):
             columns[shown] = [answer.where(row)[name] for row in range(len(answer.answers))]
         elif listed.startswith("^"):
-            columns[shown] = [list(samples) for samples in zip(*plain.pop(name), strict=True)]
+            columns[shown] = [list(samples) for samples in zip(*plain[name], strict=True)]
         elif listed.startswith("-"):
-            columns[shown] = [[0.0 - x for x in vector] for vector in plain.pop(name)]
+            columns[shown] = [[0.0 - x for x in vector] for vector in plain[name]]
         else:
-            columns[shown] = plain.pop(name)
+            columns[shown] = plain[name]
     first: Any = next(iter(columns.values()), [])
     if parts is None and not isinstance(first, list):
         return [columns]
