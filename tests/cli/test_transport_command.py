@@ -11,8 +11,8 @@ import pytest
 from calling import column, command
 
 import holdfast as hf
-from holdfast.cli import shared_options
-from holdfast.cli import transport_command as module
+from holdfast.cli import carrier_commands as module
+from holdfast.cli import command as shared
 from holdfast.report import carrier_report
 
 transport = command("transport")
@@ -140,7 +140,7 @@ def test_each_quarter_turn_is_told_where_they_differ(transport: Any) -> None:
 def test_a_picture_that_cannot_be_drawn_is_refused_before_anything_is_computed(
     transport: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(shared_options, "find_spec", lambda name: None)
+    monkeypatch.setattr(shared, "find_spec", lambda name: None)
     monkeypatch.setattr(module, "transport_limits", lambda *a, **k: pytest.fail("was computed"))
     code, _, err = transport("cube", "--png", "p.png")
     assert code == 2

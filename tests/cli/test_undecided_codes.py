@@ -14,7 +14,7 @@ from retold import REASON, retold, unknown
 import holdfast as hf
 from holdfast.applications import transport as transports
 from holdfast.base.envelope import EXIT, verdict_of
-from holdfast.cli import ask_commands, transport_command
+from holdfast.cli import carrier_commands, push_commands
 from holdfast.queries import map as maps
 
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE
@@ -28,9 +28,9 @@ def holdfast(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     """Call the command with the answers of maps and transport limits changed by ``change``."""
 
     def call(*arguments: str, change: Callable[[Any], Any] = lambda found: found) -> tuple[int, str, str]:
-        monkeypatch.setattr(ask_commands, "robustness_map", lambda *a, **k: change(maps.robustness_map(*a, **k)))
+        monkeypatch.setattr(push_commands, "robustness_map", lambda *a, **k: change(maps.robustness_map(*a, **k)))
         monkeypatch.setattr(
-            transport_command, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k))
+            carrier_commands, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k))
         )
         return called(monkeypatch, capsys, *arguments)
 

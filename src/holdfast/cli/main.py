@@ -39,31 +39,31 @@ TASKS = (  # what most people come for, on a scene that is shipped
 BAD_INPUT, INTERNAL, NOT_STABLE, NO_ANSWER = 2, 4, 1, 3  # exit codes
 PIPE_CLOSED = 141  # exit code of a command that was stopped by a closed pipe, as in a shell
 COMMANDS = {  # the module and the function of each command, which is imported when it is called, and its help text
-    "assess": ("ask_commands:assess", "Decide whether a scene stands, and explain why."),
-    "push": ("ask_commands:push", "Compute how hard a body can be pushed at a point before anything moves."),
-    "map": ("ask_commands:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
+    "assess": ("push_commands:assess", "Decide whether a scene stands, and explain why."),
+    "push": ("push_commands:push", "Compute how hard a body can be pushed at a point before anything moves."),
+    "map": ("push_commands:map_surfaces", "Compute the largest push at points of all exposed surfaces."),
     "calibrate": ("calibrate_command:calibrate", "Find the friction of pairs of bodies from measured pushes."),
     "view": ("view_command:view", "Open a live view of a scene: push, play and edit it in the browser."),
-    "place": ("place_command:place", "Find places for objects where everything stands."),
+    "place": ("pose_commands:place", "Find places for objects where everything stands."),
     "firmer": (
-        "firmer_command:firmer",
+        "pose_commands:firmer",
         "Move bodies a little, to where the least push that moves something is larger.",
     ),
-    "rest": ("body_commands:rest", "List all poses in which one body rests on a level plane."),
-    "settle": ("settle_command:settle", "Bring a perceived or authored scene to rest near its poses."),
-    "transport": ("transport_command:transport", "Compute how fast the carrier of a scene may accelerate."),
-    "carry": ("carry_command:carry", "Decide whether a scene holds while its carrier moves."),
+    "rest": ("pose_commands:rest", "List all poses in which one body rests on a level plane."),
+    "settle": ("pose_commands:settle", "Bring a perceived or authored scene to rest near its poses."),
+    "transport": ("carrier_commands:transport", "Compute how fast the carrier of a scene may accelerate."),
+    "carry": ("carrier_commands:carry", "Decide whether a scene holds while its carrier moves."),
     "batch": ("batch_commands:batch", "Answer the same question about many scenes, as tables in a folder."),
     "report": ("batch_commands:report", "Write the report of a batch as one page."),
     "check": ("batch_commands:check", "Check that many scenes stand, and what changed since a baseline."),
     "remove": ("order_commands:remove", "Decide whether one body may be taken out now, and who moves if not."),
     "build": ("order_commands:build", "Find an order in which bodies can be put in, each state standing."),
-    "safe": ("body_commands:safe", "Find where a body can be pushed without moving any other."),
+    "safe": ("pose_commands:safe", "Find where a body can be pushed without moving any other."),
     "disassemble": ("order_commands:disassemble", "Find an order in which bodies can be taken out."),
     "convert": ("file_commands:convert", "Read a scene in any known format and write it in another."),
-    "verify": ("verify_command:verify", "Check that a certificate proves what it claims."),
+    "verify": ("file_commands:verify", "Check that a certificate proves what it claims."),
     "schema": ("file_commands:print_schema", "Print the JSON schema of scene files, certificates or answers."),
-    "doctor": ("doctor_command:doctor", "Report what is installed and what is missing."),
+    "doctor": ("file_commands:doctor", "Report what is installed and what is missing."),
 }
 
 
