@@ -11,10 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from holdfast.base.envelope_keys import DETAIL, ENVELOPE, ROW
-from holdfast.base.public import PublicValue
+
+if TYPE_CHECKING:
+    from holdfast.base.public import PublicValue
 
 FORMAT = "holdfast-answer/1"
 EXIT = {"stable": 0, "unstable": 1, "undecided": 3, None: 0}  # exit code of a command by the verdict of its answer

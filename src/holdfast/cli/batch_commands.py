@@ -20,8 +20,7 @@ from holdfast.batches.inputs import inputs_of
 from holdfast.batches.result import read_batch
 from holdfast.batches.run import Resources
 from holdfast.batches.run import batch as run_batch
-from holdfast.cli.command import AsJson
-from holdfast.cli.output import out, print_json, progress
+from holdfast.cli.output import AsJson, out, print_json, progress
 from holdfast.report.batch_report import write_junit, write_report
 
 MOST_BYTES = 1_000_000  # of a file of options

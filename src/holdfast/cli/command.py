@@ -20,7 +20,7 @@ from holdfast.base.envelope import EXIT, enveloped, verdict_of
 from holdfast.base.errors import PNG_INSTALL, PNG_NEEDS, HoldfastError, message
 from holdfast.base.public import PublicValue
 from holdfast.cli.assignments import option, options_of, value_of
-from holdfast.cli.output import out, print_json, progress
+from holdfast.cli.output import AsJson, out, print_json, progress
 from holdfast.engines.contract import Engine
 from holdfast.engines.graph.engine import Graph
 from holdfast.queries.request import DEFAULT_ENGINE, ENGINES, engine_of
@@ -33,7 +33,6 @@ File = Path | None
 Several = list[str] | None
 EngineName = Annotated[str, option(f"one of: {', '.join(ENGINES)}", "--engine")]
 Nodes = Annotated[int | None, option("contact nodes: graph per interface, compliant per patch side")]
-AsJson = Annotated[bool, option("print JSON, holdfast-answer/1; infinity is the text inf", "--json")]
 PNG = "write a PNG picture to this file"
 SAVE = "write the answer to this file (.json or .npz)"
 PROOF = "also write a proof for others"

@@ -1,30 +1,19 @@
-"""The commands about files and the program itself: convert, schema, verify and doctor."""
+"""The commands about files: convert and schema."""
 
 from __future__ import annotations
 
-import json
-import platform
-import re
-import sys
-from importlib import metadata
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table as RichTable
 
-from holdfast import __version__
 from holdfast.base import envelope as answers
 from holdfast.base.arrays import checked_word
-from holdfast.base.errors import DISTRIBUTION, HoldfastError, installing, message
-from holdfast.base.files import read_ordinary
-from holdfast.base.progress import cores
-from holdfast.base.text import listed, many
+from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates import schema as certificate
-from holdfast.certificates.verify_certificate import MOST, UNCHECKED, RefusedError, claims_of
 from holdfast.cli.assignments import option
-from holdfast.cli.command import AsJson, takes_scene
-from holdfast.cli.output import out, print_json, write
+from holdfast.cli.command import takes_scene
+from holdfast.cli.output import AsJson, out, print_json, write
 from holdfast.cli.scenes import STREAM, SceneGiven
 from holdfast.scene.formats.native import scene_text, schema
 from holdfast.scene.formats.published import settled_schema
@@ -32,12 +21,6 @@ from holdfast.scene.formats.registry import save_scene, writable
 
 WRITTEN_SUFFIXES = ", ".join(dict.fromkeys(suffix for each in writable() for suffix in each.suffixes))
 TARGET = f"scene file to write: {WRITTEN_SUFFIXES}; - for standard output (YAML)"
-NOT_VERIFIED = 1  # exit code
-AGREED = "agrees with {}: gravity, masses, centres of mass, friction and points of contact, found anew"
-LOADS = "not checked: that loads and acceleration are as they really are, and the scene"
-NOT_FOR_USE = ("test", "dev", "docs")  # extras for development, which users do not need
-_NAME = re.compile(r"[\w.-]+")
-_EXTRA = re.compile(r"extra == ['\"]([\w-]+)['\"]")
 
 
 @takes_scene
@@ -83,110 +66,3 @@ def print_schema(
     schemas = {"scene": schema, "settled": settled_schema, "certificate": certificate.schema, "answer": answers.schema}
     checked_word(kind, tuple(schemas), "KIND")
     print_json(schemas[kind](), indent=2)
-
-
-def verify(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="a certificate: a JSON file")],
-    geometry: Annotated[
-        str | None, typer.Option("--geometry", metavar="SCENE", help="compare bodies and contacts with this scene, too")
-    ] = None,
-) -> None:
-    """Check that a certificate proves what it claims, in exact arithmetic, and say what that is."""
-    content = read_ordinary(file, "certificate", most=MOST, error=HoldfastError, too_large="certify fewer rows")
-    try:
-        claims = claims_of(content.decode())
-    except UnicodeDecodeError as cause:
-        raise HoldfastError(message(str(file), "is no text in UTF-8", "give a certificate")) from cause
-    except RefusedError as why:
-        _say(f"NOT verified: {why}")
-        raise typer.Exit(NOT_VERIFIED) from None
-    for claim in claims:
-        _say(f"verified: {claim}")
-    if geometry is None:
-        _say(UNCHECKED)
-    else:
-        _compare(json.loads(content), geometry)
-
-
-def _compare(data: Any, scene: str) -> None:  # noqa: ANN401 - JSON
-    """Say whether the bodies and contacts of a verified certificate are those of a scene."""
-    from holdfast.assembly.assembly import assemble  # checking alone needs none of this
-    from holdfast.certificates.beside_scene import differences, left_out
-    from holdfast.cli.scenes import SceneGiven
-    from holdfast.scene.hold import refuse_holds
-
-    assembly = assemble(SceneGiven(scene=scene).read())
-    refuse_holds(assembly.scene.holds, f"--geometry {scene}", "certificates hold contact forces alone")
-    states = data if isinstance(data, list) else [data]
-    for k, state in enumerate(states, 1):
-        which = f"state {k}: " if states is data else ""
-        different = differences(state, assembly)
-        if different:
-            _say(f"{which}does NOT agree with {scene}: {'; '.join(different)}")
-            raise typer.Exit(NOT_VERIFIED)
-        missing, touching = left_out(state, assembly)
-        if missing:
-            _say(f"{which}without {listed(missing)}, which the scene has")
-        if touching and states is not data:
-            _say(f"does NOT agree with {scene}: some of these touch what is listed")
-            raise typer.Exit(NOT_VERIFIED)
-    _say(AGREED.format(scene))
-    _say(LOADS)
-
-
-def _say(line: str) -> None:
-    """Print a line as it is: names in it may look like markup."""
-    out.print(line, markup=False, soft_wrap=True)
-
-
-def doctor(as_json: AsJson = False) -> None:
-    """Report what is installed and which extras are missing.
-
-    Include the output in reports of defects.
-    """
-    facts = examined()
-    if as_json:
-        print_json(answers.envelope("doctor", reason="what is installed", details=facts))
-        return
-    out.say(
-        f"holdfast {facts['holdfast']}, Python {facts['python']}, {facts['system']}, {many(facts['cores'], 'core')}"
-    )
-    table = RichTable("needed for", "package", "version", box=None, pad_edge=False)
-    for extra, packages in facts["packages"].items():
-        for name, version in packages.items():
-            table.add_row(extra, name, version or f"missing: {installing(extra)}")
-    out.print(table)
-
-
-def examined() -> dict[str, Any]:
-    """Return the versions of packages by extra (None if missing), and the system."""
-    return {
-        "holdfast": __version__,
-        "python": platform.python_version(),
-        "system": f"{platform.system()} {platform.machine()}",
-        "executable": sys.executable,
-        "cores": cores(),
-        "packages": {extra: {name: _version(name) for name in names} for extra, names in _needed().items()},
-    }
-
-
-def _needed() -> dict[str, list[str]]:
-    """Return the required packages by extra; those that holdfast always needs are under "core"."""
-    try:
-        lines = metadata.requires(DISTRIBUTION) or []
-    except metadata.PackageNotFoundError:  # run from its sources
-        lines = []
-    packages: dict[str, list[str]] = {"core": []}
-    for line in lines:
-        name, extra = _NAME.match(line), _EXTRA.search(line)
-        group = extra[1] if extra else "core"
-        if name and name[0] != DISTRIBUTION and group not in NOT_FOR_USE:
-            packages.setdefault(group, []).append(name[0])
-    return packages
-
-
-def _version(name: str) -> str | None:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return None

@@ -61,9 +61,9 @@ COMMANDS = {  # the module and the function of each command, which is imported w
     "safe": ("pose_commands:safe", "Find where a body can be pushed without moving any other."),
     "disassemble": ("order_commands:disassemble", "Find an order in which bodies can be taken out."),
     "convert": ("file_commands:convert", "Read a scene in any known format and write it in another."),
-    "verify": ("file_commands:verify", "Check that a certificate proves what it claims."),
+    "verify": ("light_commands:verify", "Check that a certificate proves what it claims."),
     "schema": ("file_commands:print_schema", "Print the JSON schema of scene files, certificates or answers."),
-    "doctor": ("file_commands:doctor", "Report what is installed and what is missing."),
+    "doctor": ("light_commands:doctor", "Report what is installed and what is missing."),
 }
 
 
