@@ -34,7 +34,7 @@ ASKED: dict[str, tuple[tuple[object, ...], int, int]] = {
     "calibrate, undecided": (("cube", "odd.csv", "--scatter", 0.1, *LIMIT), 3, 2),
     "place": (("cube", "box.yaml:box", *SMALL), 0, 1),
     "place, no place": (("cube", "box.yaml:huge", *SMALL, "--solves", 2), 3, 0),
-    "place, two": (("cube", "box.yaml:box", "box.yaml:box2", *SMALL, "--solves", 6), 0, 2),
+    "place, two": (("cube", "box.yaml:box", "box.yaml:box2", "--engine", "graph", "--solves", 6), 0, 2),
     "firmer": (("cube", "cube", "--slide", 0.005, "--seconds", 1, *LIMIT), 0, 1),
     "rest": (("cube",), 0, 6),
     "settle": (("cube", *LIMIT), 0, 1),

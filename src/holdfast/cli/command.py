@@ -116,8 +116,9 @@ def tell(told: Told, report: Callable[[Any], Report] | None, paths: Mapping[str,
     """Write the files that are named, print the envelope or the report, and exit with the code of the verdict."""
     answer: PublicValue = told.answer
     proof = paths.get("certificate")
-    files = [*told.files, *((path, _writer(answer, name)) for name, path in paths.items() if name != "certificate")]
-    written = [(path, write) for path, write in files if path is not None]
+    pictures = [(path, _writer(answer, name)) for name, path in paths.items() if name in PICTURES]
+    saved = [(path, _writer(answer, name)) for name, path in paths.items() if name == "save"]
+    written = [(path, write) for path, write in (*pictures, *told.files, *saved) if path is not None]
     for path, write in written:
         write(path)
     if as_json:
