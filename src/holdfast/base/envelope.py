@@ -11,17 +11,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import or_
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Protocol
 
 from holdfast.base.envelope_keys import DETAIL, ENVELOPE, ROW
-
-if TYPE_CHECKING:
-    from holdfast.base.public import PublicValue
 
 FORMAT = "holdfast-answer/1"
 EXIT = {"stable": 0, "unstable": 1, "undecided": 3, None: 0}  # exit code of a command by the verdict of its answer
 STABLE, UNSTABLE, UNDECIDED = "stable", "unstable", "undecided"
 SHARED = {"claim", "lower_bound", "reason", "notes", "verdict", "status", "outcome", "stable"}  # told in the envelope
+
+
+class AnswerToTell(Protocol):
+    """An answer of any class: what it is told as is declared for the name of the class."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data."""
 
 
 def standing(answer: Any) -> str | None:  # noqa: ANN401 - any answer that has a verdict
@@ -247,7 +251,7 @@ def envelope(
 
 
 def enveloped(
-    answer: PublicValue,
+    answer: AnswerToTell,
     *,
     rows: Sequence[dict[str, Any]] | None = None,
     details: dict[str, Any] | None = None,
@@ -273,13 +277,13 @@ def enveloped(
     )
 
 
-def question_of(answer: PublicValue) -> Question:
+def question_of(answer: AnswerToTell) -> Question:
     """Return how an answer is told; of a class that is not listed all is a detail, and it has no verdict."""
     kind = type(answer).__name__
     return QUESTIONS.get(kind) or Question(kind.lower(), verdict=_none)
 
 
-def verdict_of(answer: PublicValue) -> str | None:
+def verdict_of(answer: AnswerToTell) -> str | None:
     """Return the verdict of an answer: stable, unstable, undecided, or None where its question has none."""
     return question_of(answer).verdict(answer)
 
