@@ -64,7 +64,7 @@ def _none(answer: Any) -> None:  # noqa: ANN401
 
 
 @dataclass(frozen=True)
-class Question:
+class EnvelopeLayout:
     """How the answers of one class are told.
 
     ``rows`` lists the entries of plain data that go into rows: columns, or entries of each item of the list ``each``.
@@ -96,131 +96,131 @@ _PUSH = "body points>point directions>direction"
 _FALL = "moving mechanism"
 _BODY_OUT = "body answer reason blockers moving lift hold holds"
 
-QUESTIONS: dict[str, Question] = {
-    "Stability": Question(
+QUESTIONS: dict[str, EnvelopeLayout] = {
+    "Stability": EnvelopeLayout(
         "stability",
         "bodies status reason",
         f"engine equilibrium_exists self_stress forces residual {_FALL} certificate bearing scene? gap? gap_by_pair? "
         "angle_degrees? overlaps? interfaces?",
         each="groups",
     ),
-    "Robustness": Question("push", f"force {_BOUNDS} {_PUSH} mechanism", _COLUMNS),
-    "LoadFactor": Question("load_factor", f"factor {_BOUNDS} mechanism", _TABLE),
-    "RobustnessMap": Question(
+    "Robustness": EnvelopeLayout("push", f"force {_BOUNDS} {_PUSH} mechanism", _COLUMNS),
+    "LoadFactor": EnvelopeLayout("load_factor", f"factor {_BOUNDS} mechanism", _TABLE),
+    "RobustnessMap": EnvelopeLayout(
         "map",
         f"force {_BOUNDS} body points>point -normals>direction",
         f"{_COLUMNS} scene weakest weakest_of_each_body",
     ),
-    "RobustnessUnder": Question(
+    "RobustnessUnder": EnvelopeLayout(
         "robustness_under",
         f"nominal>force nominal_status>status ^force>samples ^status>sample_statuses {_PUSH}",
         "engine at_rest upper_bound stands undecided>undecided_share undecided_pushes samples seed",
     ),
-    "TransportUnder": Question(
+    "TransportUnder": EnvelopeLayout(
         "transport_under",
         "nominal>acceleration nominal_status>status ^acceleration>samples ^status>sample_statuses directions>direction",
         "engine at_rest upper_bound scene stands undecided>undecided_share undecided_limits samples seed",
     ),
-    "Sensitivity": Question("sensitivity", f"force {_BOUNDS} body", f"{_TABLE} d_mu d_mass d_com d_point"),
-    "WorstCase": Question(
+    "Sensitivity": EnvelopeLayout("sensitivity", f"force {_BOUNDS} body", f"{_TABLE} d_mu d_mass d_com d_point"),
+    "WorstCase": EnvelopeLayout(
         "worst_case",
         f"force {_BOUNDS} body nominal nominal_status masses coms",
         f"{_COLUMNS} corners guarantee mu",
     ),
-    "ConvexSet": Question(
+    "ConvexSet": EnvelopeLayout(
         "convex_set",
         details="engine inner outer vertices box accuracy accuracy_wanted solves units frame",
         verdict=_none,
     ),
-    "Constraint": Question(
+    "Constraint": EnvelopeLayout(
         "constraint",
         details="body engine known price com box accuracy accuracy_of_most accuracy_wanted solves above above_by",
         verdict=_none,
     ),
-    "Derivatives": Question(
+    "Derivatives": EnvelopeLayout(
         "gradients", "force known from_multipliers", "engine slopes before after kinks", verdict=_none
     ),
-    "StabilityOfPoses": Question("stability_of_poses", "status reason moving poses", "engine bodies", verdict=_none),
-    "RobustnessOfPoses": Question(
+    "StabilityOfPoses": EnvelopeLayout("stability_of_poses", "status reason moving poses", "engine bodies", verdict=_none),
+    "RobustnessOfPoses": EnvelopeLayout(
         "robustness_of_poses", f"force {_BOUNDS} {_PUSH} poses", "engine bodies upper_bound", verdict=_none
     ),
-    "TransportLimits": Question(
+    "TransportLimits": EnvelopeLayout(
         "transport", f"acceleration {_BOUNDS} directions>direction mechanism", f"{_COLUMNS} scene gravity"
     ),
-    "MeasuredFriction": Question(
+    "MeasuredFriction": EnvelopeLayout(
         "calibrate",
         "force bodies>body points>point directions>direction moved predicted",
         "engine undecided>problem mu intervals mu_range undetermined scatter scatter_estimated confidence",
         verdict=lambda answer: UNDECIDED if answer.undecided else None,
     ),
-    "Carried": Question(
+    "Carried": EnvelopeLayout(
         "carry",
         f"factor @time {_BOUNDS} mechanism",
         f"{_COLUMNS} scene profile source time first time_scale samples",
         verdict=lambda answer: str(answer.outcome),
     ),
-    "Monitored": Question("monitor", details="margin upper moving seconds late", verdict=_by_status),
-    "Disassembly": Question(
+    "Monitored": EnvelopeLayout("monitor", details="margin upper moving seconds late", verdict=_by_status),
+    "Disassembly": EnvelopeLayout(
         "disassemble",
         _BODY_OUT,
         "scene engine lift goal order assembly_order reached proven fewest blocked undecided hands? falsework?",
         each="steps",
         verdict=_of_order,
     ),
-    "BuildOrder": Question(
+    "BuildOrder": EnvelopeLayout(
         "build",
         "force body reason hold holds weakest",
         "scene engine lift order reached proven first stuck hands? falsework?",
         each="steps",
         verdict=_of_order,
     ),
-    "Removal": Question("remove", _BODY_OUT, verdict=_of_removal),
-    "SafePushes": Question(
+    "Removal": EnvelopeLayout("remove", _BODY_OUT, verdict=_of_removal),
+    "SafePushes": EnvelopeLayout(
         "safe",
         f"effect reason lower upper {_PUSH}",
         "engine force unreached tool_radius travel doubt",
         verdict=lambda answer: STABLE if (answer.effect != "unknown").any() else UNDECIDED,
     ),
-    "Settled": Question(
+    "Settled": EnvelopeLayout(
         "settle", "body moved turned_degrees reason pose", "fell travel steps", each="bodies", verdict=_by_status
     ),
-    "RestingPoses": Question(
+    "RestingPoses": EnvelopeLayout(
         "rest",
         "pose height support probability tipping_degrees least_push energy rolls",
         "body mu",
         each="poses",
         verdict=_none,
     ),
-    "Placement": Question(
+    "Placement": EnvelopeLayout(
         "place",
         "name>body robustness>force lower pose points normals fault rating",
         f"{_TABLE} name>body robustness lower weakest attempts faults beneath best time_to_stable elapsed contacts?",
         each="candidates",
         verdict=_of_place,
     ),
-    "Placements": Question(
+    "Placements": EnvelopeLayout(
         "place_all",
         "body pose own beneath rests_on",
         "scene engine order left apart least tries elapsed",
         each="steps",
         verdict=_by_status,
     ),
-    "Firmer": Question(
+    "Firmer": EnvelopeLayout(
         "firmer", "poses least undecided", f"{_TABLE} before after solves tried", each="steps"
     ),
-    "BatchReport": Question(
+    "BatchReport": EnvelopeLayout(
         "batch",
         details="folder outcomes verdicts failures asked kept seconds",
         verdict=lambda answer: UNDECIDED if set(answer.outcomes) - {"answered"} else None,
     ),
-    "scene": Question(
+    "scene": EnvelopeLayout(
         "scene",
         "force? acceleration? lower? body? mode? moving?",
         "scene path? outcome engine? moving? crushed? seconds? result?",
     ),
-    "check": Question("check", details="counts"),
-    "convert": Question("convert", details="written bodies movable"),
-    "doctor": Question("doctor", details="holdfast python system executable cores packages"),
+    "check": EnvelopeLayout("check", details="counts"),
+    "convert": EnvelopeLayout("convert", details="written bodies movable"),
+    "doctor": EnvelopeLayout("doctor", details="holdfast python system executable cores packages"),
 }  # fmt: skip
 OF_SCENES = ("batch", "check")  # whose rows are envelopes of the question "scene"
 
@@ -277,10 +277,10 @@ def enveloped(
     )
 
 
-def question_of(answer: AnswerToTell) -> Question:
+def question_of(answer: AnswerToTell) -> EnvelopeLayout:
     """Return how an answer is told; of a class that is not listed all is a detail, and it has no verdict."""
     kind = type(answer).__name__
-    return QUESTIONS.get(kind) or Question(kind.lower(), verdict=_none)
+    return QUESTIONS.get(kind) or EnvelopeLayout(kind.lower(), verdict=_none)
 
 
 def verdict_of(answer: AnswerToTell) -> str | None:
@@ -307,7 +307,7 @@ def reason_of(answer: Any, verdict: str | None) -> str:  # noqa: ANN401 - any an
     return str(rest.reason)
 
 
-def _rows(answer: Any, plain: dict[str, Any], question: Question) -> list[dict[str, Any]]:  # noqa: ANN401
+def _rows(answer: Any, plain: dict[str, Any], question: EnvelopeLayout) -> list[dict[str, Any]]:  # noqa: ANN401
     """Return the rows of an answer from its plain data, without the list whose items they are."""
     parts: list[dict[str, Any]] | None = plain.pop(question.each) if question.each else None
     if parts == []:

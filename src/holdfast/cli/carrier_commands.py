@@ -15,7 +15,7 @@ from holdfast.applications.strap import Strap
 from holdfast.applications.transport import inertial_loads, transport_limits
 from holdfast.assembly.assembly import Assembly
 from holdfast.cli.assignments import option
-from holdfast.cli.command import SAVE, EngineGiven, File, Several, Told, Vector, check_suffix, question
+from holdfast.cli.command import SAVE, CommandAnswer, EngineGiven, File, Several, Vector, check_suffix, question
 from holdfast.cli.output import err
 from holdfast.cli.scenes import AssemblyGiven
 from holdfast.engines.answers import Claim
@@ -50,7 +50,7 @@ def transport(
     set_file: Annotated[
         File, option("write the set of sustainable accelerations here (.json or .npz)", "--set")
     ] = None,
-) -> Told:
+) -> CommandAnswer:
     """Compute how fast the carrier of a scene may accelerate before something moves on it."""
     check_suffix(png, ".png")
     methods = [engine.chosen(), *(EngineGiven(engine=name).chosen() for name in compare or ())]
@@ -74,7 +74,7 @@ def transport(
         files.insert(0, (set_file, sustainable_accelerations(assembly, exists=exists, standing=loads).save))
     elif set_file is not None:
         err.say(f"no set written: the assembly is {result.verdict.status}")
-    return Told(result, files=files)
+    return CommandAnswer(result, files=files)
 
 
 @question(carried_report, png="write a PNG of the motion and the used share to this file", save=SAVE)

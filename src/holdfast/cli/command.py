@@ -70,7 +70,7 @@ class EngineGiven(OptionSet):
 
 
 @dataclass(frozen=True)
-class Told:
+class CommandAnswer:
     """An answer with what a command tells besides.
 
     ``notes``, such as those of the scene, are printed below the report and come before those of the answer in JSON, as
@@ -86,7 +86,7 @@ class Told:
 
 
 def question(report: Callable[[Any], Report] | None = None, **files: str) -> Callable[[Any], Callable[..., None]]:
-    """Make a command of a function that takes a scene and returns an answer, or one that is ``Told``.
+    """Make a command of a function that takes a scene and returns an answer, or one that is a ``CommandAnswer``.
 
     ``report`` returns what is printed. ``files`` are the files that the answer can write itself, each with the help of
     its option: ``png`` by its ``save_png``, ``certificate`` by ``save_certificate``, ``save`` by ``save``.
@@ -100,7 +100,7 @@ def question(report: Callable[[Any], Report] | None = None, **files: str) -> Cal
                 check_suffix(paths[name], f".{name}")
             with progress():
                 answer = function(*scene, **given)
-            tell(answer if isinstance(answer, Told) else Told(answer), report, paths, as_json=as_json)
+            tell(answer if isinstance(answer, CommandAnswer) else CommandAnswer(answer), report, paths, as_json=as_json)
 
         own = inspect.signature(function)
         kinds = {name: Annotated[File, option(text, f"--{name}")] for name, text in files.items()}
@@ -112,7 +112,9 @@ def question(report: Callable[[Any], Report] | None = None, **files: str) -> Cal
     return command_of
 
 
-def tell(told: Told, report: Callable[[Any], Report] | None, paths: Mapping[str, File], *, as_json: bool) -> NoReturn:
+def tell(
+    told: CommandAnswer, report: Callable[[Any], Report] | None, paths: Mapping[str, File], *, as_json: bool
+) -> NoReturn:
     """Write the files that are named, print the envelope or the report, and exit with the code of the verdict."""
     answer: PublicValue = told.answer
     proof = paths.get("certificate")

@@ -9,7 +9,7 @@ import typer
 from holdfast.applications.disassembly.build import PUSHES, build_order
 from holdfast.applications.disassembly.order import SOLVES, can_remove, disassembly_order
 from holdfast.cli.assignments import option
-from holdfast.cli.command import PROOF, SAVE, EngineGiven, Several, Told, Vector, question
+from holdfast.cli.command import PROOF, SAVE, CommandAnswer, EngineGiven, Several, Vector, question
 from holdfast.cli.scenes import AssemblyGiven
 from holdfast.report.order_report import build_report, disassembly_report, removal_report
 
@@ -24,10 +24,10 @@ def remove(
     engine: EngineGiven,
     lift: Annotated[Vector, option("direction in which it leaves: X Y Z")] = (0, 0, 1),
     hands: Hands = 0,
-) -> Told:
+) -> CommandAnswer:
     """Decide whether one body may be taken out of a scene now, and say who would move if not."""
     method, assembly = engine.chosen(), scene.assembled()
-    return Told(can_remove(assembly, body, lift=lift, engine=method, hands=hands), assembly.scene.notes)
+    return CommandAnswer(can_remove(assembly, body, lift=lift, engine=method, hands=hands), assembly.scene.notes)
 
 
 @question(disassembly_report, png="write a PNG of the sequence to this file", certificate=PROOF)
@@ -38,11 +38,11 @@ def disassemble(
     lift: Annotated[Vector, option("direction in which bodies leave: X Y Z")] = (0, 0, 1),
     solves: Solves = SOLVES,
     hands: Hands = 0,
-) -> Told:
+) -> CommandAnswer:
     """Find an order in which the bodies of a scene can be taken out, one by one, while the others stand."""
     method, assembly = engine.chosen(), scene.assembled()
     order = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, solves=solves, hands=hands)
-    return Told(order, assembly.scene.notes)
+    return CommandAnswer(order, assembly.scene.notes)
 
 
 @question(build_report, save=SAVE, certificate=PROOF)
@@ -53,8 +53,8 @@ def build(
     pushes: Annotated[int, option("approximate number of pushes on each state; 0: none")] = PUSHES,
     solves: Solves = SOLVES,
     hands: Hands = 0,
-) -> Told:
+) -> CommandAnswer:
     """Find an order in which a scene can be built, so that everything stands after each step."""
     method, assembly = engine.chosen(), scene.assembled()
     order = build_order(assembly, lift=lift, pushes=pushes, solves=solves, engine=method, hands=hands)
-    return Told(order, assembly.scene.notes)
+    return CommandAnswer(order, assembly.scene.notes)

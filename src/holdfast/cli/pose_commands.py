@@ -22,7 +22,17 @@ from holdfast.base.errors import HoldfastError, message
 from holdfast.base.text import listed
 from holdfast.base.values import altered
 from holdfast.cli.assignments import of_all_and_each, option
-from holdfast.cli.command import PNG, SAVE, EngineGiven, EngineName, Several, Told, Vector, check_suffix, question
+from holdfast.cli.command import (
+    PNG,
+    SAVE,
+    CommandAnswer,
+    EngineGiven,
+    EngineName,
+    Several,
+    Vector,
+    check_suffix,
+    question,
+)
 from holdfast.cli.file_commands import WRITTEN_SUFFIXES
 from holdfast.cli.scenes import PAIR, AssemblyGiven, SceneGiven, paired
 from holdfast.queries.request import DEFAULT_ENGINE
@@ -50,7 +60,7 @@ def rest(
     body: Annotated[str | None, typer.Argument(help="one of several bodies")] = None,
     mass: Annotated[float | None, option("mass in kg; default: as in the file, or 1 kg of a mesh")] = None,
     mu: Annotated[float | None, option("friction with the plane; default: the scene's, or 0.5")] = None,
-) -> Told:
+) -> CommandAnswer:
     """List all poses in which one body rests on a level plane, with how firm each is."""
     if Path(scene.scene).suffix.lower() in SUFFIXES:  # which say nothing of friction, of mass and of what is below
         mass = (None if scene.density else 1.0) if mass is None else mass
@@ -68,7 +78,7 @@ def rest(
     mu = (FRICTION if usual is None else usual) if mu is None else mu
     poses = resting_poses(chosen.shape, mass, mu, chosen.com_body)
     result = altered(poses, body=altered(poses.body, name=chosen.name))
-    return Told(result, known.notes, report=partial(pose_report.resting_report, name=chosen.name))
+    return CommandAnswer(result, known.notes, report=partial(pose_report.resting_report, name=chosen.name))
 
 
 @question(order_report.pushes_report, save=SAVE)
@@ -82,7 +92,7 @@ def safe(
     spacing: Annotated[float | None, option("distance between points, in m; default: about 100")] = None,
     travel: Annotated[float, option("how far the body is pushed, in m")] = Tool.travel,
     doubt: Annotated[float, option("share by which friction may be off")] = DOUBT,
-) -> Told:
+) -> CommandAnswer:
     """Find where a body can be pushed so that nothing moves, or so that it moves alone."""
     result = safe_pushes(
         scene.assembled(),
@@ -94,7 +104,7 @@ def safe(
         doubt=doubt,
         engine=engine.chosen(),
     )
-    return Told(result, result.notes)
+    return CommandAnswer(result, result.notes)
 
 
 @question(png=PNG)
@@ -110,7 +120,7 @@ def settle(
     pose_sigma: Annotated[float | None, option("standard deviation of the positions in m")] = None,
     engine: EngineName = DEFAULT_ENGINE,
     gap: Annotated[float | None, option("contact tolerance of the verdict in m; default: by pair")] = None,
-) -> Told:
+) -> CommandAnswer:
     """Bring a perceived or authored scene to rest near its poses, and say what moved and what falls."""
     method = EngineGiven(engine=engine).chosen()
     remarks = [f"--turn-degrees: what turns by more than {turn_degrees:g}° falls"] if turn_degrees != TURN else []
@@ -125,7 +135,7 @@ def settle(
         engine=method,
     )
     report = partial(pose_report.settled_report, scene=result.given.name or scene.scene)
-    return Told(result, files=[(output, partial(save_scene, result.scene))], report=report)
+    return CommandAnswer(result, files=[(output, partial(save_scene, result.scene))], report=report)
 
 
 @question(pose_report.firmer_report, png="write a PNG of the scene before and after to this file", save=SAVE)
@@ -142,12 +152,12 @@ def firmer(
     scene_out: Annotated[
         Path | None, option(f"write the firmer scene to this file ({WRITTEN_SUFFIXES})", "--scene-out")
     ] = None,
-) -> Told:
+) -> CommandAnswer:
     """Move bodies a little, to where the least push that moves something is larger."""
     moves = Moves(slide=slide, turn_degrees=turn_degrees, apart=apart, nearer_edges=nearer_edges)
     method, assembly = engine.chosen(), scene.assembled()
     result = make_firmer(assembly, bodies, moves=moves, motion=profile, engine=method, seconds=seconds)
-    return Told(result, result.notes, files=[(scene_out, partial(save_scene, result.assembly.scene))])
+    return CommandAnswer(result, result.notes, files=[(scene_out, partial(save_scene, result.assembly.scene))])
 
 
 @question()
@@ -164,7 +174,7 @@ def place(
     from_above: Annotated[bool, option("the straight way down must be free", "--from-above")] = False,
     save: Annotated[Path | None, option(f"write the scene with the object to this file: {WRITTEN_SUFFIXES}")] = None,
     png: Annotated[Path | None, option(PNG)] = None,
-) -> Told:
+) -> CommandAnswer:
     """Find places for objects where everything stands, and where they and their supports withstand large pushes."""
     check_suffix(png, ".png")
     whole = scene.read()
@@ -191,7 +201,7 @@ def place(
         report = partial(pose_report.placement_report, scene=name, body=result.name)
         placed, details = result.assembly is not None, placement_details(result)
     files = [(png, result.save_png), (save, partial(save_scene, result.assembly.scene))] if placed else []
-    return Told(result, assembly.scene.notes, details, files, report)
+    return CommandAnswer(result, assembly.scene.notes, details, files, report)
 
 
 def _taken(scene: Scene, things: Sequence[str], mass: float | None, material: str | None) -> tuple[Scene, list[Body]]:

@@ -14,7 +14,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
 from holdfast.cli.assignments import option
-from holdfast.cli.command import PNG, PROOF, EngineGiven, Several, Told, Vector, question
+from holdfast.cli.command import PNG, PROOF, CommandAnswer, EngineGiven, Several, Vector, question
 from holdfast.cli.output import err
 from holdfast.cli.scenes import AssemblyGiven
 from holdfast.engines.answers import Claim
@@ -32,12 +32,12 @@ Margin = Annotated[float, option("reduce all masses by this share, 0 to 1")]
 
 
 @question(certificate=PROOF)
-def assess(scene: AssemblyGiven, engine: EngineGiven, mass_margin: Margin = 0.0) -> Told:
+def assess(scene: AssemblyGiven, engine: EngineGiven, mass_margin: Margin = 0.0) -> CommandAnswer:
     """Decide whether a scene stands, explain why, and give the forces at its contacts."""
     method = engine.chosen(mass_margin=mass_margin)
     assembly = scene.assembled()
     report = partial(stability_report, assembly)
-    return Told(stability(assembly, engine=method), details=contact_details(assembly), report=report)
+    return CommandAnswer(stability(assembly, engine=method), details=contact_details(assembly), report=report)
 
 
 @question(push_report, certificate=PROOF)
