@@ -140,7 +140,9 @@ QUESTIONS: dict[str, EnvelopeLayout] = {
     "Derivatives": EnvelopeLayout(
         "gradients", "force known from_multipliers", "engine slopes before after kinks", verdict=_none
     ),
-    "StabilityOfPoses": EnvelopeLayout("stability_of_poses", "status reason moving poses", "engine bodies", verdict=_none),
+    "StabilityOfPoses": EnvelopeLayout(
+        "stability_of_poses", "status reason moving poses", "engine bodies", verdict=_none
+    ),
     "RobustnessOfPoses": EnvelopeLayout(
         "robustness_of_poses", f"force {_BOUNDS} {_PUSH} poses", "engine bodies upper_bound", verdict=_none
     ),
@@ -205,9 +207,7 @@ QUESTIONS: dict[str, EnvelopeLayout] = {
         each="steps",
         verdict=_by_status,
     ),
-    "Firmer": EnvelopeLayout(
-        "firmer", "poses least undecided", f"{_TABLE} before after solves tried", each="steps"
-    ),
+    "Firmer": EnvelopeLayout("firmer", "poses least undecided", f"{_TABLE} before after solves tried", each="steps"),
     "BatchReport": EnvelopeLayout(
         "batch",
         details="folder outcomes verdicts failures asked kept seconds",
@@ -221,7 +221,7 @@ QUESTIONS: dict[str, EnvelopeLayout] = {
     "check": EnvelopeLayout("check", details="counts"),
     "convert": EnvelopeLayout("convert", details="written bodies movable"),
     "doctor": EnvelopeLayout("doctor", details="holdfast python system executable cores packages"),
-}  # fmt: skip
+}
 OF_SCENES = ("batch", "check")  # whose rows are envelopes of the question "scene"
 
 
