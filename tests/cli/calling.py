@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -31,6 +32,11 @@ def called(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], 
     out, err = capsys.readouterr()
     code = stopped.value.code
     return Answer(code if isinstance(code, int) else 0 if code is None else 1, out, err)
+
+
+def column(text: str, name: str) -> list[Any]:
+    """The entries with this name of all rows of an answer in JSON."""
+    return [row[name] for row in json.loads(text)["rows"]]
 
 
 def command(name: str) -> Callable[..., Any]:

@@ -40,11 +40,13 @@ def test_a_batch_is_told_and_reported_on_one_page(folder: Path, call: Call) -> N
     options.write_text(json.dumps({"engine": "limit", "transport": {"directions": [[1, 0, 0]]}}))
     arguments = ("--out", folder / "out", "--ask", "stability,transport", "--options", options, "--workers", 1)
     code, out, _ = call("batch", folder / "in", *arguments)
-    assert code == 1
+    assert code == 3
     assert "3 scenes: 2 answered, 1 error, 2 stable" in out.replace("\n", " ")
     assert "error: " in out
     code, out, _ = call("batch", folder / "in" / "*.yaml", *arguments, "--json")
-    assert (json.loads(out)["asked"], json.loads(out)["kept"]) == (0, 3)
+    told = json.loads(out)
+    assert (code, told["verdict"], told["details"]["asked"], told["details"]["kept"]) == (3, "undecided", 0, 3)
+    assert sorted(str(row["verdict"]) for row in told["rows"]) == ["stable", "stable", "undecided"]
     assert call("report", folder / "out")[0] == 0
     page = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert "<script" not in page

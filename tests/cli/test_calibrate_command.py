@@ -36,8 +36,8 @@ def test_it_says_what_friction_is_and_how_surely(calibrate: Any, tmp_path: Path)
     data = json.loads(out)
     saved = hf.load_answer("friction.json")
     assert isinstance(saved, hf.answers.MeasuredFriction)
-    assert data["mu"] == {"cube-floor": saved.mu["cube", "floor"]}
-    assert data["moved"] == [True, True, True, False]
+    assert data["details"]["mu"] == {"cube-floor": saved.mu["cube", "floor"]}
+    assert [row["moved"] for row in data["rows"]] == [True, True, True, False]
     assert saved.mu["cube", "floor"] == pytest.approx(0.5, rel=0.02)
 
 
@@ -49,9 +49,8 @@ def test_every_word_for_what_moved_is_read(tmp_path: Path) -> None:
 
 def test_scatter_and_confidence_are_options(calibrate: Any, tmp_path: Path) -> None:
     one = written(tmp_path, "4.905", head=HEAD.replace(",moved", ""))
-    low, high = json.loads(calibrate("cube", one, "--scatter", 0.1, "--confidence", 0.5, "--json")[1])["intervals"][
-        "cube-floor"
-    ]
+    told = json.loads(calibrate("cube", one, "--scatter", 0.1, "--confidence", 0.5, "--json")[1])
+    low, high = told["details"]["intervals"]["cube-floor"]
     assert high / low == pytest.approx(2.7183 ** (2 * 0.6745 * 0.1), rel=1e-3)
     code, _, err = calibrate("cube", one)
     assert code == 2

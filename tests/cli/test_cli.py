@@ -71,8 +71,8 @@ def test_a_hovering_body_exits_with_3_and_is_told_what_to_do(call: Call, folder:
     assert answer.code == 3
     assert line in " ".join(answer.out.split())
     data = read(call("assess", "hovers.yaml", "--json").out)
-    assert {tuple(g["bodies"]): g["status"] for g in data["groups"]} == {("low",): "stable", ("high",): "undecided"}
-    assert line in data["groups"][1]["reason"]
+    assert {tuple(g["bodies"]): g["status"] for g in data["rows"]} == {("low",): "stable", ("high",): "undecided"}
+    assert line in data["rows"][1]["reason"]
     assert call("assess", "hovers.yaml", "--gap", "0.001").code == 0
     mapped = read(call("map", "hovers.yaml", "--spacing", "0.05", "--engine", "limit", "--json").out)
     assert any(line in note for note in mapped["notes"])
@@ -80,37 +80,38 @@ def test_a_hovering_body_exits_with_3_and_is_told_what_to_do(call: Call, folder:
 
 def test_the_json_of_assess_has_the_attributes(call: Call) -> None:
     data = read(call("assess", "table", "--json").out)
-    told = (
-        "engine claim status equilibrium_exists self_stress forces residual moving mechanism certificate reason notes"
-    )
-    assert set(told.split()) <= set(data)
-    assert data["status"] == "stable"
-    assert data["claim"] == "holds"
-    assert data["equilibrium_exists"] is True
-    assert len(data["interfaces"]) == 4
-    assert {"bodies", "area", "status", "flags", "patches"} <= set(data["interfaces"][0])
+    told = "engine equilibrium_exists self_stress forces residual moving mechanism certificate"
+    details = data["details"]
+    assert set(told.split()) <= set(details)
+    assert (data["question"], data["verdict"], data["claim"]) == ("stability", "stable", "holds")
+    assert details["equilibrium_exists"] is True
+    assert len(details["interfaces"]) == 4
+    assert {"bodies", "area", "status", "flags", "patches"} <= set(details["interfaces"][0])
 
 
 def test_the_json_of_an_unstable_scene_spells_infinity(call: Call, folder: Path) -> None:
     data = read(call("assess", "falls.yaml", "--json").out)
-    assert data["status"] == "unstable"
-    assert data["residual"] == "inf"
-    assert data["forces"] is None
-    assert "b" in data["moving"]
-    assert data["certificate"]["power"] > 0
+    details = data["details"]
+    assert data["verdict"] == "unstable"
+    assert details["residual"] == "inf"
+    assert details["forces"] is None
+    assert "b" in details["moving"]
+    assert details["certificate"]["power"] > 0
 
 
 def test_the_json_of_map_has_the_attributes(call: Call) -> None:
     data = read(call("map", "table", "--spacing", 0.05, "--json").out)
-    assert {"points", "normals", "body", "force", "status", "lower", "upper", "moving", "mode"} <= set(data)
-    n = len(data["force"])
-    assert all(len(data[name]) == n for name in ("points", "normals", "body", "status", "lower", "upper", "moving"))
-    assert set(data["upper"]) == {"inf"}
-    assert all(float(low) <= float(force) for low, force in zip(data["lower"], data["force"], strict=True))
-    assert "inf" in data["force"]
-    assert data["weakest"]["force"] == pytest.approx(min(float(f) for f in data["force"]))
-    assert data["engine"] == "compliant"
-    assert data["claim"] == "holds"
+    rows, details = data["rows"], data["details"]
+    told = {"point", "direction", "body", "force", "status", "lower", "upper", "moving", "mode"}
+    assert all(set(row) == told for row in rows)
+    assert {row["upper"] for row in rows} == {"inf"}
+    assert all(float(row["lower"]) <= float(row["force"]) for row in rows)
+    assert "inf" in {row["force"] for row in rows}
+    weakest = min(rows, key=lambda row: float(row["force"]))
+    assert details["weakest"]["force"] == weakest["force"]
+    assert details["weakest"]["direction"] in [row["direction"] for row in rows if row["force"] == weakest["force"]]
+    assert details["engine"] == "compliant"
+    assert (data["question"], data["claim"], data["bound"]) == ("map", "holds", "estimated")
 
 
 @pytest.mark.parametrize(
@@ -131,7 +132,7 @@ def test_nan_never_becomes_a_number() -> None:
 
 def test_one_body_can_be_mapped(call: Call) -> None:
     data = read(call("map", "table", "--bodies", "slab", "--spacing", 0.05, "--json").out)
-    assert set(data["body"]) == {"slab"}
+    assert {row["body"] for row in data["rows"]} == {"slab"}
 
 
 @pytest.mark.parametrize("as_json", [[], ["--json"]])
@@ -207,7 +208,7 @@ def test_an_engine_without_an_answer_exits_with_3_and_the_remedy(
 def test_a_warning_goes_to_stderr_and_the_answer_to_stdout(call: Call, folder: Path) -> None:
     answer = call("assess", "sunk.yaml", "--json")
     assert answer.code == 3
-    assert read(answer.out)["overlaps"][0]["bodies"] == ["floor", "cube"]
+    assert read(answer.out)["details"]["overlaps"][0]["bodies"] == ["floor", "cube"]
     assert re.match(r"warning: bodies.*overlap.*'floor' and 'cube'.* 10 mm", answer.err)
     assert answer.err.count("\n") == 1
 
@@ -224,7 +225,7 @@ def test_convert_tells_what_a_reader_guessed_and_left_out(call: Call, folder: Pa
     heavy, left_out = told.out.removeprefix(quiet.out).splitlines()
     assert heavy.startswith("note: geoms that touch nothing give mass to a")
     assert left_out == "note: left out: 1 geoms that collide with nothing"
-    notes = json.loads(call("convert", "scene.xml", "scene.yaml", "--verbose", "--json").out)["notes"]
+    notes = json.loads(call("convert", "scene.xml", "scene.yaml", "--json").out)["notes"]
     assert [f"note: {note}" for note in notes] == [heavy, left_out]
 
 

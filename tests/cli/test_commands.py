@@ -51,9 +51,9 @@ def test_a_map_of_many_bodies_says_what_engine_limit_would_cost(call: Call, tmp_
 
 def test_doctor_tells_versions_and_extras(monkeypatch: pytest.MonkeyPatch, call: Call) -> None:
     """An extra whose package is missing is named with the command that installs it."""
-    monkeypatch.setattr("holdfast.cli.doctor_command._version", lambda name: None if name == "pyarrow" else "1.2.3")
+    monkeypatch.setattr("holdfast.cli.light_commands._version", lambda name: None if name == "pyarrow" else "1.2.3")
     code, out, _ = call("doctor", "--json")
-    found = json.loads(out)
+    found = json.loads(out)["details"]
     assert code == 0
     assert {"core", "viewer", "tables"} <= set(found["packages"])
     assert "test" not in found["packages"]

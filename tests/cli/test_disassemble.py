@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calling import Call, command
+from calling import Call, column, command
 
 import holdfast as hf
 from holdfast.report.order_report import strip_of
@@ -25,17 +25,19 @@ def test_a_strip_and_the_steps(disassemble: Call, tmp_path: Path) -> None:
 
 
 def test_json_of_a_goal(disassemble: Call) -> None:
-    data = json.loads(disassemble("cantilever", "--goal", "D", "--json").out)
+    out = disassemble("cantilever", "--goal", "D", "--json").out
+    data = json.loads(out)["details"]
+    assert column(out, "body") == data["order"]
+    assert column(out, "answer") == ["safe", "safe"]
     assert data["order"] == ["C", "D"]
     assert data["assembly_order"] == ["D", "C"]
     assert (data["fewest"], data["proven"], data["reached"], data["blocked"]) == (2.0, True, True, {})
-    assert [step["answer"] for step in data["steps"]] == ["safe", "safe"]
 
 
 def test_an_arch_ends_with_1_and_reasons(disassemble: Call) -> None:
     code, out, _ = disassemble("arch", "--json")
     assert code == 1
-    data = json.loads(out)
+    data = json.loads(out)["details"]
     assert data["fewest"] == "inf"
     assert set(data["blocked"]) == {f"v{k}" for k in range(1, 6)}
 

@@ -39,7 +39,7 @@ def test_an_undecided_scene_is_told_and_is_3(firmer: Any, scene: Path) -> None:
     assert code == 3
     assert "undecided" in out
     assert "0 N" not in out
-    assert json.loads(firmer(scene, "cube", "--engine", "limit", "--json")[1])["steps"][0]["undecided"]
+    assert json.loads(firmer(scene, "cube", "--engine", "limit", "--json")[1])["rows"][0]["undecided"]
 
 
 def test_limits_and_a_motion(firmer: Any, scene: Path) -> None:
@@ -49,6 +49,6 @@ def test_limits_and_a_motion(firmer: Any, scene: Path) -> None:
     code, out, _ = firmer(scene, *asked)
     found = json.loads(out)
     assert code == 0
-    assert found["after"] > found["before"] > 0
-    x = [step["poses"]["cube"][0][3] for step in found["steps"]]
+    assert found["details"]["after"] > found["details"]["before"] > 0
+    x = [step["poses"]["cube"][0][3] for step in found["rows"]]
     assert 0 < abs(x[-1] - x[0]) < 0.01 + 1e-6

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from calling import Call, command
+from calling import Call, column, command
 
 import holdfast as hf
 
@@ -26,8 +26,9 @@ def test_remove_says_whether_and_who_would_move(remove: Call) -> None:
 def test_remove_as_json(remove: Call) -> None:
     code, out, _ = remove("stack", "cube2", "--lift", 1, 0, 0, "--json")
     data = json.loads(out)
-    assert (code, data["answer"], data["moving"], data["blockers"]) == (1, "unsafe", ["cube3"], [])
-    assert data == hf.can_remove(hf.shipped_scene("stack"), "cube2", lift=(1, 0, 0)).to_dict() | {"notes": []}
+    (row,) = data["rows"]
+    assert (code, row["answer"], row["moving"], row["blockers"]) == (1, "unsafe", ["cube3"], [])
+    assert data == hf.can_remove(hf.shipped_scene("stack"), "cube2", lift=(1, 0, 0)).data()
 
 
 def test_what_a_hand_would_have_to_hold_is_told(remove: Call) -> None:
@@ -57,7 +58,7 @@ def test_build_tells_what_must_stand_before(build: Call) -> None:
     assert code == 1
     assert "v1, v2, v3, v4, v5 must stand before the other 0" in out
     code, out, _ = build("arch", "--pushes", 0, "--json")
-    assert json.loads(out)["first"] == [f"v{k}" for k in range(1, 6)]
+    assert json.loads(out)["details"]["first"] == [f"v{k}" for k in range(1, 6)]
 
 
 def test_safe_lists_pushes_with_their_effects(safe: Call) -> None:
@@ -66,7 +67,7 @@ def test_safe_lists_pushes_with_their_effects(safe: Call) -> None:
     assert "pushes move it alone" in out
     assert "nothing moves below" in out
     code, out, _ = safe("cube", "cube", "--force", 9, "--spacing", 0.05, "--direction", 0, 0, -1, "--json")
-    assert set(json.loads(out)["effect"]) == {"nothing"}
+    assert set(column(out, "effect")) == {"nothing"}
 
 
 def test_bad_input_ends_with_2(call: Call) -> None:

@@ -101,7 +101,7 @@ def test_d6_d21_pictures_and_pages(name: str, file: str, call: Call) -> None:
 def test_d2_every_command_for_itself(name: str, file: str, call: Call) -> None:
     """Errors, JSON and files with such names, too."""
     code, out, _ = call("assess", file, "--engine", "limit", "--json")
-    assert (code, json.loads(out)["scene"]) == (0, name)
+    assert (code, json.loads(out)["details"]["scene"]) == (0, name)
     assert out.isascii()
     code, _, err = call("map", file, "--bodies", f"{name}?", "--engine", "limit")
     assert code == 2

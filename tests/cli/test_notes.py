@@ -55,7 +55,7 @@ def test_a_scene_in_which_nothing_can_move_is_no_pass(holdfast: Any, tmp_path: P
     assert code == 3
     assert "nothing here can move" in shown
     code, shown, _ = holdfast("assess", "w.sdf", "--json")
-    assert (code, json.loads(shown)["status"]) == (3, "undecided")
+    assert (code, json.loads(shown)["verdict"]) == (3, "undecided")
     code, shown, _ = holdfast("check", "w.sdf", "--stands", "--workers", "1")
     assert code == 3
     assert "nothing here can move" in shown

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import trimesh
-from calling import command
+from calling import column, command
 
 rest = command("rest")
 
@@ -26,13 +26,13 @@ def test_a_mesh_file_needs_no_more(rest: Any, mesh: Path, tmp_path: Path) -> Non
     assert "mesh files have no units" in " ".join(out.split())
     assert (tmp_path / "poses.png").stat().st_size > 10_000
     code, out, _ = rest(mesh, "--mass", 2, "--mu", 0.4, "--json")
-    least = [pose["least_push"] for pose in json.loads(out)["poses"]]
+    least = column(out, "least_push")
     assert (code, max(least)) == (0, pytest.approx(0.4 * 2 * 9.81))
 
 
 def test_a_body_of_a_scene_has_its_own_mass(rest: Any) -> None:
     code, out, _ = rest("tabletop", "mug", "--json")
-    assert (code, json.loads(out)["body"]["mass"]) == (0, 0.35)
+    assert (code, json.loads(out)["details"]["body"]["mass"]) == (0, 0.35)
     code, _, err = rest("tabletop")
     assert code == 2
     assert "has 7 bodies that can move: name one" in " ".join(err.split()).replace("; name", ": name")
@@ -47,7 +47,7 @@ def test_a_mass_of_zero_is_refused(rest: Any) -> None:
 def test_friction_is_that_of_the_scene_unless_given(rest: Any, mesh: Path) -> None:
     for asked, mu in ((["--friction", 0.05], 0.05), (["--friction", 0.05, "--mu", 0.3], 0.3), ([], 0.5)):
         _, out, _ = rest(mesh, *asked, "--json")
-        assert json.loads(out)["mu"] == mu
+        assert json.loads(out)["details"]["mu"] == mu
     _, out, _ = rest("cube", "--json")
-    assert json.loads(out)["mu"] == 0.6
-    assert json.loads(out)["body"]["name"] == "cube"
+    assert json.loads(out)["details"]["mu"] == 0.6
+    assert json.loads(out)["details"]["body"]["name"] == "cube"

@@ -29,8 +29,8 @@ def test_exit_codes_and_json(name: str, code: int, status: str, call: Call) -> N
     ended, out, _ = call("settle", f"{name}.yaml", "--travel", "0.01", "--json")
     assert ended == code
     told = json.loads(out)
-    assert told["status"] == status
-    assert [body["body"] for body in told["bodies"]] == ["a"]
+    assert told["verdict"] == status
+    assert [body["body"] for body in told["rows"]] == ["a"]
 
 
 @pytest.mark.usefixtures("scenes")

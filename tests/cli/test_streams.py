@@ -184,7 +184,7 @@ def test_u6_a_minus_is_standard_input(folder: Path, call: Call, monkeypatch: pyt
     content = (folder / "s.yaml").read_bytes()
     monkeypatch.setattr(sys, "stdin", Stream(content))
     code, text, _ = call("assess", "-", "--json", "--engine", "limit")
-    assert (code, json.loads(text)["status"]) == (0, "stable")
+    assert (code, json.loads(text)["verdict"]) == (0, "stable")
     monkeypatch.setattr(sys, "stdin", Stream(b"friction: 1\n"))
     code, _, err = call("assess", "-")
     assert code == 2

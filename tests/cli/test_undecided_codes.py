@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -12,7 +13,8 @@ from retold import REASON, retold, unknown
 
 import holdfast as hf
 from holdfast.applications import transport as transports
-from holdfast.cli import ask_commands, shared_options, transport_command
+from holdfast.base.envelope import EXIT, verdict_of
+from holdfast.cli import carrier_commands, push_commands
 from holdfast.queries import map as maps
 
 UNDECIDED, UNSTABLE, FINITE = hf.Status.UNDECIDED, hf.Status.UNSTABLE, hf.Status.FINITE
@@ -26,9 +28,9 @@ def holdfast(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
     """Call the command with the answers of maps and transport limits changed by ``change``."""
 
     def call(*arguments: str, change: Callable[[Any], Any] = lambda found: found) -> tuple[int, str, str]:
-        monkeypatch.setattr(ask_commands, "robustness_map", lambda *a, **k: change(maps.robustness_map(*a, **k)))
+        monkeypatch.setattr(push_commands, "robustness_map", lambda *a, **k: change(maps.robustness_map(*a, **k)))
         monkeypatch.setattr(
-            transport_command, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k))
+            carrier_commands, "transport_limits", lambda *a, **k: change(transports.transport_limits(*a, **k))
         )
         return called(monkeypatch, capsys, *arguments)
 
@@ -49,9 +51,11 @@ def test_all_undecided_is_3_although_it_stands(
     assert got == code
     if as_json:
         data = json.loads(out)
-        assert data["verdict"]["status"] == "stable"
-        assert data["undecided"]["count"] == sum(status == "undecided" for status in data["status"])
-        assert data["undecided"]["reasons"] == ([] if data["undecided"]["count"] == 0 else [REASON])
+        undecided = data["details"]["undecided"]
+        assert (data["verdict"], data["details"]["at_rest"]["status"]) == ("undecided" if code else "stable", "stable")
+        assert undecided["count"] == sum(row["status"] == "undecided" for row in data["rows"])
+        assert undecided["reasons"] == ([] if undecided["count"] == 0 else [REASON])
+        assert (REASON in data["reason"]) == (code == 3)
     else:
         assert ("undecided (" in out) == (change in (some, unknown))
 
@@ -59,16 +63,22 @@ def test_all_undecided_is_3_although_it_stands(
 @pytest.mark.parametrize(("status", "code"), [(UNSTABLE, 1), (UNDECIDED, 3), (hf.Status.STABLE, 0)])
 def test_the_verdict_comes_first(status: hf.Status, code: int) -> None:
     found = hf.robustness_map(hf.assemble(hf.shipped_scene("cube")), spacing=0.1, engine="graph")
-    assert shared_options.exit_code(status, found.answers) == code
-    assert shared_options.exit_code(status, found.answers.rows(slice(0, 0))) == code
-    assert shared_options.exit_code(UNSTABLE, unknown(found).answers) == 1
+
+    def ends(answers: Any, status: hf.Status) -> int:
+        verdict = replace(answers.verdict, status=status)
+        return EXIT[verdict_of(replace(found, answers=replace(answers, verdict=verdict)))]
+
+    assert ends(found.answers, status) == code
+    assert ends(found.answers.rows(slice(0, 0)), status) == code
+    assert ends(unknown(found).answers, UNSTABLE) == 1
 
 
 @pytest.mark.parametrize(
     ("reached", "proven", "code"), [(True, True, 0), (True, False, 0), (False, True, 1), (False, False, 3)]
 )
 def test_a_search_that_gave_up_proves_nothing(reached: bool, proven: bool, code: int) -> None:
-    assert shared_options.order_exit_code(reached=reached, proven=proven) == code
+    order = hf.disassembly_order(hf.shipped_scene("cube"), engine="graph")
+    assert EXIT[verdict_of(replace(order, reached=reached, proven=proven))] == code
 
 
 def test_the_table_of_a_map_tells_the_kinds_apart(holdfast: Any) -> None:

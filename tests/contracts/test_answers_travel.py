@@ -18,12 +18,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from envelopes import problems
 from public_api import NAMES
 from reachable import arrays, writable
 
 import holdfast as hf
 from holdfast.base.archive import save
 from holdfast.base.public import Summary, as_html
+from holdfast.base.values import Table
 from holdfast.batches.saved import ANSWERS
 from holdfast.scene.shipped.blocks import at, floor
 
@@ -207,6 +209,31 @@ def test_nothing_can_be_written_to(name: str) -> None:
 def test_plain_data_is_strict_json(name: str) -> None:
     data = answer(name).to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
+
+
+@pytest.mark.parametrize("name", ASK)
+def test_its_envelope_is_as_the_schema_says_and_loses_nothing(name: str) -> None:
+    data, plain = answer(name).data(), answer(name).to_dict()
+    assert problems(data) == []
+    lost = _leaves(plain) - _leaves(data)
+    told = [plain.get(name) for name in ("status", "outcome")]  # as the verdict; "none" as a bound that is none
+    assert lost <= {"none", *(word for word in told if isinstance(word, str))}
+
+
+def _leaves(data: Any) -> set[Any]:
+    """The texts and the sizes of the numbers in plain data."""
+    if isinstance(data, dict | list):
+        return set().union(*map(_leaves, data.values() if isinstance(data, dict) else data))
+    return {abs(data) if isinstance(data, int | float) else data} - {None, True, False}
+
+
+def test_every_kind_of_answer_has_its_envelope() -> None:
+    report = hf.answers.BatchReport(folder="x", outcomes=Table({"answered": 1, "error": 1}), verdicts=Table({}))
+    assert problems(report.data()) == []
+    assert report.data()["verdict"] == "undecided"
+    firmer = hf.firmer(cube(), "cube", engine="limit", seconds=0.1)
+    assert problems(firmer.data()) == []
+    assert {type(answer(name)) for name in ASK} | {type(report), type(firmer)} == set(ANSWERS)
 
 
 @pytest.mark.parametrize("name", ASK)

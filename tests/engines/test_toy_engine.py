@@ -109,7 +109,7 @@ def test_a_name_makes_it_known_everywhere(toy: str) -> None:
     assert done.exit_code == 0
     assert json.loads(done.stdout)["reason"] == "toys always stand"
     done = CliRunner().invoke(app, ["map", "cube", "--engine", toy, "--spacing", "0.05", "--json"])
-    assert json.loads(done.stdout)["weakest"]["force"] == pytest.approx(0.5 * 9.81)
+    assert json.loads(done.stdout)["details"]["weakest"]["force"] == pytest.approx(0.5 * 9.81)
 
 
 def test_a_name_is_given_once_and_may_be_taken_back(toy: str) -> None:

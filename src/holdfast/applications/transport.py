@@ -37,8 +37,7 @@ from holdfast.queries import request
 from holdfast.queries.push import load_factors
 from holdfast.queries.request import DEFAULT_ENGINE, EngineChoice, Load
 from holdfast.queries.result import ROW, Columns, least, vector_text, verdict_words
-from holdfast.queries.sampled import Sampled
-from holdfast.queries.sampler import Sample, sampler
+from holdfast.queries.sampler import Sample, Sampled, sampler
 from holdfast.queries.sets import ConvexSet
 from holdfast.queries.uncertain import Uncertain
 from holdfast.scene.scene import Scene

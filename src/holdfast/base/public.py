@@ -107,6 +107,15 @@ class PublicValue(Record):
         """Return what plain data begins with."""
         return {}
 
+    def data(self) -> dict[str, Any]:
+        """Return the answer as plain data in the layout ``holdfast-answer/1``, which commands print with ``--json``.
+
+        ``holdfast schema answer`` prints its JSON schema; see docs/howto/json.md.
+        """
+        from holdfast.base.envelope import enveloped  # which only those need who ask for JSON
+
+        return enveloped(self)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the answer to a .json or .npz file without loss. ``holdfast.load_answer`` reads it back.
 

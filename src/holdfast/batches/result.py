@@ -8,7 +8,9 @@ from collections.abc import Iterator, Sequence
 from importlib import import_module
 from typing import Any
 
+from holdfast.base.archive import to_dict
 from holdfast.base.borders.worker import ANSWERED, OUTCOMES
+from holdfast.base.envelope import UNDECIDED, UNSTABLE, envelope
 from holdfast.base.errors import HoldfastError, installing, message, nearest_of
 from holdfast.base.public import PublicValue, Summary
 from holdfast.base.text import many
@@ -16,6 +18,7 @@ from holdfast.base.values import Table
 from holdfast.batches.folder import Folder, reading
 from holdfast.batches.tables import TABLES, Row, arrow_schema
 from holdfast.engines.verdict import Status
+from holdfast.queries.request import ENGINES, engine_of
 
 SHOWN = 8  # largest number of scenes without answers in a report
 VERDICTS = (Status.STABLE.value, Status.UNSTABLE.value, Status.UNDECIDED.value)
@@ -100,6 +103,14 @@ class BatchTables:
         for shard in self.folder.shards():
             yield from self.folder.rows(table, shard)
 
+    def data(self) -> Iterator[dict[str, Any]]:
+        """Yield the answer about each scene in the layout ``holdfast-answer/1``, in the order of the scenes.
+
+        Its rows are the weakest push and the least acceleration, as far as these were asked.
+        """
+        for row in self.rows():
+            yield scene_data(row)
+
     def arrow(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a pyarrow.Table, which has no types
         """Return a table as a pyarrow.Table, with units and meanings in the metadata of its fields."""
         pa = _imported("pyarrow")
@@ -114,6 +125,28 @@ class BatchTables:
     def polars(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a polars.DataFrame
         """Return a table as a polars.DataFrame; raises HoldfastError if polars or pyarrow is not installed."""
         return _imported("polars").from_arrow(self.arrow(table))
+
+
+def scene_data(row: Row) -> dict[str, Any]:
+    """Return a row of the table of scenes in the layout ``holdfast-answer/1``."""
+    answered, engine = row["outcome"] == ANSWERED, row["engine"]
+    rows = []
+    if row["weakest_lower"] is not None:
+        names = {"force": "weakest", "lower": "weakest_lower", "body": "weakest_body", "mode": "weakest_mode"}
+        known = {shown: row[name] for shown, name in names.items() if shown == "force" or row[name] is not None}
+        rows.append(known | {"moving": row["weakest_moving"] or []})
+    if row["acceleration"] is not None:
+        rows.append({"acceleration": row["acceleration"], "lower": row["acceleration_lower"]})
+    return envelope(
+        "scene",
+        verdict=UNDECIDED if not answered else UNSTABLE if row["crushed"] else row["status"],
+        reason=(row["reason"] or "") if answered else f"{row['outcome']}: {row['problem']}",
+        claim=engine_of(engine).claim.value if engine in ENGINES else None,
+        rows=to_dict(rows),
+        details={name: row[name] for name in ("scene", "path", "outcome", "engine", "seconds")}
+        | {name: row[name] or [] for name in ("moving", "crushed")},
+        notes=[*(row["notes"] or ()), *(row["warnings"] or ())],
+    )
 
 
 def read_batch(folder: str | os.PathLike[str]) -> BatchTables:

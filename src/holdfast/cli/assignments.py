@@ -28,6 +28,11 @@ UNITS = {"s": "seconds", "deg": "degrees"}
 ITEM = re.compile(r"^- ``(\w+)``(?: \[(.+?)\])?: (.+?)(?=^- ``|^\S|\Z)", re.MULTILINE | re.DOTALL)
 
 
+def option(text: str, *flags: str, metavar: str | None = None, panel: str | None = None) -> Any:  # noqa: ANN401
+    """Return an option with this help; its flag is the name of the parameter, unless ``flags`` are given."""
+    return typer.Option(*flags, help=text, metavar=metavar, rich_help_panel=panel)
+
+
 def wrong(option: str, text: str, form: str) -> HoldfastError:
     """Return the error for an option whose text does not have the ``form``."""
     return HoldfastError(message(option, f"is {quoted(text)}", f"needs {form}"))

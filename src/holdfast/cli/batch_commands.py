@@ -12,10 +12,10 @@ from typing import Annotated, Any
 
 import typer
 
-from holdfast.base.borders.worker import ANSWERED
+from holdfast.base.envelope import EXIT, envelope, enveloped, verdict_of
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
-from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, GateRules, Result, Scenes, findings
+from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Finding, GateRules, Result, Scenes, findings
 from holdfast.batches.inputs import inputs_of
 from holdfast.batches.result import read_batch
 from holdfast.batches.run import Resources
@@ -25,7 +25,7 @@ from holdfast.report.batch_report import write_junit, write_report
 
 MOST_BYTES = 1_000_000  # of a file of options
 PAGE = "report.html"
-CODES: dict[Result, int] = {FAILED: 1, UNDECIDED: 3}  # exit codes of check
+WORDS: dict[Result, str] = {FAILED: "unstable", UNDECIDED: "undecided"}  # verdicts of check
 
 Globs = Annotated[
     list[str], typer.Argument(metavar="GLOB...", help="scene files, folders, quoted globs (** too), .csv, .parquet")
@@ -58,7 +58,7 @@ def batch(
     """Answer the same question about many scenes in processes with limits, and write the answers as tables.
 
     The same command resumes a batch that was stopped. The exit code is 0 if every scene was answered, whatever the
-    answers, and 1 if some were not: their rows say why.
+    answers, and 3 if some were not: their rows say why.
     """
     named, again = _scenes(scenes), tuple(filter(None, retry.split(",")))
     files = {"tls_ca_file": tls_ca, "tls_client_cert": tls_cert, "tls_client_key": tls_key}
@@ -74,7 +74,7 @@ def batch(
             resources=Resources(megabytes, where, shard, shard_size),
         )
     if as_json:
-        print_json(result.to_dict())
+        print_json(enveloped(result, rows=list(read_batch(folder).data())))
     else:
         summary = result.summary()
         out.say(summary.headline)
@@ -82,7 +82,7 @@ def batch(
             out.say(": ".join(fact))
         for row in summary.rows:
             out.say(f"{row[1]}: {row[0]}: {row[2]}")
-    raise typer.Exit(0 if set(result.outcomes) <= {ANSWERED} else 1)
+    raise typer.Exit(EXIT[verdict_of(result)])
 
 
 def report(
@@ -131,17 +131,29 @@ def check(
             limits = Resources(megabytes)
             run_batch(named, ask, out=place, workers=workers, options=_read(options), seconds=seconds, resources=limits)
         verdicts = list(findings(Scenes.of(read_batch(place)), rules, before))
+        answers = {row["details"]["scene"]: row for row in read_batch(place).data()} if as_json else {}
     if junit is not None:
         write_junit(verdicts, junit)
     counts: Counter[str] = Counter(each.result for each in verdicts)
+    verdict = next((word for result, word in WORDS.items() if counts[result]), "stable")
+    summary = ", ".join(f"{counts[name]:,} {name}" for name in (PASSED, FAILED, UNDECIDED))
     if as_json:
-        print_json({"counts": dict(counts), "findings": [each._asdict() for each in verdicts]})
+        rows = [_checked(each, answers) for each in verdicts]
+        print_json(envelope("check", verdict=verdict, reason=summary, rows=rows, details={"counts": dict(counts)}))
     else:
         for each in verdicts:
             if each.result != PASSED:
                 out.say(f"{each.scene}: {each.reason}", label=f"{each.result}:")
-        out.say(", ".join(f"{counts[name]:,} {name}" for name in (PASSED, FAILED, UNDECIDED)))
-    raise typer.Exit(next((code for result, code in CODES.items() if counts[result]), 0))
+        out.say(summary)
+    raise typer.Exit(EXIT[verdict])
+
+
+def _checked(finding: Finding, answers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the answer about a scene with the result of its check; of one that is missing, that alone."""
+    missing = envelope("scene", details={"scene": finding.scene, "outcome": None})
+    answer = answers.get(finding.scene, missing)
+    result = {"result": finding.result, "seconds": finding.seconds}
+    return answer | {"reason": finding.reason or answer["reason"], "details": answer["details"] | result}
 
 
 def _scenes(globs: Iterable[str]) -> list[tuple[Any, Any]]:

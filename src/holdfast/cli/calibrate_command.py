@@ -8,44 +8,37 @@ from typing import Annotated, Any
 import typer
 
 from holdfast.applications.calibration.friction_from import friction_from
+from holdfast.applications.calibration.measured_friction import MeasuredFriction
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
 from holdfast.base.text import quoted
 from holdfast.batches.inputs import csv_rows
 from holdfast.batches.run import MOST_BYTES, PUSH_COLUMNS
-from holdfast.cli.output import AsJson, progress
-from holdfast.cli.scenes import AssemblyGiven, takes_scene
-from holdfast.cli.shared_options import EXIT, EngineName, Nodes, SaveAnswer, engine_with, option, tell
-from holdfast.engines.verdict import Status
-from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.cli.assignments import option
+from holdfast.cli.command import SAVE, EngineGiven, question
+from holdfast.cli.scenes import AssemblyGiven
 from holdfast.report.pose_report import friction_report
 
-COLUMNS = (*PUSH_COLUMNS, "force")  # of a file of measured pushes
+MEASURED = (*PUSH_COLUMNS, "force")  # columns of a file of measured pushes
 MOVED = {"": True, "1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
 
 
-@takes_scene
+@question(friction_report, save=SAVE)
 def calibrate(
     scene: AssemblyGiven,
     pushes: Annotated[
-        Path, typer.Argument(metavar="PUSHES", help=f"CSV file: {', '.join(COLUMNS)} and, if some did not move, moved")
+        Path,
+        typer.Argument(metavar="PUSHES", help=f"CSV file: {', '.join(MEASURED)} and, if some did not move, moved"),
     ],
+    engine: EngineGiven,
     scatter: Annotated[
         float | None, option("standard deviation of ln(measured / predicted); default: from the pushes")
     ] = None,
     confidence: Annotated[float, option("of the intervals, between 0 and 1")] = 0.95,
-    engine: EngineName = DEFAULT_ENGINE,
-    nodes: Nodes = None,
-    save: SaveAnswer = None,
-    as_json: AsJson = False,
-) -> None:
+) -> MeasuredFriction:
     """Find the friction of pairs of bodies from measured pushes, with intervals."""
-    method = engine_with(engine, nodes=nodes)
-    measured = measured_pushes(pushes)
-    with progress():
-        result = friction_from(scene.assembled(), measured, scatter=scatter, confidence=confidence, engine=method)
-    code = EXIT[Status.UNDECIDED if result.undecided else Status.STABLE]
-    tell(result, friction_report, code, as_json=as_json, files=[(save, result.save)])
+    method, measured = engine.chosen(), measured_pushes(pushes)
+    return friction_from(scene.assembled(), measured, scatter=scatter, confidence=confidence, engine=method)
 
 
 def measured_pushes(path: Path) -> list[tuple[Any, ...]]:
@@ -57,10 +50,10 @@ def measured_pushes(path: Path) -> list[tuple[Any, ...]]:
     content = read_ordinary(path, "file of pushes", most=MOST_BYTES, error=HoldfastError, too_large="divide it")
     rows = csv_rows(content, str(path))
     _, columns = next(rows)
-    remedy = f"needs {', '.join(COLUMNS)} and, if some pushes moved nothing, moved"
+    remedy = f"needs {', '.join(MEASURED)} and, if some pushes moved nothing, moved"
     for problem, names in (
-        ("has no column", [name for name in COLUMNS if name not in columns]),
-        ("has a column", [name for name in columns if name not in (*COLUMNS, "moved")]),
+        ("has no column", [name for name in MEASURED if name not in columns]),
+        ("has a column", [name for name in columns if name not in (*MEASURED, "moved")]),
     ):
         if names:
             raise HoldfastError(message(str(path), f"{problem} {quoted(names[0])}", remedy))
@@ -68,9 +61,9 @@ def measured_pushes(path: Path) -> list[tuple[Any, ...]]:
     for line, row in rows:
         where = f"{path}, line {line}"
         try:
-            x, y, z, dx, dy, dz, force = (float(row[name] or "") for name in COLUMNS[1:])
+            x, y, z, dx, dy, dz, force = (float(row[name] or "") for name in MEASURED[1:])
         except ValueError:
-            raise HoldfastError(message(where, "holds no seven numbers", f"needs {', '.join(COLUMNS[1:])}")) from None
+            raise HoldfastError(message(where, "holds no seven numbers", f"needs {', '.join(MEASURED[1:])}")) from None
         moved = (row.get("moved") or "").strip().lower()
         if moved not in MOVED:
             raise HoldfastError(message(where, f"moved is {quoted(moved)}", "needs 1, 0, true, false, yes or no"))

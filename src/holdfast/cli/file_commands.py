@@ -1,4 +1,4 @@
-"""The commands ``convert`` and ``schema``."""
+"""The commands about files: convert and schema."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
+from holdfast.base import envelope as answers
 from holdfast.base.arrays import checked_word
 from holdfast.base.errors import HoldfastError, message
 from holdfast.certificates import schema as certificate
+from holdfast.cli.assignments import option
+from holdfast.cli.command import takes_scene
 from holdfast.cli.output import AsJson, out, print_json, write
-from holdfast.cli.scenes import STREAM, SceneGiven, takes_scene
-from holdfast.cli.shared_options import option
+from holdfast.cli.scenes import STREAM, SceneGiven
 from holdfast.scene.formats.native import scene_text, schema
 from holdfast.scene.formats.published import settled_schema
 from holdfast.scene.formats.registry import save_scene, writable
@@ -40,7 +42,7 @@ def convert(
     save_scene(scene, target)
     counts: dict[str, Any] = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}
     if as_json:
-        print_json(counts | ({"notes": list(scene.notes)} if verbose else {}))
+        print_json(answers.envelope("convert", reason=f"wrote {target}", details=counts, notes=scene.notes))
         return
     out.say(f"wrote {target}: {counts['bodies']} bodies, {counts['movable']} movable")
     for note in scene.notes if verbose else ():
@@ -57,10 +59,10 @@ def _same(source: Path, target: Path) -> bool:
 
 def print_schema(
     kind: Annotated[
-        str, typer.Argument(metavar="[KIND]", help="scene, settled (settled-scene/1) or certificate")
+        str, typer.Argument(metavar="[KIND]", help="scene, settled (settled-scene/1), certificate or answer (--json)")
     ] = "scene",
 ) -> None:
-    """Print the JSON schema of the native scene file, of settled scenes, or of certificates."""
-    schemas = {"scene": schema, "settled": settled_schema, "certificate": certificate.schema}
+    """Print the JSON schema of the native scene file, of settled scenes, of certificates, or of answers."""
+    schemas = {"scene": schema, "settled": settled_schema, "certificate": certificate.schema, "answer": answers.schema}
     checked_word(kind, tuple(schemas), "KIND")
     print_json(schemas[kind](), indent=2)

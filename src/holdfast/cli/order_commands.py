@@ -2,113 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Any, NoReturn
+from typing import Annotated
 
 import typer
 
-from holdfast.applications.disassembly.build import PUSHES, BuildOrder, build_order
-from holdfast.applications.disassembly.order import SOLVES, Disassembly, can_remove, disassembly_order
-from holdfast.applications.disassembly.removal import Answer
-from holdfast.cli.output import AsJson, progress
-from holdfast.cli.scenes import AssemblyGiven, takes_scene
-from holdfast.cli.shared_options import (
-    EXIT,
-    EngineName,
-    File,
-    Files,
-    Hands,
-    Nodes,
-    Proof,
-    SaveAnswer,
-    Several,
-    Vector,
-    check_suffix,
-    engine_with,
-    option,
-    order_exit_code,
-    tell,
-)
-from holdfast.engines.verdict import Status
-from holdfast.queries.request import DEFAULT_ENGINE
-from holdfast.report.description import Report
+from holdfast.applications.disassembly.build import PUSHES, build_order
+from holdfast.applications.disassembly.order import SOLVES, can_remove, disassembly_order
+from holdfast.cli.assignments import option
+from holdfast.cli.command import PROOF, SAVE, CommandAnswer, EngineGiven, Several, Vector, question
+from holdfast.cli.scenes import AssemblyGiven
 from holdfast.report.order_report import build_report, disassembly_report, removal_report
 
-STATUS = {Answer.SAFE: Status.STABLE, Answer.UNSAFE: Status.UNSTABLE, Answer.UNDECIDED: Status.UNDECIDED}
 Solves = Annotated[int, option("stop after this many checks by contact forces")]
+Hands = Annotated[int, option("hands that may hold other bodies where they are")]
 
 
-@takes_scene
+@question(removal_report, certificate=PROOF)
 def remove(
     scene: AssemblyGiven,
     body: Annotated[str, typer.Argument(help="the body that is to be taken out")],
+    engine: EngineGiven,
     lift: Annotated[Vector, option("direction in which it leaves: X Y Z")] = (0, 0, 1),
-    engine: EngineName = DEFAULT_ENGINE,
     hands: Hands = 0,
-    nodes: Nodes = None,
-    certificate: Proof = None,
-    as_json: AsJson = False,
-) -> None:
+) -> CommandAnswer:
     """Decide whether one body may be taken out of a scene now, and say who would move if not."""
-    method = engine_with(engine, nodes=nodes)
-    with progress():
-        assembly = scene.assembled()
-        result = can_remove(assembly, body, lift=lift, engine=method, hands=hands)
-    code, notes = EXIT[STATUS[result.answer]], assembly.scene.notes
-    tell(result, removal_report, code, as_json=as_json, notes=notes, certificate=certificate)
+    method, assembly = engine.chosen(), scene.assembled()
+    return CommandAnswer(can_remove(assembly, body, lift=lift, engine=method, hands=hands), assembly.scene.notes)
 
 
-@takes_scene
+@question(disassembly_report, png="write a PNG of the sequence to this file", certificate=PROOF)
 def disassemble(
     scene: AssemblyGiven,
+    engine: EngineGiven,
     goal: Annotated[Several, option("take out this body (may be repeated); default: all")] = None,
     lift: Annotated[Vector, option("direction in which bodies leave: X Y Z")] = (0, 0, 1),
-    engine: EngineName = DEFAULT_ENGINE,
-    png: Annotated[File, option("write a PNG of the sequence to this file")] = None,
     solves: Solves = SOLVES,
     hands: Hands = 0,
-    nodes: Nodes = None,
-    certificate: Proof = None,
-    as_json: AsJson = False,
-) -> None:
+) -> CommandAnswer:
     """Find an order in which the bodies of a scene can be taken out, one by one, while the others stand."""
-    check_suffix(png, ".png")
-    method = engine_with(engine, nodes=nodes)
-    with progress():
-        assembly = scene.assembled()
-        result = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, solves=solves, hands=hands)
-    _tell_order(result, disassembly_report, [(png, result.save_png)], as_json=as_json, certificate=certificate)
+    method, assembly = engine.chosen(), scene.assembled()
+    order = disassembly_order(assembly, engine=method, lift=lift, goal=goal or None, solves=solves, hands=hands)
+    return CommandAnswer(order, assembly.scene.notes)
 
 
-@takes_scene
+@question(build_report, save=SAVE, certificate=PROOF)
 def build(
     scene: AssemblyGiven,
+    engine: EngineGiven,
     lift: Annotated[Vector, option("direction that bodies come from: X Y Z")] = (0, 0, 1),
     pushes: Annotated[int, option("approximate number of pushes on each state; 0: none")] = PUSHES,
     solves: Solves = SOLVES,
-    engine: EngineName = DEFAULT_ENGINE,
-    save: SaveAnswer = None,
     hands: Hands = 0,
-    nodes: Nodes = None,
-    certificate: Proof = None,
-    as_json: AsJson = False,
-) -> None:
+) -> CommandAnswer:
     """Find an order in which a scene can be built, so that everything stands after each step."""
-    method = engine_with(engine, nodes=nodes)
-    with progress():
-        assembly = scene.assembled()
-        result = build_order(assembly, lift=lift, pushes=pushes, solves=solves, engine=method, hands=hands)
-    _tell_order(result, build_report, [(save, result.save)], as_json=as_json, certificate=certificate)
-
-
-def _tell_order(
-    result: Disassembly | BuildOrder,
-    report: Callable[[Any], Report],
-    files: Files,
-    *,
-    as_json: bool,
-    certificate: File,
-) -> NoReturn:
-    """Tell the answer of a search for an order, with the notes of its scene, and exit with its code."""
-    code, notes = order_exit_code(reached=result.reached, proven=result.proven), result.assembly.scene.notes
-    tell(result, report, code, as_json=as_json, notes=notes, files=files, certificate=certificate)
+    method, assembly = engine.chosen(), scene.assembled()
+    order = build_order(assembly, lift=lift, pushes=pushes, solves=solves, engine=method, hands=hands)
+    return CommandAnswer(order, assembly.scene.notes)

@@ -17,7 +17,7 @@ from rich.console import Console
 from holdfast.base.progress import lines, listening
 from holdfast.base.text import one_line
 
-AsJson = Annotated[bool, typer.Option("--json", help="print JSON; infinity is the text inf")]
+AsJson = Annotated[bool, typer.Option("--json", help="print JSON, holdfast-answer/1; infinity is the text inf")]
 
 LONGEST = 4000  # largest number of characters of a message, which may hold a long path
 # replacements for characters that the encoding of a terminal lacks; all others become escape sequences

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 import os
 import sys
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
 import typer
 
@@ -22,12 +20,11 @@ from holdfast.cli.assignments import (
     number,
     numbers,
     of_all_and_each,
-    options_of,
+    option,
     poses,
     turns,
-    value_of,
 )
-from holdfast.cli.shared_options import Several, option
+from holdfast.cli.command import OptionSet, Several
 from holdfast.scene.formats.links import on_the_floor
 from holdfast.scene.formats.registry import format_of, read_as
 from holdfast.scene.formats.source import MAX_BYTES, Source
@@ -50,7 +47,7 @@ def _touching(text: str, metavar: str | None = None, *flags: str) -> Any:  # noq
 
 
 @dataclass(frozen=True, kw_only=True)
-class SceneGiven:
+class SceneGiven(OptionSet):
     """A scene by name, and the options with which it is read. The fields are the options of the command line."""
 
     scene: Annotated[
@@ -202,47 +199,6 @@ class AssemblyGiven(SceneGiven):
             pose_sigma=self.pose_sigma,
             allow_large=self.allow_large,
         )
-
-
-def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
-    """Expand the first parameter of a command, a SceneGiven or AssemblyGiven, into options for its fields.
-
-    The scene becomes the first argument, and the other fields become options after those of the command, except those
-    whose name it gives to an option of its own. A parameter whose type is a dataclass, such as ``Where``, is expanded
-    too.
-    """
-    hints = get_type_hints(command, include_extras=True)
-    first, *others = inspect.signature(command).parameters.values()
-    kind = hints[first.name]
-    shown = get_type_hints(kind, include_extras=True)
-    whole = [
-        inspect.Parameter(
-            each.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if each.default is MISSING else each.default,
-            annotation=shown[each.name],
-        )
-        for each in fields(kind)
-        if all(each.name != other.name for other in others)
-    ]
-    values = {each.name: hints[each.name] for each in others if is_dataclass(hints[each.name])}
-    of_command: list[inspect.Parameter] = []
-    for each in others:
-        if each.name in values:
-            of_command += options_of(values[each.name])
-        else:
-            of_command.append(each.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=hints[each.name]))
-
-    @functools.wraps(command)
-    def called(**given: Any) -> None:  # noqa: ANN401
-        parts = {each.name: given.pop(each.name) for each in whole}
-        made = {name: value_of(value, given) for name, value in values.items()}
-        command(kind(**parts), **given, **made)
-
-    parameters = [whole[0], *of_command, *whole[1:]]
-    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    called.__annotations__ = {each.name: each.annotation for each in parameters}
-    return called
 
 
 def _of_all_or_each(option: str, given: Sequence[str], form: str) -> float | dict[str, float] | None:

@@ -113,11 +113,10 @@ def interfaces_data(assembly: Assembly) -> list[dict[str, Any]]:
     ]
 
 
-def stability_data(assembly: Assembly, result: Stability) -> dict[str, Any]:
-    """Return the data that ``holdfast assess --json`` prints."""
+def contact_details(assembly: Assembly) -> dict[str, Any]:
+    """Return what ``holdfast assess --json`` tells of the contacts of an assembly."""
     return {
         "scene": assembly.scene.name,
-        **result.to_dict(),
         "gap": assembly.tolerances.gap,
         "gap_by_pair": assembly.tolerances.by_pair,
         "angle_degrees": assembly.tolerances.angle,
@@ -126,10 +125,10 @@ def stability_data(assembly: Assembly, result: Stability) -> dict[str, Any]:
     }
 
 
-def placement_data(result: Placement) -> dict[str, Any]:
-    """Return the data that ``holdfast place --json`` prints."""
+def placement_details(result: Placement) -> dict[str, Any]:
+    """Return what ``holdfast place --json`` tells of the contacts of an object in place."""
     contacts = [] if result.assembly is None else interfaces_data(result.assembly)
-    return result.to_dict() | {"contacts": [contact for contact in contacts if result.name in contact["bodies"]]}
+    return {"contacts": [contact for contact in contacts if result.name in contact["bodies"]]}
 
 
 def push_report(result: Robustness) -> Report:

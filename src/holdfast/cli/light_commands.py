@@ -1,22 +1,33 @@
-"""The command ``verify``."""
+"""The commands that work without the rest of the program, whatever is wrong with it: verify and doctor."""
 
 from __future__ import annotations
 
 import json
+import platform
+import re
+import sys
+from importlib import metadata
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.table import Table as RichTable
 
-from holdfast.base.errors import HoldfastError, message
+from holdfast import __version__
+from holdfast.base.envelope import envelope
+from holdfast.base.errors import DISTRIBUTION, HoldfastError, installing, message
 from holdfast.base.files import read_ordinary
-from holdfast.base.text import listed
+from holdfast.base.progress import cores
+from holdfast.base.text import listed, many
 from holdfast.certificates.verify_certificate import MOST, UNCHECKED, RefusedError, claims_of
-from holdfast.cli.output import out
+from holdfast.cli.output import AsJson, out, print_json
 
 NOT_VERIFIED = 1  # exit code
 AGREED = "agrees with {}: gravity, masses, centres of mass, friction and points of contact, found anew"
 LOADS = "not checked: that loads and acceleration are as they really are, and the scene"
+NOT_FOR_USE = ("test", "dev", "docs")  # extras for development, which users do not need
+_NAME = re.compile(r"[\w.-]+")
+_EXTRA = re.compile(r"extra == ['\"]([\w-]+)['\"]")
 
 
 def verify(
@@ -71,3 +82,56 @@ def _compare(data: Any, scene: str) -> None:  # noqa: ANN401 - JSON
 def _say(line: str) -> None:
     """Print a line as it is: names in it may look like markup."""
     out.print(line, markup=False, soft_wrap=True)
+
+
+def doctor(as_json: AsJson = False) -> None:
+    """Report what is installed and which extras are missing.
+
+    Include the output in reports of defects.
+    """
+    facts = examined()
+    if as_json:
+        print_json(envelope("doctor", reason="what is installed", details=facts))
+        return
+    out.say(
+        f"holdfast {facts['holdfast']}, Python {facts['python']}, {facts['system']}, {many(facts['cores'], 'core')}"
+    )
+    table = RichTable("needed for", "package", "version", box=None, pad_edge=False)
+    for extra, packages in facts["packages"].items():
+        for name, version in packages.items():
+            table.add_row(extra, name, version or f"missing: {installing(extra)}")
+    out.print(table)
+
+
+def examined() -> dict[str, Any]:
+    """Return the versions of packages by extra (None if missing), and the system."""
+    return {
+        "holdfast": __version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        "executable": sys.executable,
+        "cores": cores(),
+        "packages": {extra: {name: _version(name) for name in names} for extra, names in _needed().items()},
+    }
+
+
+def _needed() -> dict[str, list[str]]:
+    """Return the required packages by extra; those that holdfast always needs are under "core"."""
+    try:
+        lines = metadata.requires(DISTRIBUTION) or []
+    except metadata.PackageNotFoundError:  # run from its sources
+        lines = []
+    packages: dict[str, list[str]] = {"core": []}
+    for line in lines:
+        name, extra = _NAME.match(line), _EXTRA.search(line)
+        group = extra[1] if extra else "core"
+        if name and name[0] != DISTRIBUTION and group not in NOT_FOR_USE:
+            packages.setdefault(group, []).append(name[0])
+    return packages
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None

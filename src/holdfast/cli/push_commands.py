@@ -13,81 +13,47 @@ import typer
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float
 from holdfast.base.errors import HoldfastError
-from holdfast.cli.output import AsJson, err, progress
-from holdfast.cli.scenes import AssemblyGiven, takes_scene
-from holdfast.cli.shared_options import (
-    EXIT,
-    EngineName,
-    File,
-    Immobile,
-    Margin,
-    MaxCuts,
-    Nodes,
-    Png,
-    Proof,
-    Several,
-    Vector,
-    check_suffix,
-    engine_with,
-    exit_code,
-    option,
-    tell,
-)
+from holdfast.cli.assignments import option
+from holdfast.cli.command import PNG, PROOF, CommandAnswer, EngineGiven, Several, Vector, question
+from holdfast.cli.output import err
+from holdfast.cli.scenes import AssemblyGiven
 from holdfast.engines.answers import Claim
 from holdfast.engines.contract import Engine
-from holdfast.engines.verdict import Status
-from holdfast.queries.map import expected_points, robustness_map
-from holdfast.queries.push import robustness
-from holdfast.queries.request import DEFAULT_ENGINE
+from holdfast.queries.map import RobustnessMap, expected_points, robustness_map
+from holdfast.queries.push import Robustness, robustness
 from holdfast.queries.stability import stability
-from holdfast.report.contact_report import map_report, push_report, stability_data, stability_report
+from holdfast.report.contact_report import contact_details, map_report, push_report, stability_report
 from holdfast.scene.scene import Scene
 
 LARGE = 25  # number of bodies in a group from which load paths may cost several cone programs
 SLOW = "compliant"  # the engine whose cost grows fastest with the number of bodies in a group
 QUICK = "limit"  # the engine that solves one cone program for each push
+Margin = Annotated[float, option("reduce all masses by this share, 0 to 1")]
 
 
-@takes_scene
-def assess(
-    scene: AssemblyGiven,
-    engine: EngineName = DEFAULT_ENGINE,
-    nodes: Nodes = None,
-    mass_margin: Margin = 0.0,
-    certificate: Proof = None,
-    as_json: AsJson = False,
-) -> None:
+@question(certificate=PROOF)
+def assess(scene: AssemblyGiven, engine: EngineGiven, mass_margin: Margin = 0.0) -> CommandAnswer:
     """Decide whether a scene stands, explain why, and give the forces at its contacts."""
-    method = engine_with(engine, nodes=nodes, mass_margin=mass_margin)
-    with progress():
-        assembly = scene.assembled()
-        result = stability(assembly, engine=method)
-    code = EXIT[Status.UNSTABLE if result.crushed else result.status]
-    report, data = partial(stability_report, assembly), partial(stability_data, assembly)
-    tell(result, report, code, as_json=as_json, data=data, certificate=certificate)
+    method = engine.chosen(mass_margin=mass_margin)
+    assembly = scene.assembled()
+    report = partial(stability_report, assembly)
+    return CommandAnswer(stability(assembly, engine=method), details=contact_details(assembly), report=report)
 
 
-@takes_scene
+@question(push_report, certificate=PROOF)
 def push(
     scene: AssemblyGiven,
     body: Annotated[str, typer.Argument(metavar="BODY", help="the name of the body that is pushed")],
     at: Annotated[Vector, option("point on the body in m", metavar="X Y Z")],
     along: Annotated[Vector, option("direction of the push; its length does not matter", metavar="X Y Z")],
+    engine: EngineGiven,
     local: Annotated[bool, option("point and direction are in the body's own frame", "--local")] = False,
-    engine: EngineName = DEFAULT_ENGINE,
-    nodes: Nodes = None,
-    certificate: Proof = None,
-    as_json: AsJson = False,
-) -> None:
+) -> Robustness:
     """Compute how hard a body can be pushed at a point in a direction before anything moves, and what moves then."""
-    method = engine_with(engine, nodes=nodes)
-    given = scene.read()
+    method, given = engine.chosen(), scene.read()
     point, direction = in_world(given, body, at, along) if local else (np.array(at), np.array(along))
-    with progress():
-        assembly = scene.assembled(given)
-        result = robustness(assembly, body, point, direction, engine=method, bounds=method.claim is not Claim.ESTIMATED)
-    code = exit_code(result.verdict.status, result.answers)
-    tell(result, push_report, code, as_json=as_json, certificate=certificate)
+    bounds = method.claim is not Claim.ESTIMATED
+    return robustness(scene.assembled(given), body, point, direction, engine=method, bounds=bounds)
 
 
 def in_world(scene: Scene, name: str, at: Vector, along: Vector) -> tuple[Float, Float]:
@@ -99,33 +65,30 @@ def in_world(scene: Scene, name: str, at: Vector, along: Vector) -> tuple[Float,
     return body.placed(np.array([at]))[0], body.pose[:3, :3] @ np.array(along)
 
 
-@takes_scene
+@question(
+    map_report,
+    png=PNG,
+    html="write an interactive page to this file; it opens offline",
+    glb="write glTF with colours and forces at its vertices",
+    ply="write PLY with colours and forces at its vertices",
+)
 def map_surfaces(
     scene: AssemblyGiven,
-    engine: EngineName = DEFAULT_ENGINE,
+    engine: EngineGiven,
     spacing: Annotated[float, option("distance between neighbouring points in m")] = 0.01,
     bodies: Annotated[Several, option("map this body only (may be repeated)")] = None,
     accuracy: Annotated[float, option("engine limit stops this close; 0: it solves every point")] = 0.01,
-    png: Png = None,
-    html: Annotated[File, option("write an interactive page to this file; it opens offline")] = None,
-    glb: Annotated[File, option("write glTF with colours and forces at its vertices")] = None,
-    ply: Annotated[File, option("write PLY with colours and forces at its vertices")] = None,
-    nodes: Nodes = None,
-    immobile_above: Immobile = None,
+    immobile_above: Annotated[
+        float | None, option("treat bodies heavier than this (kg) as immobile; optimistic")
+    ] = None,
     mass_margin: Margin = 0.0,
-    max_cuts: MaxCuts = 20_000,
-    as_json: AsJson = False,
-) -> None:
+    max_cuts: Annotated[int, option("refuse scenes with more feasible cuts than this")] = 20_000,
+) -> RobustnessMap:
     """Compute the largest inward push at points of all exposed surfaces and name the weakest points."""
-    for suffix, path in {".png": png, ".html": html, ".glb": glb, ".ply": ply}.items():
-        check_suffix(path, suffix)
-    method = engine_with(engine, nodes=nodes, immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
-    with progress():
-        assembly = scene.assembled()
-        print_cost_of_limit(assembly, bodies, spacing, method)
-        result = robustness_map(assembly, bodies, spacing=spacing, engine=method, accuracy=accuracy)
-    files = [(png, result.save_png), (html, result.save_html), (glb, result.save_glb), (ply, result.save_ply)]
-    tell(result, map_report, exit_code(result.verdict.status, result.answers), as_json=as_json, files=files)
+    method = engine.chosen(immobile_above=immobile_above, mass_margin=mass_margin, max_cuts=max_cuts)
+    assembly = scene.assembled()
+    print_cost_of_limit(assembly, bodies, spacing, method)
+    return robustness_map(assembly, bodies, spacing=spacing, engine=method, accuracy=accuracy)
 
 
 def print_cost_of_limit(assembly: Assembly, bodies: Sequence[str] | None, spacing: float, engine: Engine) -> None:
