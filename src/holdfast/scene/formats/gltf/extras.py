@@ -34,7 +34,7 @@ from holdfast.scene.formats.entries import (
     validated,
 )
 from holdfast.scene.formats.named_meshes import Known, Weight, split
-from holdfast.scene.formats.native import FORMAT, AnyModel, EndModel, excluded_data, limits_data, shape_data, shape_of
+from holdfast.scene.formats.native import FORMAT, AnyModel, EndModel, excluded_data, shape_data, shape_of
 from holdfast.scene.friction import STRENGTHS, Friction
 from holdfast.scene.meshes.by_trimesh import Node
 from holdfast.scene.scene import Scene
@@ -116,7 +116,8 @@ def body_data(body: Body, shown: Drawn) -> dict[str, Any]:
         data["shape"] = shape_data(body.shape, None)
     data |= {"mass": body.mass} if density is None else {"density": density}
     data |= {"com": None if com is None else com.tolist(), "inertia": None if inertia is None else inertia.tolist()}
-    data |= {"material": body.material, "fixed": body.fixed or None} | limits_data(body)
+    data |= {"material": body.material, "fixed": body.fixed or None}
+    data |= {"top_load": body.top_load, "pressure": body.pressure}
     return {KEY: {key: value for key, value in data.items() if value is not None}}
 
 
