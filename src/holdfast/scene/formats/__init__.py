@@ -13,10 +13,10 @@ FORMATS = (
     ("gltf.reader", "GLTF"),
     ("compas", "COMPAS"),
     ("usd.reader", "USD"),
-    ("moveit", "MOVEIT"),
+    ("planning_scenes", "MOVEIT"),
     ("robots.drake", "DRAKE"),
     ("habitat", "HABITAT"),
     ("box_table", "BOX_TABLE"),
     ("named_meshes", "MESH_FILE"),
-    ("planning_messages", "BAG"),
+    ("planning_scenes", "BAG"),
 )

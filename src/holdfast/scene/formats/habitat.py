@@ -27,7 +27,7 @@ from holdfast.scene.formats.references import References, model_folders
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, PlainMap, Source, from_json
 from holdfast.scene.formats.surfaces import Surfaces
-from holdfast.scene.meshes import glb
+from holdfast.scene.meshes.by_trimesh import read_nodes
 from holdfast.scene.meshes.read import SUFFIXES
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Mesh
@@ -277,7 +277,7 @@ class _Thing(NamedTuple):
         if self.asset.suffix.lower() == ".glb":
             content = read_ordinary(self.asset, "mesh file", most=MAX_BYTES)
             with foreign(str(self.asset), error=GeometryError):
-                nodes, _, _ = glb.read_nodes(content)
+                nodes, _, _ = read_nodes(content)
             found = [(transform(node.matrix, node.vertices), node.faces) for node in nodes]
         else:
             mesh = Mesh.from_file(self.asset, up_axis="z")

@@ -12,8 +12,8 @@ from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.files import check_ordinary, read_ordinary
 from holdfast.base.rigid import Y_TO_Z, transform
-from holdfast.scene.meshes import dae, glb
-from holdfast.scene.meshes.by_trimesh import read_ply
+from holdfast.scene.meshes import dae
+from holdfast.scene.meshes.by_trimesh import read_glb, read_ply
 from holdfast.scene.meshes.text_meshes import read_obj, read_off, read_stl
 
 MAX_BYTES = 1_000_000_000  # size of the largest mesh file that is read
@@ -24,7 +24,7 @@ READERS: dict[str, Reader] = {
     ".obj": read_obj,
     ".stl": read_stl,
     ".ply": read_ply,
-    ".glb": glb.read,
+    ".glb": read_glb,
     ".off": read_off,
     ".dae": dae.read,
 }

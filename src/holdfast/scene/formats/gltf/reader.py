@@ -33,8 +33,7 @@ from holdfast.scene.formats.named_meshes import (
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
-from holdfast.scene.meshes import glb
-from holdfast.scene.meshes.glb import LOOKING
+from holdfast.scene.meshes.by_trimesh import LOOKING, read_nodes
 from holdfast.scene.scene import Scene
 
 # What glTF has for each kind of its objects; what only looks or moves is ignored
@@ -139,7 +138,7 @@ def read(
     beside, path = _sidecar(source), str(source.path)
     with foreign(path):
         content = source.content if source.head.startswith(MAGIC) else packed(source)
-        nodes, about, header = glb.read_nodes(content)
+        nodes, about, header = read_nodes(content)
         notes = not_read(Counter(unknown_words(header)))
     names = [node.name for node in nodes]
     rules = MeshRules(None, collision)

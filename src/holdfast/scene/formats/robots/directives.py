@@ -21,8 +21,8 @@ from holdfast.scene.formats.links import LinkContent, Notes, not_read, pose_of
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.robots.scopes import Frames, Scope, ScopeReader
-from holdfast.scene.formats.robots.sdf_joints import carrier
-from holdfast.scene.formats.robots.sdf_joints import groups_of as sdf_groups
+from holdfast.scene.formats.robots.sdf import carrier
+from holdfast.scene.formats.robots.sdf import groups_of as sdf_groups
 from holdfast.scene.formats.robots.sdf_links import ATTRIBUTES as SDF_ATTRIBUTES
 from holdfast.scene.formats.robots.sdf_links import KNOWN as SDF_KNOWN
 from holdfast.scene.formats.robots.sdf_links import SdfLinks
