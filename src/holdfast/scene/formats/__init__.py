@@ -10,7 +10,7 @@ FORMATS = (
     ("mjcf.reader", "MJCF"),
     ("robots.urdf", "URDF"),
     ("robots.sdf", "SDF"),
-    ("gltf.reader", "GLTF"),
+    ("gltf_scene", "GLTF"),
     ("compas", "COMPAS"),
     ("usd.reader", "USD"),
     ("planning_scenes", "MOVEIT"),
