@@ -84,7 +84,7 @@ class SidecarModel(EntryModel):
     density: Number | None = None
     gravity: Triple | None = None
     floor: Truth = False
-    nodes: dict[str, NodeModel] = Field({})
+    nodes: dict[str, NodeModel] = Field(default={})
 
 
 class SceneWords(EntryModel):

@@ -16,8 +16,8 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Part, Shape
+from holdfast.scene.formats import entries
 from holdfast.scene.formats.entries import (
-    AnyHoldModel,
     EntryModel,
     FrictionModel,
     Matrix3,
@@ -27,11 +27,6 @@ from holdfast.scene.formats.entries import (
     Triple,
     Truth,
     Whole,
-    friction_data,
-    friction_of,
-    hold_data,
-    hold_of,
-    validated,
 )
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import SUFFIXES, Source, as_json, as_yaml
@@ -207,7 +202,7 @@ class SceneModel(EntryModel):
     excluded: list[tuple[EndModel, EndModel]] = Field(
         [], fail_fast=True, description="pairs of bodies, or of [body, number of a part from 0], that never touch"
     )
-    holds: list[AnyHoldModel] = Field([], fail_fast=True, description="what holds bodies beside their contacts")
+    holds: list[entries.AnyHoldModel] = Field([], fail_fast=True, description="what holds bodies beside their contacts")
 
 
 def schema() -> dict[str, Any]:
@@ -227,13 +222,13 @@ def read(source: Source) -> Scene:
     Raises SceneError if the file does not match the schema.
     """
     path = source.path
-    model = validated(SceneModel, source.data, path)
+    model = entries.validated(SceneModel, source.data, path)
     bodies = []
     for body in model.bodies:
         with located(f"body {quoted(body.name)}"):
             bodies.append(_built(body, path))
-    holds = [hold_of(hold) for hold in model.holds]
-    return Scene(bodies, friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
+    holds = [entries.hold_of(hold) for hold in model.holds]
+    return Scene(bodies, entries.friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
 
 
 def write(scene: Scene, path: Path) -> bytes:
@@ -255,10 +250,14 @@ def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
         "format": FORMAT,
         "name": scene.name,
         "gravity": scene.gravity.tolist(),
-        "friction": friction_data(scene.friction),
+        "friction": entries.friction_data(scene.friction),
         "bodies": [_body_data(body, path) for body in scene.bodies],
     }
-    return data | excluded_data(scene) | ({"holds": [hold_data(hold) for hold in scene.holds]} if scene.holds else {})
+    return (
+        data
+        | excluded_data(scene)
+        | ({"holds": [entries.hold_data(hold) for hold in scene.holds]} if scene.holds else {})
+    )
 
 
 def excluded_data(scene: Scene) -> dict[str, Any]:

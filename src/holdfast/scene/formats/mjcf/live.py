@@ -14,17 +14,8 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.joints import Motors, Torques, never_touching
 from holdfast.scene.formats.links import BodyParts, BodyPiece, kept_apart
-from holdfast.scene.formats.mjcf.mobility import (
-    IN_PARENT,
-    JOINT,
-    STILL,
-    WRAP_JOINT,
-    BodyOwners,
-    find_groups,
-    frame_of,
-    holds_of,
-    inertia_of,
-)
+from holdfast.scene.formats.mjcf import mobility
+from holdfast.scene.formats.mjcf.mobility import IN_PARENT, JOINT, STILL, WRAP_JOINT, BodyOwners
 from holdfast.scene.formats.mjcf.rules import MESH, PLANE, GeomRules, kind_of, pose_of, solid_of
 from holdfast.scene.formats.simulators.simulated import body_of, relative, unique
 from holdfast.scene.friction import Friction
@@ -78,7 +69,7 @@ def from_mujoco(
         raise SceneError(message("from_mujoco", "the state has no poses yet", "call mujoco.mj_forward(model, data)"))
     rules = GeomRules(model)
     motors = Motors(hold_torques, welded=checked_truth(rigid, "rigid"))
-    owners = find_groups(model, data, rigid=rigid, motors=motors.held)
+    owners = mobility.find_groups(model, data, rigid=rigid, motors=motors.held)
     groups, empty = _groups(model, owners, rules)
     bodies = []
     for group in groups:
@@ -93,7 +84,7 @@ def from_mujoco(
     if not motors.held:
         return Scene(bodies, Friction(pairs=table), gravity, name, apart, notes)
     moving = {group.bodies[0]: group.name for group in groups if not group.fixed}
-    holds = holds_of(model, data, owners.joints, motors, moving, owners.owner)
+    holds = mobility.holds_of(model, data, owners.joints, motors, moving, owners.owner)
     roots = sorted({int(model.body_rootid[model.jnt_bodyid[j]]) for j in owners.joints})
     arms = [[group.name for group in groups if model.body_rootid[group.bodies[0]] == root] for root in roots]
     never = never_touching(arms, motors.balls, [body.name for body in bodies])
@@ -149,20 +140,20 @@ def _called(owners: BodyOwners, rules: GeomRules, b: int, geoms: list[int]) -> s
 
 
 def _body(model: Any, data: Any, group: GeomGroup, rules: GeomRules, motors: Motors) -> Body:  # noqa: ANN401
-    home = frame_of(data, group.bodies[0])
+    home = mobility.frame_of(data, group.bodies[0])
     if not group.geoms:
-        return motors.ball(group.name, home, inertia_of(model, data, group.bodies))
+        return motors.ball(group.name, home, mobility.inertia_of(model, data, group.bodies))
     if group.fixed and len(group.geoms) == 1 and group.bodies[0] == 0:
         geom = _collider(model, data, group.geoms[0], home, rules)
         return body_of(group.name, home @ geom.pose, [geom._replace(pose=np.eye(4))])
     geoms = [_collider(model, data, g, home, rules) for g in group.geoms]
-    return body_of(group.name, home, geoms, None if group.fixed else inertia_of(model, data, group.bodies))
+    return body_of(group.name, home, geoms, None if group.fixed else mobility.inertia_of(model, data, group.bodies))
 
 
 def _collider(model: Any, data: Any, g: int, home: Float, rules: GeomRules) -> BodyPiece:  # noqa: ANN401
     """Return a geom in the frame ``home`` of its body of the scene."""
     pose = pose_of(model, g)
-    frame = frame_of(data, int(model.geom_bodyid[g]))
+    frame = mobility.frame_of(data, int(model.geom_bodyid[g]))
     if not np.array_equal(frame, home):
         pose = relative(frame @ pose, home)
     plane = model.geom_type[g] == PLANE

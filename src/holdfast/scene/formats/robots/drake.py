@@ -16,17 +16,8 @@ from holdfast.base.arrays import Float, checked_truth
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.links import (
-    FLOOR,
-    BodyParts,
-    Notes,
-    bodies_of_links,
-    checked_defaults,
-    checked_fixed,
-    kept_apart,
-    scene_of,
-    with_floor,
-)
+from holdfast.scene.formats import links
+from holdfast.scene.formats.links import FLOOR, BodyParts, Notes
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
@@ -67,7 +58,7 @@ def read(
 
     Raises SceneError or GeometryError if a file is malformed, or leaves out what is needed.
     """
-    friction, density = checked_defaults(friction, density)
+    friction, density = links.checked_defaults(friction, density)
     notes, surfaces = Notes(), Surfaces(RULE)
     references = References(source.path, package, models=model_folders(model_path, notes))
     meshes = MeshRules(up_axis, collision, turns_gltf=True)
@@ -78,12 +69,12 @@ def read(
     where = str(source.path)
     notes.append(f"friction: tags of drake; of two surfaces it is their {RULE}")
     names = build.names()
-    held = checked_fixed(fixed, list(names.values()))
+    held = links.checked_fixed(fixed, list(names.values()))
     found = [parts for clump, name in names.items() for parts in build.bodies(clump, name, name in held)]
     remedy = f"weld a model to world, or give fixed=[name] ({listed(list(names.values()))}) or floor=True"
-    everything = with_floor([parts.body for parts in found], floor, where, remedy)
+    everything = links.with_floor([parts.body for parts in found], floor, where, remedy)
     excluded = build.excluded(found)
-    return scene_of(
+    return links.scene_of(
         everything,
         surfaces.table(FLOOR if floor else None),
         gravity,
@@ -210,18 +201,18 @@ class _Build:
         """Return the bodies of a clump (each plane is one), each with the name of the link of each of its parts."""
         fixed = held or clump.fixed
         home = self._pose(clump)
-        links = []
+        inside = []
         for member in clump.members:
             content = member.read(fixed)
             named = [piece._replace(mark=member.name) for piece in content.pieces]
-            links.append((member.pose, content._replace(pieces=named)))
-        pieces = [piece for _, content in links for piece in content.pieces]
+            inside.append((member.pose, content._replace(pieces=named)))
+        pieces = [piece for _, content in inside for piece in content.pieces]
         if not fixed and any(isinstance(piece.shape, HalfSpace) for piece in pieces):
             raise SceneError(message(f"body {quoted(name)}", "has a <plane> and can move", "weld it to world"))
         if not pieces:
             self.models.notes.of(name, "has no shape, so it is left out")
         with located(f"body {quoted(name)}"):
-            return list(bodies_of_links(name, links, pose=home, fixed=fixed))
+            return list(links.bodies_of_links(name, inside, pose=home, fixed=fixed))
 
     @cached_property
     def _given(self) -> dict[Clump, _Free]:
@@ -256,7 +247,7 @@ class _Build:
             apart |= {frozenset((a, b)) for a in self.groups[first] for b in self.groups[second]}
         if not apart:
             return []
-        return kept_apart(
+        return links.kept_apart(
             combinations(bodies, 2),
             lambda of_a, of_b: np.array([[frozenset((x, y)) not in apart for y in of_b] for x in of_a]),
         )

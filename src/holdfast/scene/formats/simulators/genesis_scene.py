@@ -16,17 +16,8 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.links import BodyPiece
-from holdfast.scene.formats.simulators.simulated import (
-    JointState,
-    Link,
-    SimulatedJoint,
-    bodies_of,
-    hull,
-    made,
-    plane,
-    whole,
-    world_of,
-)
+from holdfast.scene.formats.simulators import simulated
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, made
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -64,9 +55,9 @@ def from_genesis(
         raise SceneError(message("from_genesis", f"got a {type(simulation).__name__}", "needs a genesis.Scene"))
     if not simulation.is_built:
         raise SceneError(message("from_genesis", "the scene is not built", "call scene.build() first"))
-    number = world_of(world, int(simulation.n_envs), "scene")
+    number = simulated.world_of(world, int(simulation.n_envs), "scene")
     read = _GenesisEntities(simulation, number if simulation.n_envs else None)
-    bodies, apart, notes = bodies_of(
+    bodies, apart, notes = simulated.bodies_of(
         read.links, read.joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching
     )
     pairs = {pair: max(mu, LEAST_FRICTION) for pair, mu in read.surfaces.pairs().items()}
@@ -135,7 +126,7 @@ class _GenesisEntities:
             place = own @ pose_from(_array(geom.init_pos), _array(geom.init_quat))
             shape = HalfSpace() if geom.type == PLANE else self._solid(geom)
             if geom.type == PLANE:
-                place = place @ plane(np.asarray(_array(geom.data), dtype=np.float64)[:3])
+                place = place @ simulated.plane(np.asarray(_array(geom.data), dtype=np.float64)[:3])
             entity = geom.entity
             mask = (int(geom.contype), int(geom.conaffinity), id(entity), bool(entity.is_local_collision_mask))
             self.masks.append(mask)
@@ -169,8 +160,8 @@ class _GenesisEntities:
         vertices = np.asarray(geom.init_verts, dtype=np.float64)
         if geom.is_convex:
             self.hulls = True
-            return hull(vertices)
-        return whole(vertices, np.asarray(geom.init_faces))
+            return simulated.hull(vertices)
+        return simulated.whole(vertices, np.asarray(geom.init_faces))
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which geoms may touch; masks of entities from MJCF and USD count within the entity alone."""

@@ -21,16 +21,8 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Compound, Inertial, Solid, as_shape
 from holdfast.scene.formats.links import BodyPiece
-from holdfast.scene.formats.simulators.simulated import (
-    JointState,
-    Link,
-    SimulatedJoint,
-    bodies_of,
-    hull,
-    made,
-    plane,
-    relative,
-)
+from holdfast.scene.formats.simulators import simulated
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, made
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -88,7 +80,7 @@ def from_pybullet(
     given = {} if shapes is None else dict(checked_mapping(shapes, "shapes", '{"body 3": hf.Box((1, 1, 1))}'))
     world = _World(bullet)
     world.add_colliders(given)
-    bodies, _, notes = bodies_of(world.links, world.joints, rigid=checked_truth(rigid, "rigid"))
+    bodies, _, notes = simulated.bodies_of(world.links, world.joints, rigid=checked_truth(rigid, "rigid"))
     engine = bullet.getPhysicsEngineParameters()
     gravity = [engine[f"gravityAcceleration{axis}"] for axis in "XYZ"]
     pairs = {pair: min(mu, MOST_FRICTION) for pair, mu in world.surfaces.pairs().items()}
@@ -193,7 +185,7 @@ class _World:
             if dynamics.mass > 0:
                 inertial = Inertial(dynamics.mass, np.zeros(3), np.diag(dynamics.moments)).seen(own)
             self.number[uid, k] = len(self.links)
-            self.links.append(Link(name, principal @ relative(np.eye(4), own), still, inertial))
+            self.links.append(Link(name, principal @ simulated.relative(np.eye(4), own), still, inertial))
 
     def _colliders(self, uid: int, k: int, dynamics: Dynamics, given: Any) -> list[BodyPiece]:  # noqa: ANN401
         material = self.surfaces.material(float(dynamics.friction))
@@ -213,7 +205,7 @@ class _World:
                 shape, pose = self._mesh(uid, k, meshes), own
                 self.margins.append(float(dynamics.margin))
             elif kind == PLANE:
-                shape, pose = HalfSpace(), pose @ plane(np.array(sizes))
+                shape, pose = HalfSpace(), pose @ simulated.plane(np.array(sizes))
             else:
                 shape = _simple(kind, sizes)
             found.append(BodyPiece(shape, pose, material))
@@ -223,7 +215,7 @@ class _World:
         """Return the convex hull of the only mesh of a link, in the frame of its centre of mass."""
         count, vertices = self.bullet.getMeshData(uid, k)
         if meshes == 1 and count:
-            return hull(np.array(vertices))
+            return simulated.hull(np.array(vertices))
         problem = "PyBullet tells the corners of all of its meshes together" if count else "its mesh is not convex"
         raise GeometryError(message("shape", problem, "give its shape in the frame of the link: shapes={name: shape}"))
 

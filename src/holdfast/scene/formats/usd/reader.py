@@ -16,16 +16,8 @@ from holdfast.base.ranges import FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
-from holdfast.scene.formats.links import (
-    FLOOR,
-    BodyParts,
-    checked_defaults,
-    checked_fixed,
-    kept_apart,
-    rigid_body,
-    scene_of,
-    with_floor,
-)
+from holdfast.scene.formats import links
+from holdfast.scene.formats.links import FLOOR, BodyParts
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
@@ -84,7 +76,7 @@ def read(
     path, notes = source.path, list[str]()
     if source.given is not None or len(source.content) > MAX_BYTES:
         raise SceneError(message(str(path), "is not a file by itself", "USD is read from files: save it first"))
-    friction, density = checked_defaults(friction, density)
+    friction, density = links.checked_defaults(friction, density)
     if combine is not None:
         checked_word(combine, RULES, "combine")
     rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
@@ -112,7 +104,7 @@ def _scene(
     names = [
         name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
     ]
-    held = checked_fixed(fixed, names)
+    held = links.checked_fixed(fixed, names)
     found = []
     for group, own in zip(groups, names, strict=True):
         body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
@@ -125,14 +117,16 @@ def _scene(
     excluded = (
         []
         if touch is None
-        else kept_apart(
+        else links.kept_apart(
             combinations(found, 2), lambda of_a, of_b: np.array([[touch(x, y) for y in of_b] for x in of_a], dtype=bool)
         )
     )
     bodies = [parts.body for parts in found]
     remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
     table = surfaces.table(FLOOR if floor else None)
-    return scene_of(with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded)
+    return links.scene_of(
+        links.with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded
+    )
 
 
 def _gravity(stage: Stage, notes: list[str]) -> Float:
@@ -190,7 +184,7 @@ def _body(
             fail(prim, "has no weight (physxRigidBody:disableGravity)", "needs gravity, or a kinematic body")
         if not fixed and shapes:
             inertials.append(inertial_of(stage, prim, shapes, stretch, density, notes).seen(away))
-    return rigid_body(name, pieces, pose=pose, inertial=None if fixed else together(inertials), fixed=fixed)
+    return links.rigid_body(name, pieces, pose=pose, inertial=None if fixed else together(inertials), fixed=fixed)
 
 
 def _plane(prim: Any, group: PrimGroup, name: str, matrix: Float, surface: str, fixed: bool) -> Body:  # noqa: ANN401
