@@ -169,11 +169,9 @@ class _NewtonWorld:
                 return made(Box, (2 * x, 2 * y, 2 * z))
             case 8 | 10:
                 source = self.model.shape_source[s]
-                vertices = np.asarray(source.vertices, dtype=np.float64) * scale
-                if kind == CONVEX or self.hulls:
-                    return simulated.hull(vertices)
-                faces = np.asarray(source.indices, dtype=np.int64).reshape(-1, 3)
-                return simulated.whole(vertices, faces if scale.prod() > 0 else faces[:, ::-1])
+                vertices = np.asarray(source.vertices, dtype=np.float64)
+                convex = kind == CONVEX or self.hulls
+                return simulated.hull(vertices * scale) if convex else simulated.whole(vertices, source.indices, scale)
         problem = f"is a {KINDS[kind - 1]}" if 0 < kind <= len(KINDS) else f"is of type {kind}"
         raise GeometryError(
             message("geometry", problem, "needs a plane, box, ball, capsule, straight cylinder or mesh")

@@ -166,11 +166,8 @@ def _solid(kind: str, shape: Any) -> Solid:  # noqa: ANN401
             return made(Cylinder, float(shape.radius), 2 * float(shape.half_length))
         case "ConvexMesh" | "TriangleMesh":
             scale = np.asarray(shape.scale, dtype=np.float64)
-            vertices = np.asarray(shape.vertices, dtype=np.float64) * scale
-            if kind == "ConvexMesh":
-                return hull(vertices)
-            faces = np.asarray(shape.triangles, dtype=np.int64)
-            return whole(vertices, faces if scale.prod() > 0 else faces[:, ::-1])
+            vertices = np.asarray(shape.vertices, dtype=np.float64)
+            return hull(vertices * scale) if kind == "ConvexMesh" else whole(vertices, shape.triangles, scale)
     raise GeometryError(message("collision shape", f"is a {kind}", "needs a shape of PhysX that SAPIEN has"))
 
 

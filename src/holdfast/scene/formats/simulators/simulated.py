@@ -26,7 +26,8 @@ from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.shapes import Mesh
 
 S = TypeVar("S")
-MOST_CACHED = 4096  # number of shapes in each cache
+MOST_CACHED = 4096  # number of shapes that are kept
+UNSCALED = np.ones(3)
 Touching: TypeAlias = Callable[[Sequence[int], Sequence[int]], Bool]  # which colliders may touch, by their marks
 
 
@@ -35,10 +36,9 @@ def hull(vertices: Float) -> Mesh:
 
     Raises GeometryError if they span no volume.
     """
-    return _hull(np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
+    return made(_hull, np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
 
 
-@lru_cache(MOST_CACHED)
 def _hull(vertices: bytes) -> Mesh:
     points = np.frombuffer(vertices).reshape(-1, 3)
     mesh = manifold3d.Manifold.hull_points(points).to_mesh64()
@@ -47,26 +47,27 @@ def _hull(vertices: bytes) -> Mesh:
     return Mesh(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64), label="mesh")
 
 
-def whole(vertices: Float, faces: ArrayLike) -> Mesh:
-    """Return the mesh with ``vertices`` (n, 3) [m] and ``faces`` (m, 3) as it is, for simulators that collide it so."""
-    corners, triangles = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int64)
-    return _whole(corners.tobytes(), triangles.tobytes())
+def whole(vertices: Float, faces: ArrayLike, scale: Float = UNSCALED) -> Mesh:
+    """Return the mesh with ``vertices`` (n, 3) and ``faces`` (m, 3) as it is, for simulators that collide it so.
+
+    ``scale`` (3,) [m] stretches it along its axes; one that mirrors it turns its faces, too.
+    """
+    triangles = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
+    triangles = triangles if scale.prod() > 0 else triangles[:, ::-1]
+    corners = np.ascontiguousarray(vertices * scale, dtype=np.float64)
+    return made(_whole, corners.tobytes(), np.ascontiguousarray(triangles).tobytes())
 
 
-@lru_cache(MOST_CACHED)
 def _whole(vertices: bytes, faces: bytes) -> Mesh:
     corners, triangles = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
     return Mesh(corners, triangles, label="mesh")
 
 
-@lru_cache(MOST_CACHED)
-def compound(parts: tuple[Part, ...]) -> Compound:
-    """Return a compound; its union is computed once for all states of a simulation."""
-    return Compound(parts)
-
-
 def made(kind: Callable[..., S], *sizes: Any) -> S:  # noqa: ANN401 - what the class of shapes takes
-    """Return a shape of this ``kind``, the same one for the same sizes, so that its surface is computed once."""
+    """Return a shape of this ``kind``, the same one for the same sizes.
+
+    So its surface, or its union, is computed once for all states of a simulation.
+    """
     shape: S = _made(kind, sizes)
     return shape
 
@@ -232,8 +233,9 @@ def body_of(name: str, pose: Float, colliders: Sequence[BodyPiece], inertial: In
         return Body(name, first.shape, pose=pose @ first.pose, material=usual, fixed=True)
     shape: Shape = first.shape
     if len(colliders) > 1 or np.abs(first.pose - np.eye(4)).max() > SAME_FRAME:
-        shape = compound(
-            tuple(Part(each.shape, each.pose, None if each.material == usual else each.material) for each in colliders)
+        shape = made(
+            Compound,
+            tuple(Part(each.shape, each.pose, None if each.material == usual else each.material) for each in colliders),
         )
     return weighed_body(name, shape, inertial, pose=pose, material=usual, fixed=inertial is None)
 

@@ -83,50 +83,38 @@ def read(
     surfaces = Surfaces(combine or "least", sole=combine is not None)
     notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
     with foreign(str(path), "is no USD"), located(str(path)):
-        return _scene(opened(path, package, notes), path.stem, surfaces, friction, density, fixed, rigid, floor, notes)
-
-
-def _scene(
-    stage: Stage,
-    name: str,
-    surfaces: Surfaces,
-    friction: float | None,
-    density: float | None,
-    fixed: Collection[str],
-    rigid: bool,
-    floor: bool,
-    notes: list[str],
-) -> Scene:
-    """Return the scene of an open stage; the arguments are those of ``read``."""
-    groups = groups_of(stage, rigid, notes)
-    names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
-    count = Counter(names)
-    names = [
-        name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
-    ]
-    held = links.checked_fixed(fixed, names)
-    found = []
-    for group, own in zip(groups, names, strict=True):
-        body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
-        if body is not None:
-            found.append(BodyParts(body, group.colliders))
-    if surfaces.own:
-        notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
-    notes += unread(stage)
-    touch = touching(stage)
-    excluded = (
-        []
-        if touch is None
-        else links.kept_apart(
-            combinations(found, 2), lambda of_a, of_b: np.array([[touch(x, y) for y in of_b] for x in of_a], dtype=bool)
+        stage = opened(path, package, notes)
+        groups = groups_of(stage, rigid, notes)
+        names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
+        count = Counter(names)
+        names = [
+            name if count[name] == 1 else str(group.prim.GetPath())[1:]
+            for name, group in zip(names, groups, strict=True)
+        ]
+        held = links.checked_fixed(fixed, names)
+        found = []
+        for group, own in zip(groups, names, strict=True):
+            body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
+            if body is not None:
+                found.append(BodyParts(body, group.colliders))
+        if surfaces.own:
+            notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
+        notes += unread(stage)
+        touch = touching(stage)
+        excluded = (
+            []
+            if touch is None
+            else links.kept_apart(
+                combinations(found, 2),
+                lambda of_a, of_b: np.array([[touch(x, y) for y in of_b] for x in of_a], dtype=bool),
+            )
         )
-    )
-    bodies = [parts.body for parts in found]
-    remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
-    table = surfaces.table(FLOOR if floor else None)
-    return links.scene_of(
-        links.with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded
-    )
+        bodies = [parts.body for parts in found]
+        remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
+        table = surfaces.table(FLOOR if floor else None)
+        return links.scene_of(
+            links.with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), path.stem, notes, excluded
+        )
 
 
 def _gravity(stage: Stage, notes: list[str]) -> Float:
