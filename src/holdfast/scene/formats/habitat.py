@@ -27,7 +27,7 @@ from holdfast.scene.formats.references import References, model_folders
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, PlainMap, Source, from_json
 from holdfast.scene.formats.surfaces import Surfaces
-from holdfast.scene.meshes.by_trimesh import read_nodes
+from holdfast.scene.meshes.by_trimesh import Node, joined, read_nodes
 from holdfast.scene.meshes.read import SUFFIXES
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Mesh
@@ -278,18 +278,15 @@ class _Thing(NamedTuple):
             content = read_ordinary(self.asset, "mesh file", most=MAX_BYTES)
             with foreign(str(self.asset), error=GeometryError):
                 nodes, _, _ = read_nodes(content)
-            found = [(transform(node.matrix, node.vertices), node.faces) for node in nodes]
+            found = [node._replace(vertices=transform(node.matrix, node.vertices)) for node in nodes]
         else:
             mesh = Mesh.from_file(self.asset, up_axis="z")
-            found = [(mesh.vertices, mesh.faces)]
+            found = [Node("", mesh.vertices, mesh.faces, np.eye(4))]
         if not found:
             raise GeometryError(message(str(self.asset), "holds no triangles", "needs a mesh"))
         if self.config.truth("join_collision_meshes", False) and not self.stage:
-            offsets = np.cumsum([0, *(len(corners) for corners, _ in found[:-1])])
-            faces = np.vstack([each + first for (_, each), first in zip(found, offsets, strict=True)])
-            found = [(np.vstack([corners for corners, _ in found]), faces)]
-        label = str(self.asset)
-        made = [Mesh((corners * scale) @ turn.T, faces, label=label) for corners, faces in found]
+            found = [joined(found)]
+        made = [Mesh((node.vertices * scale) @ turn.T, node.faces, label=str(self.asset)) for node in found]
         if self.stage:
             return made
         notes.append("meshes of objects are their convex hulls, as Habitat collides them")

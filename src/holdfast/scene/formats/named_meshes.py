@@ -23,7 +23,7 @@ from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.by_trimesh import Node, nodes_of
-from holdfast.scene.meshes.text_meshes import objects_of_obj
+from holdfast.scene.meshes.read import objects_of_obj
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 

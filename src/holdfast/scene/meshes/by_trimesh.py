@@ -156,7 +156,7 @@ def read_nodes(content: bytes) -> tuple[list[Node], Any, dict[str, Any]]:
         parts.setdefault(owner[int(node.name)], []).append(node)
     scenes, chosen = _maps(header, "scenes"), header.get("scene", 0)
     about = scenes[chosen].get("extras") if isinstance(chosen, int) and 0 <= chosen < len(scenes) else None
-    return [_joined(parts[k])._replace(name=names[k], extras=said[k]) for k in sorted(parts)], about, whole
+    return [joined(parts[k])._replace(name=names[k], extras=said[k]) for k in sorted(parts)], about, whole
 
 
 def _divide(header: dict[str, Any]) -> list[int]:
@@ -185,7 +185,7 @@ def _divide(header: dict[str, Any]) -> list[int]:
     return owner
 
 
-def _joined(parts: list[Node]) -> Node:
+def joined(parts: list[Node]) -> Node:
     """Return the parts of one node as one mesh."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]

@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_number, unit
+from holdfast.base.arrays import Float, checked_number
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
-from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.scene.compound import Inertial, Solid, together
-from holdfast.scene.formats.links import BodyPiece, LinkContent, Notes, ball
+from holdfast.scene.formats.links import BodyPiece, LinkContent, Notes, ball, plane_frame
 from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded, factors_of
 from holdfast.scene.formats.robots.scopes import Scope, posed, truth
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
@@ -101,11 +100,7 @@ def plane_pose(element: Element) -> Float:
     up = np.array((0.0, 0.0, 1.0) if normal is None else normal.values(3))
     if not up.any():
         element.fail("has a zero normal", "needs a direction")
-    up, pose = unit(up), np.eye(4)
-    if up[2] < 1:  # otherwise the axes stay as they are
-        pose[:3, 0], pose[:3, 1] = tangents(up)
-        pose[:3, 2] = up
-    return pose
+    return plane_frame(up)
 
 
 def _size(element: Element, tag: str) -> float:

@@ -15,7 +15,7 @@ from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.links import BodyPiece
+from holdfast.scene.formats.links import BodyPiece, plane_frame
 from holdfast.scene.formats.simulators import simulated
 from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, made
 from holdfast.scene.formats.surfaces import Surfaces
@@ -126,7 +126,7 @@ class _GenesisEntities:
             place = own @ pose_from(_array(geom.init_pos), _array(geom.init_quat))
             shape = HalfSpace() if geom.type == PLANE else self._solid(geom)
             if geom.type == PLANE:
-                place = place @ simulated.plane(np.asarray(_array(geom.data), dtype=np.float64)[:3])
+                place = place @ plane_frame(np.asarray(_array(geom.data), dtype=np.float64)[:3])
             entity = geom.entity
             mask = (int(geom.contype), int(geom.conaffinity), id(entity), bool(entity.is_local_collision_mask))
             self.masks.append(mask)

@@ -20,7 +20,7 @@ from holdfast.base.errors import GeometryError, SceneError, located, message, ne
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Compound, Inertial, Solid, as_shape
-from holdfast.scene.formats.links import BodyPiece
+from holdfast.scene.formats.links import BodyPiece, plane_frame
 from holdfast.scene.formats.simulators import simulated
 from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, made
 from holdfast.scene.formats.surfaces import Surfaces
@@ -205,7 +205,7 @@ class _World:
                 shape, pose = self._mesh(uid, k, meshes), own
                 self.margins.append(float(dynamics.margin))
             elif kind == PLANE:
-                shape, pose = HalfSpace(), pose @ simulated.plane(np.array(sizes))
+                shape, pose = HalfSpace(), pose @ plane_frame(np.array(sizes))
             else:
                 shape = _simple(kind, sizes)
             found.append(BodyPiece(shape, pose, material))

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from holdfast.base.arrays import Bool, Float, checked_whole
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.ranges import MANY
-from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Inertial, Part, Shape, together
@@ -265,12 +264,3 @@ def relative(pose: Float, home: Float) -> Float:
     back = np.eye(4)
     back[:3, :3], back[:3, 3] = home[:3, :3].T, -home[:3, :3].T @ home[:3, 3]
     return np.asarray(back @ pose)
-
-
-def plane(normal: Float) -> Float:
-    """Return the frame (4, 4) of a plane through the origin with this normal."""
-    frame = np.eye(4)
-    normal = normal / np.linalg.norm(normal)
-    if not np.array_equal(normal, (0, 0, 1)):
-        frame[:3, :3] = np.column_stack([*tangents(normal), normal])
-    return frame
