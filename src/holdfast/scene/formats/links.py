@@ -307,6 +307,21 @@ def with_floor(
     return found
 
 
+def unique(wanted: Iterable[str]) -> list[str]:
+    """Return the names with numbers appended to repeated ones."""
+    taken: set[str] = set()
+    numbers: dict[str, int] = {}
+    result = []
+    for name in wanted:
+        chosen = name
+        while chosen in taken:
+            numbers[name] = numbers.get(name, 1) + 1
+            chosen = f"{name} ({numbers[name]})"
+        taken.add(chosen)
+        result.append(chosen)
+    return result
+
+
 def on_the_floor(scene: Scene) -> Scene:
     """Return the scene moved vertically, as one, so that its lowest point is on the floor; a note says how far.
 

@@ -13,11 +13,11 @@ from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.joints import Motors, Torques, never_touching
-from holdfast.scene.formats.links import BodyParts, BodyPiece, kept_apart
+from holdfast.scene.formats.links import BodyParts, BodyPiece, kept_apart, unique
 from holdfast.scene.formats.mjcf import mobility
 from holdfast.scene.formats.mjcf.mobility import IN_PARENT, JOINT, STILL, WRAP_JOINT, BodyOwners
 from holdfast.scene.formats.mjcf.rules import MESH, PLANE, GeomRules, kind_of, pose_of, solid_of
-from holdfast.scene.formats.simulators.simulated import body_of, relative, unique
+from holdfast.scene.formats.simulators.simulated import body_of, relative
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import lru_cache
@@ -20,7 +20,16 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Inertial, Part, Shape, together
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.links import SAME_FRAME, BodyParts, BodyPiece, Welded, kept_apart, weighed_body, weld
+from holdfast.scene.formats.links import (
+    SAME_FRAME,
+    BodyParts,
+    BodyPiece,
+    Welded,
+    kept_apart,
+    unique,
+    weighed_body,
+    weld,
+)
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.shapes import Mesh
 
@@ -244,19 +253,6 @@ def world_of(world: int | None, count: int, what: str) -> int:
     if world is None and count > 1:
         raise SceneError(message("world", f"the {what} has {count}", f"say which: world=0 to {count - 1}"))
     return 0 if world is None else checked_whole(world, "world", 0, min(max(count, 1), MANY) - 1)
-
-
-def unique(wanted: Iterable[str]) -> list[str]:
-    """Return the names with numbers appended to repeated ones."""
-    taken: set[str] = set()
-    result = []
-    for name in wanted:
-        chosen, number = name, 2
-        while chosen in taken:
-            chosen, number = f"{name} ({number})", number + 1
-        taken.add(chosen)
-        result.append(chosen)
-    return result
 
 
 def relative(pose: Float, home: Float) -> Float:
