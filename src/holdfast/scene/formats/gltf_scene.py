@@ -34,7 +34,7 @@ from holdfast.scene.formats import entries, native
 from holdfast.scene.formats.entries import EntryModel, FrictionModel, Number, Triple, Truth
 from holdfast.scene.formats.links import FLOOR, checked_fixed, not_read, unknown_keys
 from holdfast.scene.formats.made_meshes import Collision, MeshRules, packed
-from holdfast.scene.formats.named_meshes import Known, Numbers, Weight, Weights, check_names, scene_of_nodes, split
+from holdfast.scene.formats.named_meshes import KnownBody, Numbers, Weight, Weights, check_names, scene_of_nodes, split
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import STRENGTHS, Friction
@@ -87,7 +87,7 @@ class SidecarModel(EntryModel):
     nodes: dict[str, NodeModel] = Field(default={})
 
 
-class SceneWords(EntryModel):
+class SceneExtras(EntryModel):
     """The data of the scene."""
 
     format: Literal["holdfast-scene/1"]
@@ -97,7 +97,7 @@ class SceneWords(EntryModel):
     excluded: list[tuple[native.EndModel, native.EndModel]] = Field([], fail_fast=True)
 
 
-class BodyWords(EntryModel):
+class BodyExtras(EntryModel):
     """The data of a node about its body; numbers are as in a scene file."""
 
     surface: str
@@ -168,22 +168,22 @@ def checksum(vertices: Float, faces: Int) -> str:
 
 
 @dataclass(frozen=True)
-class Inside:
+class HoldfastExtras:
     """The data of the scene and of each node about its body; empty if another program wrote the file."""
 
-    scene: SceneWords | None
-    bodies: Mapping[str, BodyWords]
+    scene: SceneExtras | None
+    bodies: Mapping[str, BodyExtras]
 
     @classmethod
-    def of(cls, nodes: Sequence[Node], extras: Any, path: Path) -> Inside:  # noqa: ANN401 - plain data
+    def of(cls, nodes: Sequence[Node], extras: Any, path: Path) -> HoldfastExtras:  # noqa: ANN401 - plain data
         """Return the data in the file at ``path``; raise SceneError if they are malformed."""
 
         def words(model: type[M], given: Any) -> M | None:  # noqa: ANN401
             data = given.get(KEY) if isinstance(given, dict) else None
             return None if data is None else entries.validated(model, data, path)
 
-        found = {node.name: words(BodyWords, node.extras) for node in nodes}
-        return cls(words(SceneWords, extras), {name: each for name, each in found.items() if each is not None})
+        found = {node.name: words(BodyExtras, node.extras) for node in nodes}
+        return cls(words(SceneExtras, extras), {name: each for name, each in found.items() if each is not None})
 
     def weight(self, name: str) -> Weight:
         """Return the mass [kg] and the density [kg/m³] of a body, None if not given."""
@@ -200,7 +200,7 @@ class Inside:
         """The materials of bodies that have one."""
         return {name: words.material for name, words in self.bodies.items() if words.material is not None}
 
-    def known(self, nodes: Sequence[Node], weights: Mapping[str, Weight], notes: list[str]) -> dict[str, Known]:
+    def known(self, nodes: Sequence[Node], weights: Mapping[str, Weight], notes: list[str]) -> dict[str, KnownBody]:
         """Return the shapes, centres of mass and inertias of bodies whose meshes are unchanged.
 
         The inertia belongs to the written mass, so it is left out for a body with another mass in ``weights``.
@@ -218,7 +218,7 @@ class Inside:
             )
             same = weights[node.name] == self.weight(node.name)
             at = np.zeros(3) if origin is None else origin
-            found[node.name] = Known(shape, words.noise, com, inertia if same else None, at)
+            found[node.name] = KnownBody(shape, words.noise, com, inertia if same else None, at)
         if edited:
             about = "their shapes, centres of mass and inertias are those of their meshes"
             notes.append(f"meshes are not those that holdfast wrote, so {about}: {listed(edited)}")
@@ -245,7 +245,7 @@ class Inside:
             bodies.append(body if words is None else replace(body, top_load=words.top_load, pressure=words.pressure))
         return replace(scene, bodies=tuple(bodies))
 
-    def excluded(self, names: Collection[str], known: Mapping[str, Known], notes: list[str]) -> list[Excluded]:
+    def excluded(self, names: Collection[str], known: Mapping[str, KnownBody], notes: list[str]) -> list[Excluded]:
         """Return the excluded pairs of which both bodies, or parts of compounds, still exist."""
         pairs = [] if self.scene is None else self.scene.excluded
         compounds = {name for name, each in known.items() if isinstance(each.shape, Compound)}
@@ -259,7 +259,7 @@ class Inside:
         return kept
 
 
-def _materials_of_parts(known: Mapping[str, Known]) -> set[str]:
+def _materials_of_parts(known: Mapping[str, KnownBody]) -> set[str]:
     compounds = [each.shape for each in known.values() if isinstance(each.shape, Compound)]
     return {part.material for shape in compounds for part in shape.parts if part.material is not None}
 
@@ -321,8 +321,8 @@ def read(
     rules = MeshRules(None, collision)
     rules.check_names(names)
     given = Weights(mass, density, names)
-    check_names(str(_beside(source)), beside.nodes, names)
-    inside = Inside.of(nodes, about, source.path)
+    check_names(str(_sidecar_path(source)), beside.nodes, names)
+    inside = HoldfastExtras.of(nodes, about, source.path)
     said = {name: beside.nodes.get(name, NodeModel()) for name in names}
     weights = {}
     for name in names:
@@ -339,7 +339,9 @@ def read(
     if friction is None:
         friction = inside.friction(there, notes) if beside.friction is None else entries.friction_of(beside.friction)
     if friction is None:
-        raise SceneError(message(path, "says nothing of friction", f"give friction=, or write it to {_beside(source)}"))
+        raise SceneError(
+            message(path, "says nothing of friction", f"give friction=, or write it to {_sidecar_path(source)}")
+        )
     held = [*inside.fixed, *(name for name in names if said[name].fixed)]
     whole = inside.scene
     standard = USUAL_GRAVITY if whole is None else whole.gravity
@@ -361,13 +363,13 @@ def read(
     return inside.limited(scene)
 
 
-def _beside(source: Source) -> Path:
+def _sidecar_path(source: Source) -> Path:
     return source.path.with_name(source.path.name + ".yaml")
 
 
 def _sidecar(source: Source) -> SidecarModel:
     """Return the data of the sidecar file; empty if there is none, or if the scene is not a file."""
-    path = _beside(source)
+    path = _sidecar_path(source)
     if source.given is not None or not path.exists():
         return SidecarModel()
     data = Source(path).data

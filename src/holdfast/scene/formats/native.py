@@ -59,10 +59,6 @@ def _quaternion(value: Any) -> Any:  # noqa: ANN401
     return value
 
 
-def _friction_kind(value: Any) -> str:  # noqa: ANN401
-    return "table" if isinstance(value, dict | BaseModel) else "number"
-
-
 class BoxModel(EntryModel):
     """A cuboid centred on the origin of its frame."""
 
@@ -196,7 +192,8 @@ class SceneModel(EntryModel):
     name: str = ""
     gravity: Triple = (0.0, 0.0, -9.81)
     friction: Annotated[
-        Annotated[Number, Tag("number")] | Annotated[FrictionModel, Tag("table")], Discriminator(_friction_kind)
+        Annotated[Number, Tag("number")] | Annotated[FrictionModel, Tag("table")],
+        Discriminator(lambda value: "table" if isinstance(value, dict | BaseModel) else "number"),
     ]
     bodies: list[BodyModel] = Field(fail_fast=True)
     excluded: list[tuple[EndModel, EndModel]] = Field(

@@ -69,7 +69,7 @@ def from_mujoco(
         raise SceneError(message("from_mujoco", "the state has no poses yet", "call mujoco.mj_forward(model, data)"))
     rules = GeomRules(model)
     motors = Motors(hold_torques, welded=checked_truth(rigid, "rigid"))
-    owners = mobility.find_groups(model, data, rigid=rigid, motors=motors.held)
+    owners = mobility.find_groups(model, data, rigid=rigid, motors=motors.used)
     groups, empty = _groups(model, owners, rules)
     bodies = []
     for group in groups:
@@ -77,11 +77,11 @@ def from_mujoco(
             bodies.append(_body(model, data, group, rules, motors))
     table = rules.table([g for group in groups for g in group.geoms]) if groups else {}
     gravity = np.zeros(3) if model.opt.disableflags & NO_GRAVITY else np.array(model.opt.gravity)
-    notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners, motors.held)]
+    notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners, motors.used)]
     notes += _overlaps(data, groups, bodies)
     parts = [BodyParts(body, group.geoms) for group, body in zip(groups, bodies, strict=True)]
     apart = [] if rules.all_may else kept_apart(combinations(parts, 2), rules.touching)
-    if not motors.held:
+    if not motors.used:
         return Scene(bodies, Friction(pairs=table), gravity, name, apart, notes)
     moving = {group.bodies[0]: group.name for group in groups if not group.fixed}
     holds = mobility.holds_of(model, data, owners.joints, motors, moving, owners.owner)
@@ -111,7 +111,7 @@ def _groups(model: Any, owners: BodyOwners, rules: GeomRules) -> tuple[list[Geom
             else:
                 empty.append(owners.names[b])
         elif owners.owner[b] == STILL:
-            for geoms in _apart(model, rules, b, of_body.get(b, []), moving):
+            for geoms in _fixed_groups(model, rules, b, of_body.get(b, []), moving):
                 single = b == 0 or len(geoms) != len(of_body[b])
                 found.append(
                     GeomGroup(labels[geoms[0]] if single else _called(owners, rules, b, geoms), [b], geoms, True)
@@ -120,7 +120,7 @@ def _groups(model: Any, owners: BodyOwners, rules: GeomRules) -> tuple[list[Geom
     return [group._replace(name=name) for group, name in zip(found, names, strict=True)], empty
 
 
-def _apart(model: Any, rules: GeomRules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
+def _fixed_groups(model: Any, rules: GeomRules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
     """Divide the geoms of a fixed body among bodies of the scene.
 
     Planes and geoms of the world are separate; others are together if they may touch the same moving geoms.

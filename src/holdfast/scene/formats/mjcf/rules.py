@@ -18,7 +18,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.rigid import pose_from
 from holdfast.scene.compound import Solid
-from holdfast.scene.formats.simulators.simulated import hull, made
+from holdfast.scene.formats.simulators.simulated import cached_shape, hull
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
@@ -158,15 +158,15 @@ def solid_of(model: Any, g: int) -> Solid:  # noqa: ANN401
         return _terrain(heights.tobytes(), rows, columns, tuple(np.asarray(model.hfield_size[field]).tolist()))
     match kind:
         case 2:
-            return made(Sphere, size[0])
+            return cached_shape(Sphere, size[0])
         case 3:
-            return made(Capsule, size[0], 2 * size[1])
+            return cached_shape(Capsule, size[0], 2 * size[1])
         case 4:
-            return made(Ellipsoid, size)
+            return cached_shape(Ellipsoid, size)
         case 5:
-            return made(Cylinder, size[0], 2 * size[1])
+            return cached_shape(Cylinder, size[0], 2 * size[1])
         case 6:
-            return made(Box, (2 * size[0], 2 * size[1], 2 * size[2]))
+            return cached_shape(Box, (2 * size[0], 2 * size[1], 2 * size[2]))
     problem = "is a signed distance field" if kind == len(KINDS) else f"is of type {kind}"
     raise GeometryError(message("geom", problem, f"needs one of {', '.join(KINDS)}"))
 

@@ -216,7 +216,7 @@ class SdfLinks:
             return found.weighing(checked_number(mass.values(1)[0], mass.place, above=0, within=MASS))
         if bare:
             self.notes.of(where, "mass 1 kg, which SDF says where a file says none")
-        return _given(inertial, element)
+        return _stated_inertial(inertial, element)
 
 
 def coefficients(element: Element, tags: str) -> list[float]:
@@ -263,7 +263,7 @@ def _filled(content: CollisionShape, density: float) -> Inertial:
     return Inertial(density * own.volume, own.com, density * own.inertia).seen(content.piece.pose)
 
 
-def _given(element: Element | None, link: Element) -> Inertial:
+def _stated_inertial(element: Element | None, link: Element) -> Inertial:
     """Return the mass in an <inertial>, with the defaults of SDF: 1 kg, and 1 kg m² about each axis."""
     if element is None:
         return Inertial(1.0, np.zeros(3), np.eye(3))

@@ -18,7 +18,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.links import BodyPiece
 from holdfast.scene.formats.simulators import simulated
-from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, made
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, cached_shape
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
@@ -158,20 +158,24 @@ class _NewtonWorld:
         x, y, z = scale.tolist()
         match kind:
             case 3:
-                return made(Sphere, x)
+                return cached_shape(Sphere, x)
             case 4:
-                return made(Capsule, x, 2 * y)
+                return cached_shape(Capsule, x, 2 * y)
             case 5:
-                return made(Ellipsoid, (x, y, z))
+                return cached_shape(Ellipsoid, (x, y, z))
             case 6 if z in (0.0, x):  # any other number is the radius of a barrel
-                return made(Cylinder, x, 2 * y)
+                return cached_shape(Cylinder, x, 2 * y)
             case 7:
-                return made(Box, (2 * x, 2 * y, 2 * z))
+                return cached_shape(Box, (2 * x, 2 * y, 2 * z))
             case 8 | 10:
                 source = self.model.shape_source[s]
                 vertices = np.asarray(source.vertices, dtype=np.float64)
                 convex = kind == CONVEX or self.hulls
-                return simulated.hull(vertices * scale) if convex else simulated.whole(vertices, source.indices, scale)
+                return (
+                    simulated.hull(vertices * scale)
+                    if convex
+                    else simulated.mesh_as_given(vertices, source.indices, scale)
+                )
         problem = f"is a {KINDS[kind - 1]}" if 0 < kind <= len(KINDS) else f"is of type {kind}"
         raise GeometryError(
             message("geometry", problem, "needs a plane, box, ball, capsule, straight cylinder or mesh")

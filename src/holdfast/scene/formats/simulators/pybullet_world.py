@@ -22,7 +22,7 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Compound, Inertial, Solid, as_shape
 from holdfast.scene.formats.links import BodyPiece, plane_frame
 from holdfast.scene.formats.simulators import simulated
-from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, made
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, cached_shape
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -196,10 +196,10 @@ class _World:
                 return [BodyPiece(part.shape, part.pose, material) for part in shape.parts]
             return [BodyPiece(shape, np.eye(4), material)]
         with foreign("shape", "PyBullet does not tell it", "load it without useMaximalCoordinates, or give shapes="):
-            told = self.bullet.getCollisionShapeData(uid, k)
-        meshes = sum(each[2] == MESH for each in told)
+            shapes_told = self.bullet.getCollisionShapeData(uid, k)
+        meshes = sum(each[2] == MESH for each in shapes_told)
         found = []
-        for each in told:
+        for each in shapes_told:
             kind, sizes, pose = each[2], each[3], own @ _pose(each[5], each[6])
             if kind == MESH:
                 shape, pose = self._mesh(uid, k, meshes), own
@@ -223,13 +223,13 @@ class _World:
 def _simple(kind: int, sizes: Any) -> Solid:  # noqa: ANN401
     match kind:
         case 2:
-            return made(Sphere, sizes[0])
+            return cached_shape(Sphere, sizes[0])
         case 3:
-            return made(Box, tuple(sizes))
+            return cached_shape(Box, tuple(sizes))
         case 4:
-            return made(Cylinder, sizes[1], sizes[0])
+            return cached_shape(Cylinder, sizes[1], sizes[0])
         case 7:
-            return made(Capsule, sizes[1], sizes[0])
+            return cached_shape(Capsule, sizes[1], sizes[0])
     problem = f"is of type {kind}"
     remedy = "needs a sphere, box, cylinder, mesh, plane or capsule, or give shapes="
     raise GeometryError(message("shape", problem, remedy))

@@ -44,7 +44,7 @@ def hull(vertices: Float) -> Mesh:
 
     Raises GeometryError if they span no volume.
     """
-    return made(_hull, np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
+    return cached_shape(_hull, np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
 
 
 def _hull(vertices: bytes) -> Mesh:
@@ -55,7 +55,7 @@ def _hull(vertices: bytes) -> Mesh:
     return Mesh(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64), label="mesh")
 
 
-def whole(vertices: Float, faces: ArrayLike, scale: Float = UNSCALED) -> Mesh:
+def mesh_as_given(vertices: Float, faces: ArrayLike, scale: Float = UNSCALED) -> Mesh:
     """Return the mesh with ``vertices`` (n, 3) and ``faces`` (m, 3) as it is, for simulators that collide it so.
 
     ``scale`` (3,) [m] stretches it along its axes; one that mirrors it turns its faces, too.
@@ -63,25 +63,25 @@ def whole(vertices: Float, faces: ArrayLike, scale: Float = UNSCALED) -> Mesh:
     triangles = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
     triangles = triangles if scale.prod() > 0 else triangles[:, ::-1]
     corners = np.ascontiguousarray(vertices * scale, dtype=np.float64)
-    return made(_whole, corners.tobytes(), np.ascontiguousarray(triangles).tobytes())
+    return cached_shape(_mesh_as_given, corners.tobytes(), np.ascontiguousarray(triangles).tobytes())
 
 
-def _whole(vertices: bytes, faces: bytes) -> Mesh:
+def _mesh_as_given(vertices: bytes, faces: bytes) -> Mesh:
     corners, triangles = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
     return Mesh(corners, triangles, label="mesh")
 
 
-def made(kind: Callable[..., S], *sizes: Any) -> S:  # noqa: ANN401 - what the class of shapes takes
+def cached_shape(kind: Callable[..., S], *sizes: Any) -> S:  # noqa: ANN401 - what the class of shapes takes
     """Return a shape of this ``kind``, the same one for the same sizes.
 
     So its surface, or its union, is computed once for all states of a simulation.
     """
-    shape: S = _made(kind, sizes)
+    shape: S = _cached_shape(kind, sizes)
     return shape
 
 
 @lru_cache(MOST_CACHED)
-def _made(kind: Callable[..., Any], sizes: tuple[Any, ...]) -> Any:  # noqa: ANN401
+def _cached_shape(kind: Callable[..., Any], sizes: tuple[Any, ...]) -> Any:  # noqa: ANN401
     return kind(*sizes)
 
 
@@ -144,7 +144,7 @@ def bodies_of(
                 others = [each for each in link.colliders if not isinstance(each.shape, HalfSpace)]
                 parts = [*([plane] for plane in planes), others]
                 found += [LinkedBody(link.name, True, [link], each) for each in parts if each]
-        elif colliders := [each for link in members for each in _seen(link, members[0].pose)]:
+        elif colliders := [each for link in members for each in _colliders_in(link, members[0].pose)]:
             found.append(LinkedBody(members[0].name, False, members, colliders))
         else:
             empty.append(members[0].name)
@@ -207,7 +207,7 @@ def _moves(ends: Sequence[Welded[int] | None]) -> bool:
     return first is not second and any(each is not None and not each.fixed for each in ends)
 
 
-def _seen(link: Link, home: Float) -> list[BodyPiece]:
+def _colliders_in(link: Link, home: Float) -> list[BodyPiece]:
     """Return the colliders of a link in the frame ``home`` (4, 4)."""
     if link.pose is home:
         return link.colliders
@@ -241,7 +241,7 @@ def body_of(name: str, pose: Float, colliders: Sequence[BodyPiece], inertial: In
         return Body(name, first.shape, pose=pose @ first.pose, material=usual, fixed=True)
     shape: Shape = first.shape
     if len(colliders) > 1 or np.abs(first.pose - np.eye(4)).max() > SAME_FRAME:
-        shape = made(
+        shape = cached_shape(
             Compound,
             tuple(Part(each.shape, each.pose, None if each.material == usual else each.material) for each in colliders),
         )
