@@ -206,7 +206,7 @@ class _Build:
         return names
 
     def bodies(self, clump: WeldedLinks, name: str, held: bool) -> list[BodyParts]:
-        """Return the bodies of links that move as one (each plane is one), each with the name of the link of each of its parts."""
+        """Return the bodies of links that move as one, each plane by itself, marked with the names of links."""
         fixed = held or clump.fixed
         home = self._pose(clump)
         inside = []
@@ -224,7 +224,7 @@ class _Build:
 
     @cached_property
     def _given(self) -> dict[WeldedLinks, _FreePose]:
-        """What the last directive says of the pose of each group of links; asked once all directives are carried out."""
+        """What the last directive says of the pose of each group of links, once all directives are carried out."""
         return {self._now(free.child).clump: free for free in self.free}
 
     def _pose(self, clump: WeldedLinks) -> Float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
 from holdfast.scene.formats.usd.stage import Stage, opened
-from holdfast.scene.formats.usd.usd_bodies import PrimGroup, groups_of, has, touching, unread
+from holdfast.scene.formats.usd.usd_bodies import PrimGroup, excluded_pairs, groups_of, has, unread
 from holdfast.scene.formats.usd.usd_colliders import (
     Collider,
     along,
@@ -100,15 +99,7 @@ def read(
         if surfaces.own:
             notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
         notes += unread(stage)
-        touch = touching(stage)
-        excluded = (
-            []
-            if touch is None
-            else links.kept_apart(
-                combinations(found, 2),
-                lambda of_a, of_b: np.array([[touch(x, y) for y in of_b] for x in of_a], dtype=bool),
-            )
-        )
+        excluded = excluded_pairs(stage, found)
         bodies = [parts.body for parts in found]
         remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
         table = surfaces.table(FLOOR if floor else None)
