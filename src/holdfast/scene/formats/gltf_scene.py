@@ -65,7 +65,6 @@ FIXED: Final = rgb_of("#d3d2ce")
 COLOURS: Final = tuple(
     map(rgb_of, ("#4f7cac", "#e08e45", "#5aa469", "#c65b5b", "#8a6fb3", "#c9a227", "#3f9aa6", "#b0688f"))
 )
-TEXT: Final = ".gltf"
 
 
 class NodeModel(EntryModel):
@@ -339,9 +338,8 @@ def read(
     if friction is None:
         friction = inside.friction(there, notes) if beside.friction is None else entries.friction_of(beside.friction)
     if friction is None:
-        raise SceneError(
-            message(path, "says nothing of friction", f"give friction=, or write it to {_sidecar_path(source)}")
-        )
+        remedy = f"give friction=, or write it to {_sidecar_path(source)}"
+        raise SceneError(message(path, "says nothing of friction", remedy))
     held = [*inside.fixed, *(name for name in names if said[name].fixed)]
     whole = inside.scene
     standard = USUAL_GRAVITY if whole is None else whole.gravity
@@ -395,7 +393,7 @@ def write(scene: Scene, path: Path) -> bytes:
         there = np.eye(4)
         there[:3, 3] = shown.origin
         file.node(body.name, number, body.pose @ there if shown.origin.any() else body.pose, body_data(body, shown))
-    return file.content(scene_data(scene), binary=path.suffix.lower() != TEXT)
+    return file.content(scene_data(scene), binary=path.suffix.lower() != ".gltf")
 
 
 GLTF = Format("glTF", (".glb", ".gltf"), sniff, read, write, mark="one body a node")

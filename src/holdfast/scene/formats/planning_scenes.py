@@ -389,9 +389,7 @@ def read_bag(
             topics[connection.topic] = None
             count += 1
     if not count:
-        problem = (
-            f"holds no message of {listed(MESSAGES)}, but {listed(list(others))}" if others else "holds no message"
-        )
+        problem = "holds no message" + (f" of {listed(MESSAGES)}, but {listed(list(others))}" if others else "")
         raise SceneError(message(where, problem, "record /planning_scene or /monitored_planning_scene"))
     notes = [f"{count} messages of {listed([quoted(topic) for topic in topics])}", *world.notes()]
     name = world.name or source.path.stem
