@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 
 import holdfast as hf
 from holdfast.geometry.gltf import BINARY_CHUNK, JSON_CHUNK
-from holdfast.scene.meshes import glb, read
+from holdfast.scene.meshes import by_trimesh, read
 from holdfast.scene.meshes.read import READERS, triangles_of
 
 TETRA = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
@@ -351,7 +351,7 @@ def test_headers_of_glb_files_that_cannot_be_right(name: str, tmp_path: Path) ->
 
 
 def test_d3_instances_do_not_make_a_small_file_huge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(glb, "MOST_CORNERS", 600)
+    monkeypatch.setattr(by_trimesh, "MOST_CORNERS", 600)
     (tmp_path / "a.glb").write_bytes(glb_of(header(nodes=many(99), scenes=[{"nodes": list(range(99))}]), CORNERS))
     assert len(triangles_of(tmp_path / "a.glb")[1]) == 99
     (tmp_path / "b.glb").write_bytes(glb_of(header(nodes=many(100), scenes=[{"nodes": list(range(100))}]), CORNERS))

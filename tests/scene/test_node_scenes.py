@@ -15,7 +15,8 @@ import pytest
 import trimesh
 
 import holdfast as hf
-from holdfast.scene.meshes import glb
+from holdfast.geometry.gltf import container
+from holdfast.scene.meshes.by_trimesh import read_nodes
 from holdfast.scene.meshes.read import triangles_of
 
 TABLE, CUBE = (2.0, 1.0, 0.1), (0.2, 0.2, 0.2)
@@ -276,7 +277,7 @@ def test_half_a_binary_file_is_refused(write: Callable[..., Path]) -> None:
     for part in (content[:16], content[:100], content[:-100]):
         with pytest.raises(hf.errors.SceneError, match=r"scene.glb: cannot be read: "):
             hf.load_scene(write(part), density=500, fixed=["table"], friction=0.4)
-    assert sorted(node.name for node in glb.read_nodes(content)[0]) == ["high", "low", "table"]
+    assert sorted(node.name for node in read_nodes(content)[0]) == ["high", "low", "table"]
 
 
 def divided(primitives: int, *, binary: bool, more: dict[str, Any], extra: tuple[dict[str, Any], ...] = ()) -> bytes:
@@ -300,7 +301,7 @@ def divided(primitives: int, *, binary: bool, more: dict[str, Any], extra: tuple
     data["materials"] = [{"name": f"m{number}"} for number in range(primitives)]
     data |= more
     if binary:
-        return glb.container(data, numbers)
+        return container(data, numbers)
     data["buffers"] = [{"byteLength": len(numbers), "uri": "data:a;base64," + base64.b64encode(numbers).decode()}]
     return json.dumps(data | {"bufferViews": views}).encode()
 
@@ -363,7 +364,7 @@ def test_primitives_with_vertices_of_their_own_are_joined(tmp_path: Path) -> Non
     first["primitives"] += second["primitives"]
     data["meshes"], data["nodes"] = [first], [{"name": "crate", "mesh": 0}]
     data["scenes"] = [{"nodes": [0]}]
-    (tmp_path / "crate.glb").write_bytes(glb.container(data, content[28 + length :]))
+    (tmp_path / "crate.glb").write_bytes(container(data, content[28 + length :]))
     body = hf.load_scene(tmp_path / "crate.glb", density=1000, friction=0.5, floor=True).body("crate")
     assert body.mass == pytest.approx(8.0)
     np.testing.assert_allclose(np.diag(body.inertia_com), 8 / 12 * np.array([0.17, 0.20, 0.05]), rtol=1e-6)

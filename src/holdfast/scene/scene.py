@@ -269,7 +269,10 @@ class Scene(Record):
         The first is the x axis of the scene, projected into the horizontal plane. Raises HoldfastError if ``count`` is
         not a whole number of at least 1.
         """
-        return directions_around(self.up, count)
+        checked_whole(count, "horizontal_directions: count", 1, MOST_DIRECTIONS)
+        ahead, left = tangents(self.up)
+        angle = 2 * np.pi * np.arange(count)[:, None] / count
+        return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
 
     def tilted(self, tilt_degrees: ArrayLike) -> Scene:
         """Return the scene on a carrier that is tilted; gravity is rotated the opposite way in the axes of the scene.
@@ -277,8 +280,17 @@ class Scene(Record):
         ``tilt_degrees`` is a rotation vector (3,) [deg]. It rotates the axes of the scene from where they are now to
         where the tilted carrier has them. Raises SceneError for anything else.
         """
-        gravity, note = tilted_gravity(self.gravity, tilt_degrees)
-        return with_notes(replace(self, gravity=gravity), [note] if note else [])
+        given = checked(tilt_degrees, (3,), "tilt_degrees", within=ANGLE)
+        from scipy.spatial.transform import Rotation  # only here, as it takes a tenth of a second
+
+        turn = Rotation.from_rotvec(np.radians(given)).as_matrix()
+        vector = np.degrees(Rotation.from_matrix(turn).as_rotvec())
+        angle = float(np.linalg.norm(vector))
+        axis = ", ".join(f"{v + 0.0:.3g}" for v in np.round(vector / angle, 9)) if angle else "any axis"
+        note = f"the carrier is tilted by {angle:.4g}° about ({axis})" if angle else ""
+        if like_radians(given):
+            note += f": are these degrees? {angle:.5g} rad are {np.degrees(angle):.3g}°"
+        return with_notes(replace(self, gravity=turn.T @ self.gravity), [note] if note else [])
 
     def mu(self, a: str, b: str) -> float:
         """Return the static friction coefficient between two bodies.
@@ -308,32 +320,6 @@ def _under(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
         return body if shape.reach == body.shape.reach else replace(body, shape=shape)
 
     return tuple(enlarged(body) for body in bodies)
-
-
-def directions_around(up: Float, count: int) -> Float:
-    """Return ``count`` unit vectors (count, 3), evenly spaced around the circle perpendicular to ``up`` (3,)."""
-    checked_whole(count, "horizontal_directions: count", 1, MOST_DIRECTIONS)
-    ahead, left = tangents(up)
-    angle = 2 * np.pi * np.arange(count)[:, None] / count
-    return np.asarray(frozen(np.cos(angle) * ahead + np.sin(angle) * left))
-
-
-def tilted_gravity(gravity: Float, tilt_degrees: ArrayLike) -> tuple[Float, str]:
-    """Return the gravity (3,) [m/s²] in the axes of a tilted carrier, and a description of the tilt, "" if it is zero.
-
-    ``tilt_degrees`` is as in ``Scene.tilted``.
-    """
-    given = checked(tilt_degrees, (3,), "tilt_degrees", within=ANGLE)
-    from scipy.spatial.transform import Rotation  # only here, as it takes a tenth of a second
-
-    turn = Rotation.from_rotvec(np.radians(given)).as_matrix()
-    vector = np.degrees(Rotation.from_matrix(turn).as_rotvec())
-    angle = float(np.linalg.norm(vector))
-    axis = ", ".join(f"{v + 0.0:.3g}" for v in np.round(vector / angle, 9)) if angle else "any axis"
-    note = f"the carrier is tilted by {angle:.4g}° about ({axis})" if angle else ""
-    if like_radians(given):
-        note += f": are these degrees? {angle:.5g} rad are {np.degrees(angle):.3g}°"
-    return turn.T @ gravity, note
 
 
 def like_radians(degrees: Float) -> bool:

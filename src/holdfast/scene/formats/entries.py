@@ -256,12 +256,8 @@ def friction_data(friction: Friction) -> dict[str, Any]:
     return {key: value for key, value in table.items() if value not in (None, [], {})}
 
 
-def _as_text(value: Any) -> Any:  # noqa: ANN401
-    """Return ``.inf`` of YAML as the text that JSON has for it."""
-    return str(value) if isinstance(value, float) and math.isinf(value) else value
-
-
-ENDLESS = BeforeValidator(_as_text)
+# takes .inf of YAML as the text that JSON has for it
+ENDLESS = BeforeValidator(lambda value: str(value) if isinstance(value, float) and math.isinf(value) else value)
 End = Annotated[Number | Literal["inf", "-inf"], ENDLESS, Field(description="a number, or inf or -inf as a text")]
 Endless = Annotated[Number | Literal["inf"], ENDLESS, Field(description="a number, or inf as a text")]
 AxisModel = Endless | tuple[End, End]

@@ -27,7 +27,7 @@ from holdfast.scene.formats.references import References, model_folders
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, PlainMap, Source, from_json
 from holdfast.scene.formats.surfaces import Surfaces
-from holdfast.scene.meshes import glb
+from holdfast.scene.meshes.by_trimesh import Node, joined, read_nodes
 from holdfast.scene.meshes.read import SUFFIXES
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Mesh
@@ -85,16 +85,18 @@ def read(
     if friction is not None:
         friction = checked_number(friction, "friction", minimum=0, within=FRICTION)
     data_set = _DataSet(source.path, model_folders(model_path, notes))
-    top = _Keys(data, where, SCENE_KEYS, notes)
+    top = _NotedMap(data, where, SCENE_KEYS, notes)
     instances = top.values.get("object_instances", [])
     if not isinstance(instances, list):
         top.fail("object_instances is no list", "needs a list of objects")
     things = []
     if "stage_instance" in top.values:
-        things.append(_Thing.of(top.values["stage_instance"], f"{where}: stage_instance", data_set, top, STAGE, notes))
+        things.append(
+            _Instance.of(top.values["stage_instance"], f"{where}: stage_instance", data_set, top, STAGE, notes)
+        )
     taken: dict[str, int] = {}
     for number, each in enumerate(instances):
-        thing = _Thing.of(each, f"{where}: object_instances[{number}]", data_set, top, "", notes)
+        thing = _Instance.of(each, f"{where}: object_instances[{number}]", data_set, top, "", notes)
         taken[thing.name] = taken.get(thing.name, 0) + 1
         again = taken[thing.name]
         things.append(thing if again == 1 else thing._replace(name=f"{thing.name}_{again}"))
@@ -112,7 +114,7 @@ def read(
     return scene_of(bodies, surfaces.table(FLOOR if floor else None), gravity, name, notes)
 
 
-class _Keys(PlainMap):
+class _NotedMap(PlainMap):
     """A map whose keys that are not known are noted."""
 
     def __init__(self, values: Any, where: str, known: Collection[str], notes: list[str]) -> None:  # noqa: ANN401
@@ -139,7 +141,7 @@ class _DataSet:
 
     path: Path
     models: tuple[Path, ...]
-    configs: dict[Path, _Keys] = field(default_factory=dict)
+    configs: dict[Path, _NotedMap] = field(default_factory=dict)
     _known: dict[str, list[Path]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -156,7 +158,7 @@ class _DataSet:
                 for name in files:
                     self._known.setdefault(name, []).append(Path(above) / name)
 
-    def config(self, template: str, stage: bool, where: str, notes: list[str]) -> _Keys:
+    def config(self, template: str, stage: bool, where: str, notes: list[str]) -> _NotedMap:
         """Return the configuration of a template, or one that only names its mesh."""
         name = template.rpartition("/")[2]
         end = ".stage_config.json" if stage else ".object_config.json"
@@ -169,16 +171,16 @@ class _DataSet:
                 path = (beside or found)[0]
                 if path not in self.configs:
                     if path.suffix != ".json":
-                        self.configs[path] = _Keys({"render_asset": path.name}, str(path), CONFIG_KEYS, notes)
+                        self.configs[path] = _NotedMap({"render_asset": path.name}, str(path), CONFIG_KEYS, notes)
                     else:
                         content = read_ordinary(path, "configuration", most=MAX_BYTES).decode("utf-8", "replace")
-                        self.configs[path] = _Keys(from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
+                        self.configs[path] = _NotedMap(from_json(content, str(path)), str(path), CONFIG_KEYS, notes)
                 return self.configs[path]
         folders = listed([quoted(str(folder), 120) for folder in self.folders])
         remedy = "give model_path=[the folder of the data set]"
         raise SceneError(message(where, f"names {quoted(template)}: no {name}{end} in {folders}", remedy))
 
-    def asset(self, config: _Keys) -> Path:
+    def asset(self, config: _NotedMap) -> Path:
         """Return the path of the mesh with which an object collides."""
         key = "collision_asset" if config.values.get("collision_asset") else "render_asset"
         given, here = config.text(key), Path(config.where)
@@ -186,19 +188,19 @@ class _DataSet:
         return References(here, inside, "model_path").file(given, config.where)
 
 
-class _Thing(NamedTuple):
+class _Instance(NamedTuple):
     """An instance in the scene with its configuration."""
 
     name: str
-    given: _Keys
-    config: _Keys
+    given: _NotedMap
+    config: _NotedMap
     asset: Path
     stage: bool
     origin: str
 
     @classmethod
-    def of(cls, values: Any, where: str, data_set: _DataSet, top: _Keys, name: str, notes: list[str]) -> _Thing:  # noqa: ANN401
-        given = _Keys(values, where, INSTANCE_KEYS, notes)
+    def of(cls, values: Any, where: str, data_set: _DataSet, top: _NotedMap, name: str, notes: list[str]) -> _Instance:  # noqa: ANN401
+        given = _NotedMap(values, where, INSTANCE_KEYS, notes)
         template = given.text("template_name")
         config = data_set.config(template, bool(name), where, notes)
         origin = str(given.values.get("translation_origin") or top.values.get("translation_origin") or "asset_local")
@@ -277,19 +279,16 @@ class _Thing(NamedTuple):
         if self.asset.suffix.lower() == ".glb":
             content = read_ordinary(self.asset, "mesh file", most=MAX_BYTES)
             with foreign(str(self.asset), error=GeometryError):
-                nodes, _, _ = glb.read_nodes(content)
-            found = [(transform(node.matrix, node.vertices), node.faces) for node in nodes]
+                nodes, _, _ = read_nodes(content)
+            found = [node._replace(vertices=transform(node.matrix, node.vertices)) for node in nodes]
         else:
             mesh = Mesh.from_file(self.asset, up_axis="z")
-            found = [(mesh.vertices, mesh.faces)]
+            found = [Node("", mesh.vertices, mesh.faces, np.eye(4))]
         if not found:
             raise GeometryError(message(str(self.asset), "holds no triangles", "needs a mesh"))
         if self.config.truth("join_collision_meshes", False) and not self.stage:
-            offsets = np.cumsum([0, *(len(corners) for corners, _ in found[:-1])])
-            faces = np.vstack([each + first for (_, each), first in zip(found, offsets, strict=True)])
-            found = [(np.vstack([corners for corners, _ in found]), faces)]
-        label = str(self.asset)
-        made = [Mesh((corners * scale) @ turn.T, faces, label=label) for corners, faces in found]
+            found = [joined(found)]
+        made = [Mesh((node.vertices * scale) @ turn.T, node.faces, label=str(self.asset)) for node in found]
         if self.stage:
             return made
         notes.append("meshes of objects are their convex hulls, as Habitat collides them")

@@ -49,10 +49,10 @@ class Motors:
     """What the motors of joints give, in the place of the file where ``hold_torques`` says so."""
 
     def __init__(self, hold_torques: Torques, *, welded: bool) -> None:
-        self.held = hold_torques is not False
+        self.used = hold_torques is not False
         self.balls: list[str] = []  # links without a shape
         self._given: dict[str, float] = {}
-        if self.held and welded:
+        if self.used and welded:
             problem = "is given with rigid=True or fixed=True"
             raise SceneError(message("hold_torques", problem, "leave those out: rigid bodies have no joints that move"))
         if isinstance(hold_torques, bool):

@@ -10,10 +10,10 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from holdfast.base.arrays import Bool, Float, checked_items, checked_number, checked_truth
+from holdfast.base.arrays import Bool, Float, checked_items, checked_number, checked_truth, unit
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.ranges import DENSITY, FRICTION, LENGTH
-from holdfast.base.rigid import checked_pose, rpy_pose, transform
+from holdfast.base.rigid import checked_pose, rpy_pose, tangents, transform
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Inertial, Part, Shape, Solid, together
@@ -110,6 +110,14 @@ def not_read(found: Mapping[str, int]) -> list[str]:
 def unknown_keys(data: Mapping[str, Any], known: Collection[str], what: str) -> Iterator[str]:
     """Yield the keys of a map that are not known and hold something, with ``what`` the map is of."""
     return (f"{key} of {what}" for key, value in data.items() if key not in known and value not in (None, [], {}))
+
+
+def plane_frame(normal: Float) -> Float:
+    """Return the frame (4, 4) of a plane through the origin, with its ``normal`` (3,), which is not zero, along z."""
+    frame, up = np.eye(4), unit(normal)
+    if not np.array_equal(up, (0, 0, 1)):
+        frame[:3, :3] = np.column_stack([*tangents(up), up])
+    return frame
 
 
 def ball(radius: float, link: str, notes: Notes) -> Sphere:

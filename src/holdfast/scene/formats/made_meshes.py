@@ -22,7 +22,7 @@ from holdfast.base.text import quoted
 from holdfast.geometry.gltf import container
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.source import MAX_BYTES, Source
-from holdfast.scene.meshes import glb
+from holdfast.scene.meshes.by_trimesh import read_glb
 from holdfast.scene.shapes import MassProperties, Mesh
 from holdfast.scene.xml import Element
 
@@ -134,7 +134,7 @@ class MeshRules:
             return self.taken(Mesh.from_file(path, scale=scale, up_axis=up), notes, *names)
         check_ordinary(path, "mesh file", error=GeometryError, remedy="paths are relative to the scene file")
         with foreign(str(path), error=GeometryError):
-            vertices, faces = glb.read(packed(Source(path)))
+            vertices, faces = read_glb(packed(Source(path)))
         turned = transform(Y_TO_Z, vertices) if up == "y" else vertices
         return self.taken(Mesh(turned * np.array(scale), faces, label=str(path)), notes, *names)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.meshes.by_trimesh import Node, nodes_of
-from holdfast.scene.meshes.text_meshes import objects_of_obj
+from holdfast.scene.meshes.read import objects_of_obj
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 
@@ -35,7 +34,7 @@ LEAST_STRETCH = 1e-9  # [-] least stretch of a matrix; with less it is singular
 SUFFIXES = (".obj", ".stl", ".ply", ".off", ".dae")
 
 
-class Known(NamedTuple):
+class KnownBody(NamedTuple):
     """Data of a body besides the mesh of its node: its ``shape``, if it is not just the mesh, and its ``noise`` [m].
 
     ``com`` (3,) [m] and ``inertia`` (3, 3) [kg m²] are as in ``Body``; the origin of the mesh is at ``origin`` (3,) [m]
@@ -100,7 +99,7 @@ def scene_of_nodes(
     gravity: ArrayLike,
     name: str,
     notes: list[str],
-    known: Mapping[str, Known] | None = None,
+    known: Mapping[str, KnownBody] | None = None,
     rules: MeshRules = MESHES,
     excluded: Sequence[Excluded] = (),
 ) -> Scene:
@@ -121,9 +120,9 @@ def scene_of_nodes(
     more = known or {}
     bodies = []
     for node in nodes:
-        taken = partial(_body, rules=rules, notes=notes)
-        body = taken if node.name not in more else partial(_known_body, known=more[node.name])
-        bodies.append(body(node, weights[node.name], node.name in held, material.get(node.name)))
+        of_body = node, weights[node.name], node.name in held, material.get(node.name)
+        known_body = more.get(node.name)
+        bodies.append(_body(*of_body, rules, notes) if known_body is None else _known_body(*of_body, known_body))
     remedy = f"give fixed=[name] ({listed(names)}), or floor=True for a floor at z = 0"
     return scene_of(with_floor(bodies, floor, "scene", remedy), friction, gravity, name, notes, excluded)
 
@@ -161,7 +160,7 @@ class Weights:
         return mass, None if mass is not None else density
 
 
-def _body(node: Node, weight: Weight, fixed: bool, material: str | None, *, rules: MeshRules, notes: list[str]) -> Body:
+def _body(node: Node, weight: Weight, fixed: bool, material: str | None, rules: MeshRules, notes: list[str]) -> Body:
     where = f"node {quoted(node.name)}"
     mass, density = (weight[0], None) if fixed else weight
     if (mass, density) == (None, None) and not fixed:
@@ -173,7 +172,7 @@ def _body(node: Node, weight: Weight, fixed: bool, material: str | None, *, rule
     return Body(node.name, mesh, mass=mass, density=density, pose=pose, material=material, fixed=fixed)
 
 
-def _known_body(node: Node, weight: Weight, fixed: bool, material: str | None, *, known: Known) -> Body:
+def _known_body(node: Node, weight: Weight, fixed: bool, material: str | None, known: KnownBody) -> Body:
     where = f"node {quoted(node.name)}"
     pose, _ = split(node.matrix, where)
     shape = known.shape

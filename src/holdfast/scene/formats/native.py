@@ -4,27 +4,20 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    Discriminator,
-    Field,
-    Tag,
-    model_validator,
-)
+from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from holdfast.base.arrays import Float
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import quoted
 from holdfast.scene.body import Body
-from holdfast.scene.compound import Compound, Part, Shape, Solid
+from holdfast.scene.compound import Compound, Part, Shape
+from holdfast.scene.formats import entries
 from holdfast.scene.formats.entries import (
-    AnyHoldModel,
     EntryModel,
     FrictionModel,
     Matrix3,
@@ -34,11 +27,6 @@ from holdfast.scene.formats.entries import (
     Triple,
     Truth,
     Whole,
-    friction_data,
-    friction_of,
-    hold_data,
-    hold_of,
-    validated,
 )
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import SUFFIXES, Source, as_json, as_yaml
@@ -48,6 +36,18 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
 FORMAT: Literal["holdfast-scene/1"] = "holdfast-scene/1"
+# shapes whose entries have the names of their fields
+SHAPES: Mapping[str, type[Any]] = {
+    "box": Box,
+    "cylinder": Cylinder,
+    "sphere": Sphere,
+    "capsule": Capsule,
+    "ellipsoid": Ellipsoid,
+    "halfspace": HalfSpace,
+}
+# entries of a body that its class takes under the same names
+AS_IN_BODY = ("mass", "density", "pose", "position", "rpy_degrees", "com", "inertia", "material", "fixed", "top_load",
+              "pressure")  # fmt: skip
 
 
 def _quaternion(value: Any) -> Any:  # noqa: ANN401
@@ -57,10 +57,6 @@ def _quaternion(value: Any) -> Any:  # noqa: ANN401
             f"needs four numbers, a unit quaternion w, x, y, z; write angles as rpy_degrees: {list(value)}"
         )
     return value
-
-
-def _friction_kind(value: Any) -> str:  # noqa: ANN401
-    return "table" if isinstance(value, dict | BaseModel) else "number"
 
 
 class BoxModel(EntryModel):
@@ -196,13 +192,14 @@ class SceneModel(EntryModel):
     name: str = ""
     gravity: Triple = (0.0, 0.0, -9.81)
     friction: Annotated[
-        Annotated[Number, Tag("number")] | Annotated[FrictionModel, Tag("table")], Discriminator(_friction_kind)
+        Annotated[Number, Tag("number")] | Annotated[FrictionModel, Tag("table")],
+        Discriminator(lambda value: "table" if isinstance(value, dict | BaseModel) else "number"),
     ]
     bodies: list[BodyModel] = Field(fail_fast=True)
     excluded: list[tuple[EndModel, EndModel]] = Field(
         [], fail_fast=True, description="pairs of bodies, or of [body, number of a part from 0], that never touch"
     )
-    holds: list[AnyHoldModel] = Field([], fail_fast=True, description="what holds bodies beside their contacts")
+    holds: list[entries.AnyHoldModel] = Field([], fail_fast=True, description="what holds bodies beside their contacts")
 
 
 def schema() -> dict[str, Any]:
@@ -222,13 +219,13 @@ def read(source: Source) -> Scene:
     Raises SceneError if the file does not match the schema.
     """
     path = source.path
-    model = validated(SceneModel, source.data, path)
+    model = entries.validated(SceneModel, source.data, path)
     bodies = []
     for body in model.bodies:
         with located(f"body {quoted(body.name)}"):
             bodies.append(_built(body, path))
-    holds = [hold_of(hold) for hold in model.holds]
-    return Scene(bodies, friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
+    holds = [entries.hold_of(hold) for hold in model.holds]
+    return Scene(bodies, entries.friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
 
 
 def write(scene: Scene, path: Path) -> bytes:
@@ -250,10 +247,14 @@ def _scene_data(scene: Scene, path: Path) -> dict[str, Any]:
         "format": FORMAT,
         "name": scene.name,
         "gravity": scene.gravity.tolist(),
-        "friction": friction_data(scene.friction),
+        "friction": entries.friction_data(scene.friction),
         "bodies": [_body_data(body, path) for body in scene.bodies],
     }
-    return data | excluded_data(scene) | ({"holds": [hold_data(hold) for hold in scene.holds]} if scene.holds else {})
+    return (
+        data
+        | excluded_data(scene)
+        | ({"holds": [entries.hold_data(hold) for hold in scene.holds]} if scene.holds else {})
+    )
 
 
 def excluded_data(scene: Scene) -> dict[str, Any]:
@@ -263,114 +264,61 @@ def excluded_data(scene: Scene) -> dict[str, Any]:
 
 
 def _built(model: BodyModel, path: Path) -> Body:
-    pose: Any = model.pose
-    position, rpy_degrees = model.position, model.rpy_degrees
+    given: dict[str, Any] = {name: getattr(model, name) for name in AS_IN_BODY}
     if model.orientation is not None:
-        pose, position = pose_from(np.array(position or (0, 0, 0.0)), np.array(model.orientation)), None
-    return Body(
-        model.name,
-        shape_of(model.shape, path, model.name),
-        mass=model.mass,
-        density=model.density,
-        pose=pose,
-        position=position,
-        rpy_degrees=rpy_degrees,
-        com=_array(model.com),
-        inertia=_array(model.inertia),
-        material=model.material,
-        fixed=model.fixed,
-        top_load=model.top_load,
-        pressure=model.pressure,
-    )
+        position = np.array(model.position or (0, 0, 0.0))
+        given |= {"pose": pose_from(position, np.array(model.orientation)), "position": None}
+    return Body(model.name, shape_of(model.shape, path, model.name), **given)
 
 
-def _array(value: tuple[Any, ...] | None) -> Float | None:
-    return None if value is None else np.array(value, dtype=np.float64)
-
-
-def shape_of(model: AnyModel, path: Path | None, name: str) -> Shape:
+def shape_of(model: AnyModel, path: Path | None, name: str) -> Any:  # noqa: ANN401 - a Solid of a SolidModel, else a Shape
     """Return the shape of a body in a scene file at ``path``; without a path, mesh files are refused."""
     match model:
-        case HalfSpaceModel():
-            return HalfSpace()
         case CompoundModel():
-            parts = [(_solid(part.shape, path, name), part) for part in model.parts]
-            return Compound([Part(solid, _array(part.pose), part.material) for solid, part in parts])
-    return _solid(model, path, name)
-
-
-def _solid(model: SolidModel, path: Path | None, name: str) -> Solid:
-    match model:
-        case BoxModel():
-            return Box(np.array(model.size))
-        case CylinderModel():
-            return Cylinder(model.radius, model.height, model.segments)
-        case SphereModel():
-            return Sphere(model.radius, model.subdivisions)
-        case CapsuleModel():
-            return Capsule(model.radius, model.length, model.segments)
-        case EllipsoidModel():
-            return Ellipsoid(np.array(model.radii), model.subdivisions)
+            parts = [(shape_of(part.shape, path, name), part) for part in model.parts]
+            return Compound([Part(solid, part.pose, part.material) for solid, part in parts])
         case MeshModel(file=str(file)):
             if path is None:
                 problem = f"names the mesh file {quoted(file)}"
                 raise SceneError(message(f"body {quoted(name)}", problem, "needs vertices and faces"))
             return Mesh.from_file(path.parent / file, scale=model.scale, noise=model.noise)
-    return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, label=f"body {quoted(name)}: mesh")
+        case MeshModel():
+            label = f"body {quoted(name)}: mesh"
+            return Mesh(np.array(model.vertices), np.array(model.faces), noise=model.noise, label=label)
+    return SHAPES[model.type](**model.model_dump(exclude={"type"}))
 
 
 def _body_data(body: Body, path: Path) -> dict[str, Any]:
-    data: dict[str, Any] = {"name": body.name, "shape": shape_data(body.shape, path)}
-    if body.density is not None:
-        data["density"] = body.density
-    elif body.mass is not None:
-        data["mass"] = body.mass
-    data["pose"] = body.pose.tolist()
-    if body.com is not None:
-        data["com"] = body.com.tolist()
-    if body.inertia is not None:
-        data["inertia"] = body.inertia.tolist()
-    if body.material is not None:
-        data["material"] = body.material
-    if body.fixed:
-        data["fixed"] = True
-    return data | limits_data(body)
-
-
-def limits_data(body: Body) -> dict[str, float]:
-    """Return what a body may bear as plain data, without limits that it does not have."""
-    limits = {"top_load": body.top_load, "pressure": body.pressure}
-    return {name: limit for name, limit in limits.items() if limit is not None}
-
-
-def _part_data(part: Part, path: Path | None) -> dict[str, Any]:
-    data: dict[str, Any] = {"shape": shape_data(part.shape, path), "pose": part.pose.tolist()}
-    return data if part.material is None else data | {"material": part.material}
+    weight = {"mass": body.mass} if body.density is None else {"density": body.density}
+    data = {"name": body.name, "shape": shape_data(body.shape, path)} | weight
+    data |= {name: getattr(body, name) for name in ("pose", "com", "inertia", "material")}
+    data |= {"fixed": body.fixed or None, "top_load": body.top_load, "pressure": body.pressure}
+    return {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in data.items()
+        if value is not None
+    }
 
 
 def shape_data(shape: Shape, path: Path | None) -> dict[str, Any]:
     """Return a shape as a scene file at ``path`` holds it; without a path, meshes are written out."""
     match shape:
-        case Box():
-            return {"type": "box", "size": shape.size.tolist()}
-        case Cylinder():
-            return {"type": "cylinder", "radius": shape.radius, "height": shape.height, "segments": shape.segments}
-        case Sphere():
-            return {"type": "sphere", "radius": shape.radius, "subdivisions": shape.subdivisions}
-        case Capsule():
-            return {"type": "capsule", "radius": shape.radius, "length": shape.length, "segments": shape.segments}
-        case Ellipsoid():
-            return {"type": "ellipsoid", "radii": shape.radii.tolist(), "subdivisions": shape.subdivisions}
         case HalfSpace():
             return {"type": "halfspace"}
         case Compound():
-            return {"type": "compound", "parts": [_part_data(part, path) for part in shape.parts]}
-        case Mesh(file=Path() as file) if path is not None:
-            relative = Path(os.path.relpath(file, path.parent)).as_posix()
-            source: dict[str, Any] = {"file": relative, "scale": list(shape.scale)}
+            parts: list[dict[str, Any]] = []
+            for part in shape.parts:
+                data = {"shape": shape_data(part.shape, path), "pose": part.pose.tolist()}
+                parts.append(data if part.material is None else data | {"material": part.material})
+            return {"type": "compound", "parts": parts}
         case Mesh():
-            source = {"vertices": shape.vertices.tolist(), "faces": shape.faces.tolist()}
-    return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
+            source: dict[str, Any] = {"vertices": shape.vertices.tolist(), "faces": shape.faces.tolist()}
+            if shape.file is not None and path is not None:
+                relative = Path(os.path.relpath(shape.file, path.parent)).as_posix()
+                source = {"file": relative, "scale": list(shape.scale)}
+            return {"type": "mesh"} | source | ({"noise": shape.noise} if shape.noise else {})
+    kind = next(kind for kind, made in SHAPES.items() if isinstance(shape, made))
+    return {"type": kind} | shape.to_dict()
 
 
 NATIVE = Format("holdfast scene", SUFFIXES, sniff, read, write, mark=f"`format: {FORMAT}`", holds=True)

@@ -28,7 +28,7 @@ from holdfast.scene.formats.links import not_read, unknown_keys
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
-from holdfast.scene.meshes.text_meshes import fan
+from holdfast.scene.meshes.read import fan
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Mesh
 

@@ -68,7 +68,12 @@ class References:
             path = self.path.parent / (unquote(rest) if split else name)
             if split and rest.startswith(MODELS) and not os.path.exists(path):
                 return self.file(f"model://{rest.removeprefix(MODELS)}", where)
-            return self._inside(path, [self.path.parent, *self._beside_it(name), *self._folders()], name, where)
+            found = BESIDE.match(name)
+            beside = None if found is None else self.path.parent / ".." / found[1]
+            folders = [] if beside is None or os.path.islink(beside) else [beside]
+            if not callable(self.packages) and self.packages:
+                folders += map(Path, self.packages.values())
+            return self._inside(path, [self.path.parent, *folders, *self.models], name, where)
         if scheme not in ("package", "model"):
             raise SceneError(message(where, f"names {quoted(name)}", "needs a path, file://, package:// or model://"))
         package, _, inner = unquote(rest).partition("/")
@@ -108,16 +113,6 @@ class References:
                 self._found[name] = folder
                 return folder
         return None
-
-    def _beside_it(self, name: str) -> list[Path]:
-        """Return the folder of meshes beside that of the file to which a relative name leads; no link to elsewhere."""
-        found = BESIDE.match(name)
-        folder = self.path.parent / ".." / found[1] if found else None
-        return [] if folder is None or os.path.islink(folder) else [folder]
-
-    def _folders(self) -> list[Path]:
-        given = [] if callable(self.packages) or not self.packages else self.packages.values()
-        return [*(Path(each) for each in given), *self.models]
 
     def _inside(self, path: Path, folders: list[Path], name: str, where: str) -> Path:
         """Return ``path`` if it is in one of the folders after resolving all links."""

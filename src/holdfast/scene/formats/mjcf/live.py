@@ -14,17 +14,8 @@ from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.joints import Motors, Torques, never_touching
 from holdfast.scene.formats.links import BodyParts, BodyPiece, kept_apart, unique
-from holdfast.scene.formats.mjcf.mobility import (
-    IN_PARENT,
-    JOINT,
-    STILL,
-    WRAP_JOINT,
-    BodyOwners,
-    find_groups,
-    frame_of,
-    holds_of,
-    inertia_of,
-)
+from holdfast.scene.formats.mjcf import mobility
+from holdfast.scene.formats.mjcf.mobility import IN_PARENT, JOINT, STILL, WRAP_JOINT, BodyOwners
 from holdfast.scene.formats.mjcf.rules import MESH, PLANE, GeomRules, kind_of, pose_of, solid_of
 from holdfast.scene.formats.simulators.simulated import body_of, relative
 from holdfast.scene.friction import Friction
@@ -78,7 +69,7 @@ def from_mujoco(
         raise SceneError(message("from_mujoco", "the state has no poses yet", "call mujoco.mj_forward(model, data)"))
     rules = GeomRules(model)
     motors = Motors(hold_torques, welded=checked_truth(rigid, "rigid"))
-    owners = find_groups(model, data, rigid=rigid, motors=motors.held)
+    owners = mobility.find_groups(model, data, rigid=rigid, motors=motors.used)
     groups, empty = _groups(model, owners, rules)
     bodies = []
     for group in groups:
@@ -86,14 +77,14 @@ def from_mujoco(
             bodies.append(_body(model, data, group, rules, motors))
     table = rules.table([g for group in groups for g in group.geoms]) if groups else {}
     gravity = np.zeros(3) if model.opt.disableflags & NO_GRAVITY else np.array(model.opt.gravity)
-    notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners, motors.held)]
+    notes = [*owners.notes, *_left_out(model, rules, empty), *_unread(model, data, owners, motors.used)]
     notes += _overlaps(data, groups, bodies)
     parts = [BodyParts(body, group.geoms) for group, body in zip(groups, bodies, strict=True)]
     apart = [] if rules.all_may else kept_apart(combinations(parts, 2), rules.touching)
-    if not motors.held:
+    if not motors.used:
         return Scene(bodies, Friction(pairs=table), gravity, name, apart, notes)
     moving = {group.bodies[0]: group.name for group in groups if not group.fixed}
-    holds = holds_of(model, data, owners.joints, motors, moving, owners.owner)
+    holds = mobility.holds_of(model, data, owners.joints, motors, moving, owners.owner)
     roots = sorted({int(model.body_rootid[model.jnt_bodyid[j]]) for j in owners.joints})
     arms = [[group.name for group in groups if model.body_rootid[group.bodies[0]] == root] for root in roots]
     never = never_touching(arms, motors.balls, [body.name for body in bodies])
@@ -120,7 +111,7 @@ def _groups(model: Any, owners: BodyOwners, rules: GeomRules) -> tuple[list[Geom
             else:
                 empty.append(owners.names[b])
         elif owners.owner[b] == STILL:
-            for geoms in _apart(model, rules, b, of_body.get(b, []), moving):
+            for geoms in _fixed_groups(model, rules, b, of_body.get(b, []), moving):
                 single = b == 0 or len(geoms) != len(of_body[b])
                 found.append(
                     GeomGroup(labels[geoms[0]] if single else _called(owners, rules, b, geoms), [b], geoms, True)
@@ -129,7 +120,7 @@ def _groups(model: Any, owners: BodyOwners, rules: GeomRules) -> tuple[list[Geom
     return [group._replace(name=name) for group, name in zip(found, names, strict=True)], empty
 
 
-def _apart(model: Any, rules: GeomRules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
+def _fixed_groups(model: Any, rules: GeomRules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
     """Divide the geoms of a fixed body among bodies of the scene.
 
     Planes and geoms of the world are separate; others are together if they may touch the same moving geoms.
@@ -149,20 +140,20 @@ def _called(owners: BodyOwners, rules: GeomRules, b: int, geoms: list[int]) -> s
 
 
 def _body(model: Any, data: Any, group: GeomGroup, rules: GeomRules, motors: Motors) -> Body:  # noqa: ANN401
-    home = frame_of(data, group.bodies[0])
+    home = mobility.frame_of(data, group.bodies[0])
     if not group.geoms:
-        return motors.ball(group.name, home, inertia_of(model, data, group.bodies))
+        return motors.ball(group.name, home, mobility.inertia_of(model, data, group.bodies))
     if group.fixed and len(group.geoms) == 1 and group.bodies[0] == 0:
         geom = _collider(model, data, group.geoms[0], home, rules)
         return body_of(group.name, home @ geom.pose, [geom._replace(pose=np.eye(4))])
     geoms = [_collider(model, data, g, home, rules) for g in group.geoms]
-    return body_of(group.name, home, geoms, None if group.fixed else inertia_of(model, data, group.bodies))
+    return body_of(group.name, home, geoms, None if group.fixed else mobility.inertia_of(model, data, group.bodies))
 
 
 def _collider(model: Any, data: Any, g: int, home: Float, rules: GeomRules) -> BodyPiece:  # noqa: ANN401
     """Return a geom in the frame ``home`` of its body of the scene."""
     pose = pose_of(model, g)
-    frame = frame_of(data, int(model.geom_bodyid[g]))
+    frame = mobility.frame_of(data, int(model.geom_bodyid[g]))
     if not np.array_equal(frame, home):
         pose = relative(frame @ pose, home)
     plane = model.geom_type[g] == PLANE

@@ -55,7 +55,7 @@ def read_apart(read: Callable[..., Scene], source: Source, options: Mapping[str,
     Raises what it raises, and SceneError if it needs more memory or time than LIMITS, or ends its process. A worker
     (``worker.is_limited``) must not call this.
     """
-    with Supervisor("holdfast.scene.formats.mjcf.mjcf_guard:answered", limits=LIMITS) as reader:
+    with Supervisor("holdfast.scene.formats.mjcf.mjcf_guard:read_in_worker", limits=LIMITS) as reader:
         reply = reader.ask((read.__module__, read.__name__, source.path, source.given, dict(options)))
     if reply.outcome != DONE:
         problem = f"cannot be read with {LIMITS.megabytes:,.0f} MB and {LIMITS.seconds:g} s: {reply.problem}"
@@ -69,7 +69,7 @@ def read_apart(read: Callable[..., Scene], source: Source, options: Mapping[str,
     return scene
 
 
-def answered(
+def read_in_worker(
     item: tuple[str, str, Path, bytes | None, dict[str, Any]], _: Callable[[Any], None]
 ) -> tuple[Scene | HoldfastError, list[str]]:
     """Read a file in the worker; return the scene, or the error, and the texts of warnings."""
@@ -107,7 +107,7 @@ def files_of(text: str, path: Path, within: Path) -> list[Path]:
     large or not a regular file, for a model that declares entities or attaches itself, and for one that exceeds MOST.
     """
     files: list[Path] = []
-    _asked(text, path, _Demands(within, files, {}), (path.resolve(),))
+    _demands_of(text, path, _Demands(within, files, {}), (path.resolve(),))
     return list(dict.fromkeys(files))
 
 
@@ -119,7 +119,7 @@ class _Demands(NamedTuple):
     models: dict[Path, Counter[str]]
 
 
-def _asked(text: str, path: Path, so_far: _Demands, above: tuple[Path, ...]) -> Counter[str]:
+def _demands_of(text: str, path: Path, so_far: _Demands, above: tuple[Path, ...]) -> Counter[str]:
     """Add the files to which a model refers, and return its demands by the keys of MOST.
 
     ``above`` are the models to which it is attached, and itself.
@@ -177,7 +177,7 @@ def _attached(
         if here not in so_far.models:
             source = Source(place)
             known = root_name(source.text) == ROOT  # MuJoCo reads URDF here, too, which attaches nothing
-            so_far.models[here] = _asked(source.text, place, so_far, (*above, here)) if known else Counter()
+            so_far.models[here] = _demands_of(source.text, place, so_far, (*above, here)) if known else Counter()
         found[element.get("name", "")] = so_far.models[here]
     return found
 

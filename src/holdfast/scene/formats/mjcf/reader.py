@@ -82,7 +82,7 @@ def read(
     mujoco = import_module("mujoco")
     with _warnings(mujoco) as heard:
         with foreign(str(path), "MuJoCo refuses it", "correct the model"):
-            spec = _seen(mujoco, source, files)
+            spec = _spec_of(mujoco, source, files)
             with located(str(path)):
                 unseen = _weighing_unseen(spec)
                 spec, notes, single = placed(mujoco, spec, free, pose, poses, floor)
@@ -118,7 +118,7 @@ def _warnings(mujoco: Any) -> Iterator[list[str]]:  # noqa: ANN401 - MuJoCo has 
             warn(str(each.message))
 
 
-def _seen(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: ANN401 - MuJoCo has no types
+def _spec_of(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: ANN401 - MuJoCo has no types
     """Return the model as MuJoCo parses it; if it is not a file, MuJoCo gets the content of the files that it names.
 
     What only looks or measures is taken out, so that its files need not be there. The memory that a file requests does

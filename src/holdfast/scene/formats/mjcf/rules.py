@@ -18,7 +18,7 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.errors import GeometryError, message
 from holdfast.base.rigid import pose_from
 from holdfast.scene.compound import Solid
-from holdfast.scene.formats.simulators.simulated import MOST_CACHED, hull
+from holdfast.scene.formats.simulators.simulated import cached_shape, hull
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
@@ -156,22 +156,17 @@ def solid_of(model: Any, g: int) -> Solid:  # noqa: ANN401
         rows, columns, first = (int(getattr(model, f"hfield_{k}")[field]) for k in ("nrow", "ncol", "adr"))
         heights = np.array(model.hfield_data[first : first + rows * columns], dtype=np.float64)
         return _terrain(heights.tobytes(), rows, columns, tuple(np.asarray(model.hfield_size[field]).tolist()))
-    return _simple(kind, size)
-
-
-@lru_cache(MOST_CACHED)
-def _simple(kind: int, size: tuple[float, float, float]) -> Solid:
     match kind:
         case 2:
-            return Sphere(size[0])
+            return cached_shape(Sphere, size[0])
         case 3:
-            return Capsule(size[0], 2 * size[1])
+            return cached_shape(Capsule, size[0], 2 * size[1])
         case 4:
-            return Ellipsoid(size)
+            return cached_shape(Ellipsoid, size)
         case 5:
-            return Cylinder(size[0], 2 * size[1])
+            return cached_shape(Cylinder, size[0], 2 * size[1])
         case 6:
-            return Box(2 * np.array(size))
+            return cached_shape(Box, (2 * size[0], 2 * size[1], 2 * size[2]))
     problem = "is a signed distance field" if kind == len(KINDS) else f"is of type {kind}"
     raise GeometryError(message("geom", problem, f"needs one of {', '.join(KINDS)}"))
 

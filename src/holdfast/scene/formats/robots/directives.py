@@ -21,8 +21,8 @@ from holdfast.scene.formats.links import LinkContent, Notes, not_read, pose_of
 from holdfast.scene.formats.made_meshes import MeshRules
 from holdfast.scene.formats.references import References
 from holdfast.scene.formats.robots.scopes import Frames, Scope, ScopeReader
-from holdfast.scene.formats.robots.sdf_joints import carrier
-from holdfast.scene.formats.robots.sdf_joints import groups_of as sdf_groups
+from holdfast.scene.formats.robots.sdf import carrier
+from holdfast.scene.formats.robots.sdf import groups_of as sdf_groups
 from holdfast.scene.formats.robots.sdf_links import ATTRIBUTES as SDF_ATTRIBUTES
 from holdfast.scene.formats.robots.sdf_links import KNOWN as SDF_KNOWN
 from holdfast.scene.formats.robots.sdf_links import SdfLinks
@@ -179,7 +179,7 @@ class _Files:
             yield from self.read(Source(path), references.beside(path), below, (*above, here))
 
 
-class Member(NamedTuple):
+class LinkPose(NamedTuple):
     """A link: its full name, its pose (4, 4) in its group, and a function that reads it, fixed or not."""
 
     name: str
@@ -188,18 +188,18 @@ class Member(NamedTuple):
 
 
 @dataclass(eq=False)
-class Clump:
+class WeldedLinks:
     """Links that move as one, the pose (4, 4) of the group in the world as its file says, and whether it is fixed."""
 
-    members: list[Member]
+    members: list[LinkPose]
     pose: Float
     fixed: bool = False
 
 
-class At(NamedTuple):
-    """A frame: the clump that carries it and its pose (4, 4) there."""
+class FramePlace(NamedTuple):
+    """A frame: the links that carry it and its pose (4, 4) there."""
 
-    clump: Clump
+    clump: WeldedLinks
     pose: Float
 
 
@@ -213,8 +213,8 @@ class ModelReader:
     rigid: bool
     meshes: MeshRules
     notes: Notes
-    clumps: list[Clump] = field(default_factory=list)
-    frames: dict[str, At] = field(default_factory=dict)
+    clumps: list[WeldedLinks] = field(default_factory=list)
+    frames: dict[str, FramePlace] = field(default_factory=dict)
 
     def add(self, directive: Directive) -> None:
         """Add the model of a directive ``add_model``."""
@@ -235,7 +235,7 @@ class ModelReader:
         if len(self.clumps) == before:
             directive.fail(f"{quoted(path.name)} has no links", "needs at least one")
 
-    def frame(self, name: str, directive: Directive) -> At:
+    def frame(self, name: str, directive: Directive) -> FramePlace:
         """Return a frame by its full name or, without a namespace, by a last name that only one frame has."""
         if name in self.frames:
             return self.frames[name]
@@ -269,12 +269,12 @@ class ModelReader:
         for group in sdf_groups(top, (), self.rigid, self.notes):
             first = group.members[0]
             base = frames.of(first.scope, first.element)
-            clump = Clump([], base, group.fixed)
+            clump = WeldedLinks([], base, group.fixed)
             for place in group.members:
                 pose = np.linalg.inv(base) @ frames.of(place.scope, place.element)
                 own = full(place.scope, place.element.attribute("name"))
-                clump.members.append(Member(own, pose, partial(links.link, place.scope, place.element)))
-                self.frames[own] = At(clump, pose)
+                clump.members.append(LinkPose(own, pose, partial(links.link, place.scope, place.element)))
+                self.frames[own] = FramePlace(clump, pose)
             self.clumps.append(clump)
         for scope in top.within():
             if scope.is_world:
@@ -285,7 +285,7 @@ class ModelReader:
                 if key is not None:
                     at = self.frames[full(key[0], key[1].attribute("name"))]
                     pose = np.linalg.inv(frames.of(*key)) @ frames.named(scope, last, scope.element)
-                    self.frames[full(scope, last)] = At(at.clump, at.pose @ pose)
+                    self.frames[full(scope, last)] = FramePlace(at.clump, at.pose @ pose)
 
     def _urdf(self, root: Element, name: str, references: References, directive: Directive) -> None:
         positions = {}
@@ -299,11 +299,11 @@ class ModelReader:
         reader = UrdfLinks(root, references, "drake", self.friction, self.meshes, self.notes)
         reader.surfaces = self.surfaces
         for group in urdf_groups(root, links, positions, self.rigid, self.notes):
-            clump = Clump([], group.pose, group.top == WORLD and not links[WORLD].children)
+            clump = WeldedLinks([], group.pose, group.top == WORLD and not links[WORLD].children)
             for link, pose in group.links.items():
                 own = f"{name}::{link}"
-                clump.members.append(Member(own, pose, _urdf_link(reader, links[link], self.density)))
-                self.frames[own] = At(clump, pose)
+                clump.members.append(LinkPose(own, pose, _urdf_link(reader, links[link], self.density)))
+                self.frames[own] = FramePlace(clump, pose)
             self.clumps.append(clump)
 
 

@@ -16,21 +16,20 @@ from holdfast.base.arrays import Float, checked_truth
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.excluded import Excluded
-from holdfast.scene.formats.links import (
-    FLOOR,
-    BodyParts,
-    Notes,
-    bodies_of_links,
-    checked_defaults,
-    checked_fixed,
-    kept_apart,
-    scene_of,
-    with_floor,
-)
+from holdfast.scene.formats import links
+from holdfast.scene.formats.links import FLOOR, BodyParts, Notes
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.robots.directives import WORLD, At, Clump, Directive, Member, ModelReader, directives_of
+from holdfast.scene.formats.robots.directives import (
+    WORLD,
+    Directive,
+    FramePlace,
+    LinkPose,
+    ModelReader,
+    WeldedLinks,
+    directives_of,
+)
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
@@ -67,7 +66,7 @@ def read(
 
     Raises SceneError or GeometryError if a file is malformed, or leaves out what is needed.
     """
-    friction, density = checked_defaults(friction, density)
+    friction, density = links.checked_defaults(friction, density)
     notes, surfaces = Notes(), Surfaces(RULE)
     references = References(source.path, package, models=model_folders(model_path, notes))
     meshes = MeshRules(up_axis, collision, turns_gltf=True)
@@ -78,12 +77,12 @@ def read(
     where = str(source.path)
     notes.append(f"friction: tags of drake; of two surfaces it is their {RULE}")
     names = build.names()
-    held = checked_fixed(fixed, list(names.values()))
+    held = links.checked_fixed(fixed, list(names.values()))
     found = [parts for clump, name in names.items() for parts in build.bodies(clump, name, name in held)]
     remedy = f"weld a model to world, or give fixed=[name] ({listed(list(names.values()))}) or floor=True"
-    everything = with_floor([parts.body for parts in found], floor, where, remedy)
+    everything = links.with_floor([parts.body for parts in found], floor, where, remedy)
     excluded = build.excluded(found)
-    return scene_of(
+    return links.scene_of(
         everything,
         surfaces.table(FLOOR if floor else None),
         gravity,
@@ -93,12 +92,12 @@ def read(
     )
 
 
-class _Free(NamedTuple):
+class _FreePose(NamedTuple):
     """The pose (4, 4) of a frame of a free body in another frame."""
 
     base: str
     pose: Float
-    child: At
+    child: FramePlace
     directive: Directive
 
 
@@ -107,14 +106,14 @@ class _Build:
 
     def __init__(self, models: ModelReader) -> None:
         self.models = models
-        self.world = Clump([], np.eye(4), fixed=True)
-        models.frames[WORLD] = At(self.world, np.eye(4))
-        self.merged: dict[Clump, At] = {}  # clumps that were welded to others, and their poses there
-        self.free: list[_Free] = []
+        self.world = WeldedLinks([], np.eye(4), fixed=True)
+        models.frames[WORLD] = FramePlace(self.world, np.eye(4))
+        self.merged: dict[WeldedLinks, FramePlace] = {}  # links that were welded to others, and their poses there
+        self.free: list[_FreePose] = []
         self.groups: dict[str, set[str]] = {}
         self.ignored: list[tuple[str, str, Directive]] = []
-        self.instances: dict[str, list[Clump]] = {}
-        self._poses: dict[Clump, Float] = {}
+        self.instances: dict[str, list[WeldedLinks]] = {}
+        self._poses: dict[WeldedLinks, Float] = {}
 
     def add(self, directive: Directive) -> None:
         """Carry out one directive."""
@@ -130,7 +129,7 @@ class _Build:
                         directive.fail("default_free_body_pose names no body", "name one, as the model has several")
                     first = self.instances[name][0].members[0].name
                     child = self.models.frame(f"{name}::{link}" if link else first, directive)
-                    self.free.append(_Free(directive.within(base or WORLD), pose, child, directive))
+                    self.free.append(_FreePose(directive.within(base or WORLD), pose, child, directive))
             case "add_frame":
                 self._frame(directive)
             case "add_weld":
@@ -150,10 +149,10 @@ class _Build:
             full = f"{directive.within(base).rpartition('::')[0]}::{name}"
         if full in self.models.frames:
             directive.fail(f"the frame {quoted(full)} is there already", "names are unique")
-        self.models.frames[full] = At(at.clump, at.pose @ pose)
+        self.models.frames[full] = FramePlace(at.clump, at.pose @ pose)
 
     def _weld(self, directive: Directive) -> None:
-        """Merge the clump of the child into that of the parent; its links keep their place relative to each other."""
+        """Merge the links of the child into those of the parent; its links keep their place relative to each other."""
         parent, child = (self._now(self.models.frame(directive.within(directive.text(key)), directive))
                          for key in ("parent", "child"))  # fmt: skip
         given = directive.values.get("X_PC")
@@ -171,14 +170,14 @@ class _Build:
         if into is self.world:
             gone.fixed, gone.pose = True, seat
             return
-        into.members += [Member(each.name, seat @ each.pose, each.read) for each in gone.members]
-        self.merged[gone] = At(into, seat)
+        into.members += [LinkPose(each.name, seat @ each.pose, each.read) for each in gone.members]
+        self.merged[gone] = FramePlace(into, seat)
 
-    def _now(self, at: At) -> At:
-        """Return a frame in the clump to which its own was welded."""
+    def _now(self, at: FramePlace) -> FramePlace:
+        """Return a frame among the links to which its own were welded."""
         while at.clump in self.merged:
             into, seat = self.merged[at.clump]
-            at = At(into, seat @ at.pose)
+            at = FramePlace(into, seat @ at.pose)
         return at
 
     def _filter(self, directive: Directive) -> None:
@@ -196,7 +195,7 @@ class _Build:
         for each in directive.names("ignored_collision_filter_groups"):
             self.ignored.append((name, directive.within(prefix + each), directive))
 
-    def names(self) -> dict[Clump, str]:
+    def names(self) -> dict[WeldedLinks, str]:
         """Return the name of each body that is left after all welds."""
         left = [clump for clump in self.models.clumps if clump not in self.merged]
         several = {name for name, clumps in self.instances.items() if len(clumps) > 1}
@@ -206,34 +205,34 @@ class _Build:
             names[clump] = f"{model}::{link}" if model in several or model not in self.instances else model
         return names
 
-    def bodies(self, clump: Clump, name: str, held: bool) -> list[BodyParts]:
-        """Return the bodies of a clump (each plane is one), each with the name of the link of each of its parts."""
+    def bodies(self, clump: WeldedLinks, name: str, held: bool) -> list[BodyParts]:
+        """Return the bodies of links that move as one, each plane by itself, marked with the names of links."""
         fixed = held or clump.fixed
         home = self._pose(clump)
-        links = []
+        inside = []
         for member in clump.members:
             content = member.read(fixed)
             named = [piece._replace(mark=member.name) for piece in content.pieces]
-            links.append((member.pose, content._replace(pieces=named)))
-        pieces = [piece for _, content in links for piece in content.pieces]
+            inside.append((member.pose, content._replace(pieces=named)))
+        pieces = [piece for _, content in inside for piece in content.pieces]
         if not fixed and any(isinstance(piece.shape, HalfSpace) for piece in pieces):
             raise SceneError(message(f"body {quoted(name)}", "has a <plane> and can move", "weld it to world"))
         if not pieces:
             self.models.notes.of(name, "has no shape, so it is left out")
         with located(f"body {quoted(name)}"):
-            return list(bodies_of_links(name, links, pose=home, fixed=fixed))
+            return list(links.bodies_of_links(name, inside, pose=home, fixed=fixed))
 
     @cached_property
-    def _given(self) -> dict[Clump, _Free]:
-        """What the last directive says of the pose of each clump; asked once all directives are carried out."""
+    def _given(self) -> dict[WeldedLinks, _FreePose]:
+        """What the last directive says of the pose of each group of links, once all directives are carried out."""
         return {self._now(free.child).clump: free for free in self.free}
 
-    def _pose(self, clump: Clump) -> Float:
-        """Return the pose (4, 4) of a clump in the world: as a directive says, else as its file does.
+    def _pose(self, clump: WeldedLinks) -> Float:
+        """Return the pose (4, 4) of welded links in the world: as a directive says, else as its file does.
 
         Poses may be relative to others in a long chain and in any order.
         """
-        chain: dict[Clump, Float] = {}  # the poses of clumps, each in the next
+        chain: dict[WeldedLinks, Float] = {}  # the poses of groups of links, each in the next
         while clump not in self._poses and clump is not self.world and not clump.fixed and clump in self._given:
             last = self._given[clump]
             if clump in chain:
@@ -256,7 +255,7 @@ class _Build:
             apart |= {frozenset((a, b)) for a in self.groups[first] for b in self.groups[second]}
         if not apart:
             return []
-        return kept_apart(
+        return links.kept_apart(
             combinations(bodies, 2),
             lambda of_a, of_b: np.array([[frozenset((x, y)) not in apart for y in of_b] for x in of_a]),
         )

@@ -1,33 +1,27 @@
-"""Reads SDF: a world, or a single model, as Gazebo would load it."""
+"""Reads SDF: a world, or a model, as Gazebo would load it; which links joints hold together, and what may touch."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import checked_name, checked_truth, checked_word
+from holdfast.base.arrays import Bool, checked_name, checked_truth, checked_word
 from holdfast.base.errors import nearest_of
-from holdfast.base.text import quoted
-from holdfast.scene.formats.links import (
-    FLOOR,
-    BodyParts,
-    Notes,
-    bodies_of_links,
-    checked_defaults,
-    checked_fixed,
-    scene_of,
-    with_floor,
-)
+from holdfast.base.text import listed, quoted
+from holdfast.scene.excluded import Excluded
+from holdfast.scene.formats import links
+from holdfast.scene.formats.links import FLOOR, BodyParts, Notes, Welded
 from holdfast.scene.formats.made_meshes import Collision, MeshRules
 from holdfast.scene.formats.references import Packages, References, model_folders
 from holdfast.scene.formats.registry import Format
-from holdfast.scene.formats.robots.scopes import Frames, Scope, ScopeReader
-from holdfast.scene.formats.robots.sdf_joints import Group, excluded_pairs, groups_of, toucher
-from holdfast.scene.formats.robots.sdf_links import ATTRIBUTES, KNOWN, RULES, SdfLinks, coefficients
+from holdfast.scene.formats.robots.scopes import MOST_STEPS, Frames, Scope, ScopeReader, truth
+from holdfast.scene.formats.robots.sdf_links import ATTRIBUTES, KNOWN, RULES, USUAL_MASK, SdfLinks, coefficients
 from holdfast.scene.formats.source import Source
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
@@ -77,13 +71,13 @@ def read(
     references = References(source.path, package, models=model_folders(model_path, notes))
     top = ScopeReader(notes).world(root, references)
     models = [scope for scope in top.within() if not scope.is_world]
-    links = [f"{scope.path}::{link.attribute('name')}" for scope in models for link in scope.element.all("link")]
-    meshes.check_names([scope.path for scope in models] + links)
-    friction, density = checked_defaults(friction, density)
+    names = [f"{scope.path}::{link.attribute('name')}" for scope in models for link in scope.element.all("link")]
+    meshes.check_names([scope.path for scope in models] + names)
+    friction, density = links.checked_defaults(friction, density)
     notes.unread([whole, *(scope.element for scope in top.within())], KNOWN, ATTRIBUTES)
     tags = _tags(root, top, simulator, notes)
     reader = SdfLinks(tags, Surfaces(RULES[tags]), friction, density, meshes, notes)
-    held = checked_fixed(fixed, [scope.path for scope in top.within() if not scope.is_world], "model")
+    held = links.checked_fixed(fixed, [scope.path for scope in top.within() if not scope.is_world], "model")
     groups = groups_of(top, held, checked_truth(rigid, "rigid"), notes)
     frames = Frames()
     found: list[BodyParts] = []
@@ -96,10 +90,10 @@ def read(
     if not bodies and not checked_truth(floor, "floor"):
         root.fail("has no link with a shape", "needs a <collision>")
     remedy = "give floor=True for a floor at z = 0, or fixed=[model]"
-    bodies = with_floor(bodies, floor, root.place, remedy, problem="has nothing that is static")
+    bodies = links.with_floor(bodies, floor, root.place, remedy, problem="has nothing that is static")
     gravity = root.child("gravity")
     name = root.attributes.get("name") or source.path.stem
-    return scene_of(
+    return links.scene_of(
         bodies,
         reader.surfaces.table(FLOOR if floor else None),
         USUAL_GRAVITY if gravity is None else gravity.values(3),
@@ -131,8 +125,8 @@ def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str
     """
     if simulator is not None:
         checked_word(simulator, RULES, "simulator")
-    links = (link for scope in top.within() for link in scope.element.all("link"))
-    collisions = [collision for link in links for collision in link.all("collision")]
+    every = (link for scope in top.within() for link in scope.element.all("link"))
+    collisions = [collision for link in every for collision in link.all("collision")]
     found = [tags for tags in RULES if any(coefficients(each, tags) for each in collisions)]
     if simulator is None and "drake" in found and len(found) > 1:
         problem = f"has friction for {' and '.join(found)}, which combine it in different ways"
@@ -147,11 +141,11 @@ def _tags(root: Element, top: Scope, simulator: str | None, notes: Notes) -> str
 
 def _bodies(group: Group, name: str, reader: SdfLinks, frames: Frames) -> Iterator[BodyParts]:
     """Yield the body of a group and one for each plane, with the data that decide what they may touch."""
-    links = [(place, reader.link(place.scope, place.element, group.fixed)) for place in group.members]
+    content = [(place, reader.link(place.scope, place.element, group.fixed)) for place in group.members]
     first = group.members[0]
     base = frames.of(first.scope, first.element)
     inside = []
-    for place, link in links:
+    for place, link in content:
         pose = frames.of(place.scope, place.element)
         marked = [piece._replace(mark=toucher(place, piece.mark)) for piece in link.pieces]
         at = np.eye(4) if pose is base else np.asarray(np.linalg.inv(base) @ pose)
@@ -161,7 +155,154 @@ def _bodies(group: Group, name: str, reader: SdfLinks, frames: Frames) -> Iterat
             first.element.fail("has a <plane> and can move", "make its model static")
         if not any(link.pieces for _, link in inside):
             reader.notes.of(first.path, "has no shape, so it is left out")
-    yield from bodies_of_links(name, inside, pose=base, fixed=group.fixed)
+    yield from links.bodies_of_links(name, inside, pose=base, fixed=group.fixed)
 
 
 SDF = Format("SDF", (".sdf", ".world"), sniff, read, mark="<sdf>")
+
+
+Key = tuple[Scope, Element]  # models from the same file share elements
+
+
+@dataclass(eq=False)
+class LinkPlace:
+    """A link in its model; ``held`` is True if it is fixed by itself."""
+
+    scope: Scope
+    element: Element
+    held: bool
+
+    @property
+    def path(self) -> str:
+        """Its name with those of the enclosing models."""
+        return f"{self.scope.path}::{self.element.attribute('name')}"
+
+
+Group = Welded[LinkPlace]  # links
+
+
+def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) -> list[Group]:
+    """Return the groups of links that fixed joints hold together; models in ``held`` are fixed besides static ones.
+
+    Movable joints are refused by name, unless all links that they join are fixed, or ``rigid`` is True: then they hold.
+    """
+    names = set(held)
+    places = {
+        (scope, element): LinkPlace(scope, element, scope.static or _is_held(scope, names))
+        for scope in world.within()
+        for element in scope.named.values()
+        if element.tag == "link"
+    }
+    group = {key: Welded([place], place.held) for key, place in places.items()}
+    movable = []
+    for scope in world.within():
+        for joint in scope.named.values():
+            if joint.tag != "joint":
+                continue
+            ends = []
+            for tag in ("parent", "child"):
+                end = joint.needed(tag)
+                ends.append(carrier(scope, end.text.strip(), end))
+            if joint.attribute("type") == "fixed" or rigid:
+                links.weld(
+                    group,
+                    [None if key is None else group[key] for key in ends],
+                    lambda place: (place.scope, place.element),
+                )
+            if joint.attribute("type") != "fixed":
+                movable.append((scope, joint, ends))
+    loose = [(s, j) for s, j, ends in movable if not all(key is None or group[key].fixed for key in ends)]
+    paths = [f"{scope.path}::{joint.attribute('name')}" for scope, joint in loose]
+    named = listed(
+        [f"{quoted(path)} ({joint.attribute('type')})" for path, (_, joint) in zip(paths, loose, strict=True)]
+    )
+    if loose and not rigid:
+        remedy = "give rigid=True to weld them as they are, or fixed=[model]"
+        loose[0][1].fail(f"can move; joints that can: {named}; a joint between bodies is no contact", remedy)
+    if loose:
+        notes.append(f"joints that hold as if welded: {named}")
+    return list(dict.fromkeys(group.values()))
+
+
+def _is_held(scope: Scope, names: set[str]) -> bool:
+    inside: Scope | None = scope
+    while inside is not None and inside.outer is not None:
+        if inside.path in names:
+            return True
+        inside = inside.outer
+    return False
+
+
+def carrier(scope: Scope, name: str, asking: Element) -> Key | None:
+    """Return the link that carries the link, frame, joint or model of this name, and None for the world."""
+    for _ in range(MOST_STEPS):
+        if name == "world":
+            return None
+        scope, found = scope.found(name, asking)
+        if isinstance(found, Scope):
+            scope, name = found, _canonical(found, asking)
+        elif found.tag == "link":
+            return scope, found
+        elif found.tag == "joint":
+            name = found.needed("child").text.strip()
+        else:
+            name = found.attributes.get("attached_to", "").strip() or "__model__"
+            if scope.is_world and name == "__model__":
+                return None
+    return asking.fail(f"names {quoted(name)}, which is attached to itself", "break the circle")
+
+
+def _canonical(model: Scope, asking: Element) -> str:
+    """Return the name of the canonical link of a model: the one that it names, or its first link."""
+    given = model.element.attributes.get("canonical_link", "").strip()
+    inside = [name for name, element in model.named.items() if element.tag == "link"]
+    first = inside[0] if inside else next((f"{name}::__model__" for name in model.models), "")
+    return given or first or asking.fail(f"names the model {quoted(model.name)}, which has no link", "name a link")
+
+
+class Toucher(NamedTuple):
+    """The data that decide what a collision may touch: its model, whether it touches others of it, and its bits."""
+
+    model: Scope
+    own: bool
+    mask: int
+
+
+def toucher(place: LinkPlace, mask: int) -> Toucher:
+    """Return the data for a collision of a link with these bits (<collide_bitmask>)."""
+    own = place.scope.touches_itself or truth(place.element, "self_collide")
+    return Toucher(place.scope.whole, own, mask)
+
+
+def excluded_pairs(bodies: Sequence[BodyParts], notes: list[str]) -> list[Excluded]:
+    """Return the pairs of bodies that never touch, or of their parts if other parts may touch.
+
+    These are links of one model without <self_collide>, and collisions that have no bit in common.
+    """
+    found = links.kept_apart(_candidates(bodies), _may)
+    if found:
+        notes.append(f"{len(found)} pairs of bodies or parts never touch (links of one model, collide_bitmask)")
+    return found
+
+
+def _may(of_a: Sequence[Toucher], of_b: Sequence[Toucher]) -> Bool:
+    """Tell which parts of two bodies may touch; equal parts are only compared once."""
+    known = {
+        (x, y): bool(x.mask & y.mask) and (x.model is not y.model or x.own or y.own)
+        for x, y in product(dict.fromkeys(of_a), dict.fromkeys(of_b))
+    }
+    if len(set(known.values())) == 1:
+        return np.full((1, 1), next(iter(known.values())))
+    return np.array([[known[x, y] for y in of_b] for x in of_a], dtype=bool)
+
+
+def _candidates(bodies: Sequence[BodyParts]) -> Iterable[tuple[BodyParts, BodyParts]]:
+    """Return the pairs of bodies that may be excluded: those of the same model, or all pairs if some have bits."""
+    if not all(each.mask == USUAL_MASK for _, touchers in bodies for each in touchers):
+        return combinations(bodies, 2)
+    of_model: dict[Scope, list[int]] = {}
+    for number, (_, touchers) in enumerate(bodies):
+        for model in {each.model for each in touchers}:
+            of_model.setdefault(model, []).append(number)
+    pairs = {pair for numbers in of_model.values() for pair in combinations(numbers, 2)}
+    return [(bodies[a], bodies[b]) for a, b in sorted(pairs)]

@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_number, unit
+from holdfast.base.arrays import Float, checked_number
 from holdfast.base.ranges import DENSITY, FRICTION, MASS
-from holdfast.base.rigid import tangents
 from holdfast.base.text import quoted
 from holdfast.scene.compound import Inertial, Solid, together
-from holdfast.scene.formats.links import BodyPiece, LinkContent, Notes, ball
+from holdfast.scene.formats.links import BodyPiece, LinkContent, Notes, ball, plane_frame
 from holdfast.scene.formats.made_meshes import MeshRules, cone, extruded, factors_of
 from holdfast.scene.formats.robots.scopes import Scope, posed, truth
 from holdfast.scene.formats.surfaces import DRAKES_FRICTION, Surfaces
@@ -101,11 +100,7 @@ def plane_pose(element: Element) -> Float:
     up = np.array((0.0, 0.0, 1.0) if normal is None else normal.values(3))
     if not up.any():
         element.fail("has a zero normal", "needs a direction")
-    up, pose = unit(up), np.eye(4)
-    if up[2] < 1:  # otherwise the axes stay as they are
-        pose[:3, 0], pose[:3, 1] = tangents(up)
-        pose[:3, 2] = up
-    return pose
+    return plane_frame(up)
 
 
 def _size(element: Element, tag: str) -> float:
@@ -221,7 +216,7 @@ class SdfLinks:
             return found.weighing(checked_number(mass.values(1)[0], mass.place, above=0, within=MASS))
         if bare:
             self.notes.of(where, "mass 1 kg, which SDF says where a file says none")
-        return _given(inertial, element)
+        return _stated_inertial(inertial, element)
 
 
 def coefficients(element: Element, tags: str) -> list[float]:
@@ -268,7 +263,7 @@ def _filled(content: CollisionShape, density: float) -> Inertial:
     return Inertial(density * own.volume, own.com, density * own.inertia).seen(content.piece.pose)
 
 
-def _given(element: Element | None, link: Element) -> Inertial:
+def _stated_inertial(element: Element | None, link: Element) -> Inertial:
     """Return the mass in an <inertial>, with the defaults of SDF: 1 kg, and 1 kg m² about each axis."""
     if element is None:
         return Inertial(1.0, np.zeros(3), np.eye(3))

@@ -103,7 +103,7 @@ def read(
     positions = {} if joints is None else checked_mapping(joints, "joints", '{"elbow": 0.5}')
     locked = checked_truth(rigid, "rigid") or all_fixed
     motors = Motors(hold_torques, welded=locked)
-    groups = groups_of(root, links, positions, locked, notes, motors=motors.held)
+    groups = groups_of(root, links, positions, locked, notes, motors=motors.used)
     motors.check_names([group.joint.name for group in groups if group.joint is not None])
     bodies = [body for group in groups if (body := _body(group, links, reader, density, all_fixed, motors))]
     if not bodies:
@@ -118,7 +118,7 @@ def read(
     remedy = "give floor=True for a floor at z = 0, or fixed=True for what carries others"
     placed = with_floor(placed, floor, root.place, remedy, problem="is a thing that nothing carries")
     scene = scene_of(placed, reader.surfaces.table(FLOOR if floor else None), gravity, name, notes)
-    return with_arms(scene, groups, [top for top, _ in bodies], copies, motors) if motors.held else scene
+    return with_arms(scene, groups, [top for top, _ in bodies], copies, motors) if motors.used else scene
 
 
 def _names_in(fixed: object) -> list[str]:
@@ -179,7 +179,7 @@ def _body(
     massive = [inertial for inertial in inertials if inertial.mass]
     if group.joint is not None and not massive and not unknown:
         links[group.top].fail("has no mass, and moves by a joint of its own", "give it a mass in its <inertial>")
-    if not pieces and motors.held and massive:
+    if not pieces and motors.used and massive:
         reader.notes.of(quoted(group.top), "no shape, so it touches nothing")
         return group.top, motors.ball(group.top, group.pose, together(massive))
     if not pieces:

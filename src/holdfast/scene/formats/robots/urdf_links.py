@@ -263,7 +263,11 @@ class UrdfLinks:
             ]
             for link in links
         }
-        found = [name for name in RULES if any(self._of(name, link, each) for link in links for each in _seen(link))]
+        found = [
+            name
+            for name in RULES
+            if any(self._coefficients(name, link, each) for link in links for each in _shape_elements(link))
+        ]
         if self.simulator is not None:
             checked_word(self.simulator, RULES, "simulator")
         if len(found) > 1 and self.simulator is None:
@@ -275,7 +279,7 @@ class UrdfLinks:
         if found:
             self.notes.append(f"friction: tags of {self.simulator}; of two surfaces it is their {rule}")
 
-    def _of(self, simulator: str, link: Element, shape: Element) -> list[float]:
+    def _coefficients(self, simulator: str, link: Element, shape: Element) -> list[float]:
         """Return the coefficients of the shapes of a link that the file gives for this simulator."""
         if simulator in ("gazebo", "bullet"):
             return (self._gazebo if simulator == "gazebo" else self._bullet).get(link.attribute("name"), [])
@@ -286,7 +290,7 @@ class UrdfLinks:
         """Return the collision shapes of a link in its frame or, if it has none, the visual ones."""
         if not link.all("collision") and link.all("visual"):
             self.notes.of(_called(link), "no <collision>, its <visual> is taken")
-        return [self._piece(link, element) for element in _seen(link)]
+        return [self._piece(link, element) for element in _shape_elements(link)]
 
     def _piece(self, link: Element, element: Element) -> BodyPiece:
         with element.located():
@@ -318,7 +322,7 @@ class UrdfLinks:
 
     def _mu(self, link: Element, element: Element) -> float:
         """Return the coefficient of a surface; raise SceneError if neither the file nor ``friction`` gives one."""
-        own = [] if self.simulator is None else self._of(self.simulator, link, element)
+        own = [] if self.simulator is None else self._coefficients(self.simulator, link, element)
         if own:
             values = [checked_number(value, f"{link.place}: friction", minimum=0, within=FRICTION) for value in own]
             if max(values) > min(values):
@@ -368,6 +372,6 @@ def _called(link: Element) -> str:
     return quoted(link.attribute("name"))
 
 
-def _seen(link: Element) -> list[Element]:
+def _shape_elements(link: Element) -> list[Element]:
     """Return the <collision> elements of a link, or its <visual> ones if it has none."""
     return link.all("collision") or link.all("visual")

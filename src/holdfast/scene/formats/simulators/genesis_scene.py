@@ -15,18 +15,9 @@ from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
-from holdfast.scene.formats.links import BodyPiece
-from holdfast.scene.formats.simulators.simulated import (
-    JointState,
-    Link,
-    SimulatedJoint,
-    bodies_of,
-    hull,
-    made,
-    plane,
-    whole,
-    world_of,
-)
+from holdfast.scene.formats.links import BodyPiece, plane_frame
+from holdfast.scene.formats.simulators import simulated
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, cached_shape
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -64,9 +55,9 @@ def from_genesis(
         raise SceneError(message("from_genesis", f"got a {type(simulation).__name__}", "needs a genesis.Scene"))
     if not simulation.is_built:
         raise SceneError(message("from_genesis", "the scene is not built", "call scene.build() first"))
-    number = world_of(world, int(simulation.n_envs), "scene")
+    number = simulated.world_of(world, int(simulation.n_envs), "scene")
     read = _GenesisEntities(simulation, number if simulation.n_envs else None)
-    bodies, apart, notes = bodies_of(
+    bodies, apart, notes = simulated.bodies_of(
         read.links, read.joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching
     )
     pairs = {pair: max(mu, LEAST_FRICTION) for pair, mu in read.surfaces.pairs().items()}
@@ -119,13 +110,13 @@ class _GenesisEntities:
 
     def _link(self, link: Any, name: str) -> None:  # noqa: ANN401
         """Add a link; Genesis may keep its shapes and its centre of mass in a frame of its own, which stands apart."""
-        told = link.desc
-        own = pose_from(_array(told.offset_pos), _array(told.offset_quat))
+        description = link.desc
+        own = pose_from(_array(description.offset_pos), _array(description.offset_quat))
         pose = pose_from(self.one(link.get_pos()), self.one(link.get_quat()))
         still = bool(link.is_fixed)
         found = Link(name, pose, still)
         if not still:
-            axes = pose_from(self._of_link(self.solver.get_links_COM(link.idx)), _array(told.inertial_quat))
+            axes = pose_from(self._of_link(self.solver.get_links_COM(link.idx)), _array(description.inertial_quat))
             tensor = self._of_link(self.solver.get_links_inertia(link.idx))
             mass = float(self._of_link(self.solver.get_links_mass(link.idx)))
             found.inertial = Inertial(mass, np.zeros(3), tensor).seen(own @ axes)
@@ -135,7 +126,7 @@ class _GenesisEntities:
             place = own @ pose_from(_array(geom.init_pos), _array(geom.init_quat))
             shape = HalfSpace() if geom.type == PLANE else self._solid(geom)
             if geom.type == PLANE:
-                place = place @ plane(np.asarray(_array(geom.data), dtype=np.float64)[:3])
+                place = place @ plane_frame(np.asarray(_array(geom.data), dtype=np.float64)[:3])
             entity = geom.entity
             mask = (int(geom.contype), int(geom.conaffinity), id(entity), bool(entity.is_local_collision_mask))
             self.masks.append(mask)
@@ -155,22 +146,22 @@ class _GenesisEntities:
         x, y, z = np.asarray(_array(geom.data), dtype=np.float64)[:3].tolist()
         match kind:
             case 1:
-                return made(Sphere, x)
+                return cached_shape(Sphere, x)
             case 2:
-                return made(Ellipsoid, (x, y, z))
+                return cached_shape(Ellipsoid, (x, y, z))
             case 3:
-                return made(Cylinder, x, y)
+                return cached_shape(Cylinder, x, y)
             case 4:
-                return made(Capsule, x, y)
+                return cached_shape(Capsule, x, y)
             case 5:
-                return made(Box, (x, y, z))
+                return cached_shape(Box, (x, y, z))
         if kind < MESH:
             raise GeometryError(message("geom", f"is of type {kind}", "needs one of gs.GEOM_TYPE"))
         vertices = np.asarray(geom.init_verts, dtype=np.float64)
         if geom.is_convex:
             self.hulls = True
-            return hull(vertices)
-        return whole(vertices, np.asarray(geom.init_faces))
+            return simulated.hull(vertices)
+        return simulated.mesh_as_given(vertices, np.asarray(geom.init_faces))
 
     def touching(self, a: Sequence[int], b: Sequence[int]) -> Bool:
         """Tell which geoms may touch; masks of entities from MJCF and USD count within the entity alone."""

@@ -17,16 +17,8 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.links import BodyPiece
-from holdfast.scene.formats.simulators.simulated import (
-    JointState,
-    Link,
-    SimulatedJoint,
-    bodies_of,
-    hull,
-    made,
-    whole,
-    world_of,
-)
+from holdfast.scene.formats.simulators import simulated
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, cached_shape
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule, Ellipsoid
@@ -79,13 +71,15 @@ def from_newton(
     if not hasattr(model, "shape_body") or not hasattr(state, "body_q"):
         problem = f"got a {type(model).__name__} and a {type(state).__name__}"
         raise SceneError(message("from_newton", problem, "needs newton.Model and newton.State"))
-    number = world_of(world, int(getattr(model, "world_count", 1)), "model")
+    number = simulated.world_of(world, int(getattr(model, "world_count", 1)), "model")
     used = _name_of(solver)
     read = _NewtonWorld(model, state, number, hulls=used == "mujoco")
     surfaces = Surfaces(_rule(model, used))
     read.add_colliders(surfaces)
     joints = read.joints()
-    bodies, apart, notes = bodies_of(read.links, joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching)
+    bodies, apart, notes = simulated.bodies_of(
+        read.links, joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching
+    )
     gravity = np.asarray(_array(model.gravity), dtype=np.float64).reshape(-1, 3)
     vector = gravity[number if number < len(gravity) else 0]
     said = f"friction: of two surfaces it is their {surfaces.rule}" + (
@@ -164,22 +158,24 @@ class _NewtonWorld:
         x, y, z = scale.tolist()
         match kind:
             case 3:
-                return made(Sphere, x)
+                return cached_shape(Sphere, x)
             case 4:
-                return made(Capsule, x, 2 * y)
+                return cached_shape(Capsule, x, 2 * y)
             case 5:
-                return made(Ellipsoid, (x, y, z))
+                return cached_shape(Ellipsoid, (x, y, z))
             case 6 if z in (0.0, x):  # any other number is the radius of a barrel
-                return made(Cylinder, x, 2 * y)
+                return cached_shape(Cylinder, x, 2 * y)
             case 7:
-                return made(Box, (2 * x, 2 * y, 2 * z))
+                return cached_shape(Box, (2 * x, 2 * y, 2 * z))
             case 8 | 10:
                 source = self.model.shape_source[s]
-                vertices = np.asarray(source.vertices, dtype=np.float64) * scale
-                if kind == CONVEX or self.hulls:
-                    return hull(vertices)
-                faces = np.asarray(source.indices, dtype=np.int64).reshape(-1, 3)
-                return whole(vertices, faces if scale.prod() > 0 else faces[:, ::-1])
+                vertices = np.asarray(source.vertices, dtype=np.float64)
+                convex = kind == CONVEX or self.hulls
+                return (
+                    simulated.hull(vertices * scale)
+                    if convex
+                    else simulated.mesh_as_given(vertices, source.indices, scale)
+                )
         problem = f"is a {KINDS[kind - 1]}" if 0 < kind <= len(KINDS) else f"is of type {kind}"
         raise GeometryError(
             message("geometry", problem, "needs a plane, box, ball, capsule, straight cylinder or mesh")

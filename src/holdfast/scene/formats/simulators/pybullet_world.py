@@ -20,17 +20,9 @@ from holdfast.base.errors import GeometryError, SceneError, located, message, ne
 from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Compound, Inertial, Solid, as_shape
-from holdfast.scene.formats.links import BodyPiece
-from holdfast.scene.formats.simulators.simulated import (
-    JointState,
-    Link,
-    SimulatedJoint,
-    bodies_of,
-    hull,
-    made,
-    plane,
-    relative,
-)
+from holdfast.scene.formats.links import BodyPiece, plane_frame
+from holdfast.scene.formats.simulators import simulated
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, cached_shape
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
@@ -88,7 +80,7 @@ def from_pybullet(
     given = {} if shapes is None else dict(checked_mapping(shapes, "shapes", '{"body 3": hf.Box((1, 1, 1))}'))
     world = _World(bullet)
     world.add_colliders(given)
-    bodies, _, notes = bodies_of(world.links, world.joints, rigid=checked_truth(rigid, "rigid"))
+    bodies, _, notes = simulated.bodies_of(world.links, world.joints, rigid=checked_truth(rigid, "rigid"))
     engine = bullet.getPhysicsEngineParameters()
     gravity = [engine[f"gravityAcceleration{axis}"] for axis in "XYZ"]
     pairs = {pair: min(mu, MOST_FRICTION) for pair, mu in world.surfaces.pairs().items()}
@@ -193,7 +185,7 @@ class _World:
             if dynamics.mass > 0:
                 inertial = Inertial(dynamics.mass, np.zeros(3), np.diag(dynamics.moments)).seen(own)
             self.number[uid, k] = len(self.links)
-            self.links.append(Link(name, principal @ relative(np.eye(4), own), still, inertial))
+            self.links.append(Link(name, principal @ simulated.relative(np.eye(4), own), still, inertial))
 
     def _colliders(self, uid: int, k: int, dynamics: Dynamics, given: Any) -> list[BodyPiece]:  # noqa: ANN401
         material = self.surfaces.material(float(dynamics.friction))
@@ -204,16 +196,16 @@ class _World:
                 return [BodyPiece(part.shape, part.pose, material) for part in shape.parts]
             return [BodyPiece(shape, np.eye(4), material)]
         with foreign("shape", "PyBullet does not tell it", "load it without useMaximalCoordinates, or give shapes="):
-            told = self.bullet.getCollisionShapeData(uid, k)
-        meshes = sum(each[2] == MESH for each in told)
+            shapes_told = self.bullet.getCollisionShapeData(uid, k)
+        meshes = sum(each[2] == MESH for each in shapes_told)
         found = []
-        for each in told:
+        for each in shapes_told:
             kind, sizes, pose = each[2], each[3], own @ _pose(each[5], each[6])
             if kind == MESH:
                 shape, pose = self._mesh(uid, k, meshes), own
                 self.margins.append(float(dynamics.margin))
             elif kind == PLANE:
-                shape, pose = HalfSpace(), pose @ plane(np.array(sizes))
+                shape, pose = HalfSpace(), pose @ plane_frame(np.array(sizes))
             else:
                 shape = _simple(kind, sizes)
             found.append(BodyPiece(shape, pose, material))
@@ -223,7 +215,7 @@ class _World:
         """Return the convex hull of the only mesh of a link, in the frame of its centre of mass."""
         count, vertices = self.bullet.getMeshData(uid, k)
         if meshes == 1 and count:
-            return hull(np.array(vertices))
+            return simulated.hull(np.array(vertices))
         problem = "PyBullet tells the corners of all of its meshes together" if count else "its mesh is not convex"
         raise GeometryError(message("shape", problem, "give its shape in the frame of the link: shapes={name: shape}"))
 
@@ -231,13 +223,13 @@ class _World:
 def _simple(kind: int, sizes: Any) -> Solid:  # noqa: ANN401
     match kind:
         case 2:
-            return made(Sphere, sizes[0])
+            return cached_shape(Sphere, sizes[0])
         case 3:
-            return made(Box, tuple(sizes))
+            return cached_shape(Box, tuple(sizes))
         case 4:
-            return made(Cylinder, sizes[1], sizes[0])
+            return cached_shape(Cylinder, sizes[1], sizes[0])
         case 7:
-            return made(Capsule, sizes[1], sizes[0])
+            return cached_shape(Capsule, sizes[1], sizes[0])
     problem = f"is of type {kind}"
     remedy = "needs a sphere, box, cylinder, mesh, plane or capsule, or give shapes="
     raise GeometryError(message("shape", problem, remedy))

@@ -16,7 +16,8 @@ from holdfast.base.rigid import pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Inertial, Solid
 from holdfast.scene.formats.links import BodyPiece
-from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, bodies_of, hull, made, whole
+from holdfast.scene.formats.simulators import simulated
+from holdfast.scene.formats.simulators.simulated import JointState, Link, SimulatedJoint, cached_shape
 from holdfast.scene.formats.surfaces import Surfaces
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.round_shapes import Capsule
@@ -52,7 +53,7 @@ def from_sapien(
         remedy = "needs a sapien.Scene; ManiSkill has them in env.unwrapped.scene.sub_scenes"
         raise SceneError(message("from_sapien", f"got a {type(simulation).__name__}", remedy))
     read = _SapienEntities(simulation)
-    bodies, apart, notes = bodies_of(
+    bodies, apart, notes = simulated.bodies_of(
         read.links, read.joints, rigid=checked_truth(rigid, "rigid"), touching=read.touching
     )
     gravity = np.asarray(simulation.physx_system.config.gravity, dtype=np.float64)
@@ -157,20 +158,21 @@ class _SapienEntities:
 def _solid(kind: str, shape: Any) -> Solid:  # noqa: ANN401
     match kind:
         case "Box":
-            return made(Box, tuple((2 * np.asarray(shape.half_size, dtype=np.float64)).tolist()))
+            return cached_shape(Box, tuple((2 * np.asarray(shape.half_size, dtype=np.float64)).tolist()))
         case "Sphere":
-            return made(Sphere, float(shape.radius))
+            return cached_shape(Sphere, float(shape.radius))
         case "Capsule":
-            return made(Capsule, float(shape.radius), 2 * float(shape.half_length))
+            return cached_shape(Capsule, float(shape.radius), 2 * float(shape.half_length))
         case "Cylinder":
-            return made(Cylinder, float(shape.radius), 2 * float(shape.half_length))
+            return cached_shape(Cylinder, float(shape.radius), 2 * float(shape.half_length))
         case "ConvexMesh" | "TriangleMesh":
             scale = np.asarray(shape.scale, dtype=np.float64)
-            vertices = np.asarray(shape.vertices, dtype=np.float64) * scale
-            if kind == "ConvexMesh":
-                return hull(vertices)
-            faces = np.asarray(shape.triangles, dtype=np.int64)
-            return whole(vertices, faces if scale.prod() > 0 else faces[:, ::-1])
+            vertices = np.asarray(shape.vertices, dtype=np.float64)
+            return (
+                simulated.hull(vertices * scale)
+                if kind == "ConvexMesh"
+                else simulated.mesh_as_given(vertices, shape.triangles, scale)
+            )
     raise GeometryError(message("collision shape", f"is a {kind}", "needs a shape of PhysX that SAPIEN has"))
 
 

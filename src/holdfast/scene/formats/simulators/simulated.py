@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from holdfast.base.arrays import Bool, Float, checked_whole
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.ranges import MANY
-from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import Compound, Inertial, Part, Shape, together
@@ -35,7 +34,8 @@ from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.shapes import Mesh
 
 S = TypeVar("S")
-MOST_CACHED = 4096  # number of shapes in each cache
+MOST_CACHED = 4096  # number of shapes that are kept
+UNSCALED = np.ones(3)
 Touching: TypeAlias = Callable[[Sequence[int], Sequence[int]], Bool]  # which colliders may touch, by their marks
 
 
@@ -44,10 +44,9 @@ def hull(vertices: Float) -> Mesh:
 
     Raises GeometryError if they span no volume.
     """
-    return _hull(np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
+    return cached_shape(_hull, np.ascontiguousarray(vertices, dtype=np.float64).tobytes())
 
 
-@lru_cache(MOST_CACHED)
 def _hull(vertices: bytes) -> Mesh:
     points = np.frombuffer(vertices).reshape(-1, 3)
     mesh = manifold3d.Manifold.hull_points(points).to_mesh64()
@@ -56,32 +55,33 @@ def _hull(vertices: bytes) -> Mesh:
     return Mesh(np.array(mesh.vert_properties[:, :3]), np.array(mesh.tri_verts, dtype=np.int64), label="mesh")
 
 
-def whole(vertices: Float, faces: ArrayLike) -> Mesh:
-    """Return the mesh with ``vertices`` (n, 3) [m] and ``faces`` (m, 3) as it is, for simulators that collide it so."""
-    corners, triangles = np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(faces, dtype=np.int64)
-    return _whole(corners.tobytes(), triangles.tobytes())
+def mesh_as_given(vertices: Float, faces: ArrayLike, scale: Float = UNSCALED) -> Mesh:
+    """Return the mesh with ``vertices`` (n, 3) and ``faces`` (m, 3) as it is, for simulators that collide it so.
+
+    ``scale`` (3,) [m] stretches it along its axes; one that mirrors it turns its faces, too.
+    """
+    triangles = np.asarray(faces, dtype=np.int64).reshape(-1, 3)
+    triangles = triangles if scale.prod() > 0 else triangles[:, ::-1]
+    corners = np.ascontiguousarray(vertices * scale, dtype=np.float64)
+    return cached_shape(_mesh_as_given, corners.tobytes(), np.ascontiguousarray(triangles).tobytes())
 
 
-@lru_cache(MOST_CACHED)
-def _whole(vertices: bytes, faces: bytes) -> Mesh:
+def _mesh_as_given(vertices: bytes, faces: bytes) -> Mesh:
     corners, triangles = np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
     return Mesh(corners, triangles, label="mesh")
 
 
-@lru_cache(MOST_CACHED)
-def compound(parts: tuple[Part, ...]) -> Compound:
-    """Return a compound; its union is computed once for all states of a simulation."""
-    return Compound(parts)
+def cached_shape(kind: Callable[..., S], *sizes: Any) -> S:  # noqa: ANN401 - what the class of shapes takes
+    """Return a shape of this ``kind``, the same one for the same sizes.
 
-
-def made(kind: Callable[..., S], *sizes: Any) -> S:  # noqa: ANN401 - what the class of shapes takes
-    """Return a shape of this ``kind``, the same one for the same sizes, so that its surface is computed once."""
-    shape: S = _made(kind, sizes)
+    So its surface, or its union, is computed once for all states of a simulation.
+    """
+    shape: S = _cached_shape(kind, sizes)
     return shape
 
 
 @lru_cache(MOST_CACHED)
-def _made(kind: Callable[..., Any], sizes: tuple[Any, ...]) -> Any:  # noqa: ANN401
+def _cached_shape(kind: Callable[..., Any], sizes: tuple[Any, ...]) -> Any:  # noqa: ANN401
     return kind(*sizes)
 
 
@@ -144,7 +144,7 @@ def bodies_of(
                 others = [each for each in link.colliders if not isinstance(each.shape, HalfSpace)]
                 parts = [*([plane] for plane in planes), others]
                 found += [LinkedBody(link.name, True, [link], each) for each in parts if each]
-        elif colliders := [each for link in members for each in _seen(link, members[0].pose)]:
+        elif colliders := [each for link in members for each in _colliders_in(link, members[0].pose)]:
             found.append(LinkedBody(members[0].name, False, members, colliders))
         else:
             empty.append(members[0].name)
@@ -207,7 +207,7 @@ def _moves(ends: Sequence[Welded[int] | None]) -> bool:
     return first is not second and any(each is not None and not each.fixed for each in ends)
 
 
-def _seen(link: Link, home: Float) -> list[BodyPiece]:
+def _colliders_in(link: Link, home: Float) -> list[BodyPiece]:
     """Return the colliders of a link in the frame ``home`` (4, 4)."""
     if link.pose is home:
         return link.colliders
@@ -241,8 +241,9 @@ def body_of(name: str, pose: Float, colliders: Sequence[BodyPiece], inertial: In
         return Body(name, first.shape, pose=pose @ first.pose, material=usual, fixed=True)
     shape: Shape = first.shape
     if len(colliders) > 1 or np.abs(first.pose - np.eye(4)).max() > SAME_FRAME:
-        shape = compound(
-            tuple(Part(each.shape, each.pose, None if each.material == usual else each.material) for each in colliders)
+        shape = cached_shape(
+            Compound,
+            tuple(Part(each.shape, each.pose, None if each.material == usual else each.material) for each in colliders),
         )
     return weighed_body(name, shape, inertial, pose=pose, material=usual, fixed=inertial is None)
 
@@ -259,12 +260,3 @@ def relative(pose: Float, home: Float) -> Float:
     back = np.eye(4)
     back[:3, :3], back[:3, 3] = home[:3, :3].T, -home[:3, :3].T @ home[:3, 3]
     return np.asarray(back @ pose)
-
-
-def plane(normal: Float) -> Float:
-    """Return the frame (4, 4) of a plane through the origin with this normal."""
-    frame = np.eye(4)
-    normal = normal / np.linalg.norm(normal)
-    if not np.array_equal(normal, (0, 0, 1)):
-        frame[:3, :3] = np.column_stack([*tangents(normal), normal])
-    return frame

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -16,23 +15,15 @@ from holdfast.base.ranges import FRICTION, SCALE
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.compound import together
-from holdfast.scene.formats.links import (
-    FLOOR,
-    BodyParts,
-    checked_defaults,
-    checked_fixed,
-    kept_apart,
-    rigid_body,
-    scene_of,
-    with_floor,
-)
+from holdfast.scene.formats import links
+from holdfast.scene.formats.links import FLOOR, BodyParts
 from holdfast.scene.formats.named_meshes import split
 from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
 from holdfast.scene.formats.usd.stage import Stage, opened
-from holdfast.scene.formats.usd.usd_bodies import PrimGroup, groups_of, has, touching, unread
+from holdfast.scene.formats.usd.usd_bodies import PrimGroup, excluded_pairs, groups_of, has, unread
 from holdfast.scene.formats.usd.usd_colliders import (
     Collider,
     along,
@@ -84,55 +75,37 @@ def read(
     path, notes = source.path, list[str]()
     if source.given is not None or len(source.content) > MAX_BYTES:
         raise SceneError(message(str(path), "is not a file by itself", "USD is read from files: save it first"))
-    friction, density = checked_defaults(friction, density)
+    friction, density = links.checked_defaults(friction, density)
     if combine is not None:
         checked_word(combine, RULES, "combine")
     rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
     surfaces = Surfaces(combine or "least", sole=combine is not None)
     notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
     with foreign(str(path), "is no USD"), located(str(path)):
-        return _scene(opened(path, package, notes), path.stem, surfaces, friction, density, fixed, rigid, floor, notes)
-
-
-def _scene(
-    stage: Stage,
-    name: str,
-    surfaces: Surfaces,
-    friction: float | None,
-    density: float | None,
-    fixed: Collection[str],
-    rigid: bool,
-    floor: bool,
-    notes: list[str],
-) -> Scene:
-    """Return the scene of an open stage; the arguments are those of ``read``."""
-    groups = groups_of(stage, rigid, notes)
-    names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
-    count = Counter(names)
-    names = [
-        name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
-    ]
-    held = checked_fixed(fixed, names)
-    found = []
-    for group, own in zip(groups, names, strict=True):
-        body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
-        if body is not None:
-            found.append(BodyParts(body, group.colliders))
-    if surfaces.own:
-        notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
-    notes += unread(stage)
-    touch = touching(stage)
-    excluded = (
-        []
-        if touch is None
-        else kept_apart(
-            combinations(found, 2), lambda of_a, of_b: np.array([[touch(x, y) for y in of_b] for x in of_a], dtype=bool)
+        stage = opened(path, package, notes)
+        groups = groups_of(stage, rigid, notes)
+        names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
+        count = Counter(names)
+        names = [
+            name if count[name] == 1 else str(group.prim.GetPath())[1:]
+            for name, group in zip(names, groups, strict=True)
+        ]
+        held = links.checked_fixed(fixed, names)
+        found = []
+        for group, own in zip(groups, names, strict=True):
+            body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
+            if body is not None:
+                found.append(BodyParts(body, group.colliders))
+        if surfaces.own:
+            notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
+        notes += unread(stage)
+        excluded = excluded_pairs(stage, found)
+        bodies = [parts.body for parts in found]
+        remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
+        table = surfaces.table(FLOOR if floor else None)
+        return links.scene_of(
+            links.with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), path.stem, notes, excluded
         )
-    )
-    bodies = [parts.body for parts in found]
-    remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
-    table = surfaces.table(FLOOR if floor else None)
-    return scene_of(with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded)
 
 
 def _gravity(stage: Stage, notes: list[str]) -> Float:
@@ -190,7 +163,7 @@ def _body(
             fail(prim, "has no weight (physxRigidBody:disableGravity)", "needs gravity, or a kinematic body")
         if not fixed and shapes:
             inertials.append(inertial_of(stage, prim, shapes, stretch, density, notes).seen(away))
-    return rigid_body(name, pieces, pose=pose, inertial=None if fixed else together(inertials), fixed=fixed)
+    return links.rigid_body(name, pieces, pose=pose, inertial=None if fixed else together(inertials), fixed=fixed)
 
 
 def _plane(prim: Any, group: PrimGroup, name: str, matrix: Float, surface: str, fixed: bool) -> Body:  # noqa: ANN401

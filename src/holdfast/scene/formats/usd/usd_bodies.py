@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
+from holdfast.base.arrays import Bool
 from holdfast.base.text import listed, one_line, quoted
-from holdfast.scene.formats.links import Welded, not_read, weld
+from holdfast.scene.excluded import Excluded
+from holdfast.scene.formats.links import BodyParts, Welded, kept_apart, not_read, weld
 from holdfast.scene.formats.usd.stage import Stage
 from holdfast.scene.formats.usd.usd_colliders import fail, number_of, value_of
 
@@ -151,15 +154,15 @@ def _end(joint: Any, name: str, group: dict[Any, PrimGroup]) -> PrimGroup | None
     return None if owner is None else group[owner.GetPath()]
 
 
-def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
-    """Return the rule by which two colliders may touch, from collision groups and filtered pairs; None if all may."""
+def excluded_pairs(stage: Stage, bodies: Sequence[BodyParts]) -> list[Excluded]:
+    """Return the pairs of bodies, marked with their colliders, that collision groups and filtered pairs keep apart."""
     from pxr import UsdPhysics
 
     groups = [prim for prim in stage.prims if prim.IsA(UsdPhysics.CollisionGroup)]
     filtering = [prim for prim in stage.prims if has(prim, FILTER)]
     filters = [(prim.GetPath(), prim.GetRelationship("physics:filteredPairs").GetTargets()) for prim in filtering]
     if not groups and not filters:
-        return None
+        return []
     names = {str(group.GetPath()): _merged(group) for group in groups}
     found = set()
     for group in groups:
@@ -183,7 +186,10 @@ def touching(stage: Stage) -> Callable[[Any, Any], bool] | None:
                     return False
         return not any((x, y) in found for x in of(a) for y in of(b))
 
-    return may
+    def touching(of_a: Sequence[Any], of_b: Sequence[Any]) -> Bool:
+        return np.array([[may(x, y) for y in of_b] for x in of_a], dtype=bool)
+
+    return kept_apart(combinations(bodies, 2), touching)
 
 
 def _merged(group: Any) -> str:  # noqa: ANN401

@@ -1,4 +1,4 @@
-"""Scenes from MoveIt's messages PlanningScene, PlanningSceneWorld and CollisionObject, and from bags of ROS 1 and 2.
+"""Planning scenes of MoveIt: text files (.scene), messages, and bags of ROS 1 and 2; without masses or friction.
 
 A message is an object of any of ROS's client libraries, or a dictionary with the same fields; ROS is not imported. Bags
 are read through rosbags.
@@ -6,8 +6,8 @@ are read through rosbags.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,24 +16,182 @@ from holdfast.base.arrays import Float, checked, checked_name
 from holdfast.base.borders.foreign import foreign
 from holdfast.base.errors import GeometryError, SceneError, located, message
 from holdfast.base.ranges import PLACE
-from holdfast.base.rigid import pose_from
+from holdfast.base.rigid import UNIT_LENGTH, pose_from
 from holdfast.base.text import listed, quoted
 from holdfast.scene.compound import Solid
-from holdfast.scene.formats.links import BodyPiece
-from holdfast.scene.formats.moveit import Planned, scene_of_objects
-from holdfast.scene.formats.named_meshes import Numbers
+from holdfast.scene.formats.links import BodyPiece, checked_fixed, filled, rigid_body, scene_of, with_floor
+from holdfast.scene.formats.named_meshes import Numbers, Weights
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import Source
 from holdfast.scene.friction import Friction
 from holdfast.scene.scene import Scene
 from holdfast.scene.shapes import Box, Cylinder, Mesh, Sphere
 
+MOST_SHAPES = 10_000  # largest number of shapes of one object
+MOST_DIGITS = 20  # of a whole number; the time to read one grows with the square
 BOX, SPHERE, CYLINDER = 1, 2, 3  # shape_msgs/SolidPrimitive
 KINDS = {4: "cone", 5: "prism"}
 ADD, REMOVE, APPEND, MOVE = range(4)  # moveit_msgs/CollisionObject
 WHERE = "planning scene"
 MARKS = {".bag": b"#ROSBAG V2", ".mcap": b"\x89MCAP0\r\n", ".db3": b"SQLite format 3\0"}
 MESSAGES = ("PlanningScene", "PlanningSceneWorld", "CollisionObject")
+
+
+def sniff_text(source: Source) -> bool:
+    """Tell whether the file is a text whose second line begins an object, or which ends after the name."""
+    if source.suffix != ".scene" or b"\0" in source.head:
+        return False
+    second = source.text.partition("\n")[2].lstrip()
+    return second.startswith(("* ", "."))
+
+
+def read_text(
+    source: Source,
+    *,
+    friction: Friction | float | None = None,
+    density: Numbers | None = None,
+    mass: Numbers | None = None,
+    fixed: Collection[str] = (),
+    floor: bool = False,
+    gravity: ArrayLike = (0.0, 0.0, -9.81),
+) -> Scene:
+    """Return the scene of a planning scene's text: one body for each object, named by its id.
+
+    MoveIt files have neither friction nor masses: ``friction`` and ``density`` [kg/m³] or ``mass`` [kg] are needed,
+    each one number or one for each name. ``fixed`` names the objects that never move, and ``floor`` adds the half space
+    below z = 0. Colours and subframes are left out. Raises SceneError if the file is malformed, or if friction or
+    masses are missing.
+    """
+    objects = dict(_Lines(source).objects())
+    where, name = str(source.path), source.path.stem
+    return scene_of_objects(where, objects, name, [], friction, density, mass, fixed, floor, gravity)
+
+
+def scene_of_objects(
+    where: str,
+    objects: Mapping[str, tuple[Float, list[BodyPiece]]],
+    name: str,
+    notes: Sequence[str],
+    friction: Friction | float | None,
+    density: Numbers | None,
+    mass: Numbers | None,
+    fixed: Collection[str],
+    floor: bool,
+    gravity: ArrayLike,
+) -> Scene:
+    """Return the scene of objects, each with its pose (4, 4) and its shapes; ``where`` names them in errors."""
+    if friction is None:
+        raise SceneError(message(where, "says nothing of friction", "give friction="))
+    weights = Weights(mass, density, list(objects))
+    held = checked_fixed(fixed, objects, "object")
+    bodies = []
+    for each, (pose, pieces) in objects.items():
+        with located(f"{where}: object {quoted(each)}"):
+            inertial = None
+            if each not in held:
+                whole, dense = weights.of(each)
+                if whole is None and dense is None:
+                    remedy = "give mass= or density=, for it or for all"
+                    raise SceneError(message(f"object {quoted(each)}", "has no mass", remedy))
+                inertial = filled(pieces, 1.0 if dense is None else dense).weighing(whole)
+            bodies.append(rigid_body(each, pieces, pose=pose, inertial=inertial, fixed=each in held))
+    remedy = f"give fixed=[name] ({listed(objects)}), or floor=True for a floor at z = 0"
+    return scene_of(with_floor(bodies, floor, where, remedy), friction, gravity, name, notes)
+
+
+class _Lines:
+    """A reader of the lines of a file, one after the other."""
+
+    def __init__(self, source: Source) -> None:
+        self.path = source.path
+        self.lines = source.text.splitlines()
+        self.at = 1  # the first line is the name of the scene
+
+    def fail(self, problem: str, remedy: str) -> NoReturn:
+        raise SceneError(message(f"{self.path}:{self.at}", problem, remedy))
+
+    def line(self) -> str:
+        """Return the next line."""
+        if self.at >= len(self.lines):
+            self.fail("ends within an object", "needs the whole text of a planning scene, with a line '.' at its end")
+        self.at += 1
+        return self.lines[self.at - 1].strip()
+
+    def numbers(self, count: int) -> Float:
+        """Return the finite numbers of the next line."""
+        text = self.line()
+        try:
+            found = np.array([float(word) for word in text.split()])
+        except ValueError:
+            found = np.zeros(0)
+        if len(found) != count or not np.isfinite(found).all():
+            self.fail(f"holds {quoted(text)}", f"needs {count} finite numbers")
+        return found
+
+    def whole(self, most: int) -> int:
+        """Return the whole number on the next line."""
+        text = self.line()
+        if not text.isdecimal() or len(text) > MOST_DIGITS or int(text) > most:
+            self.fail(f"holds {quoted(text)}", f"needs a whole number of at most {most:,}")
+        return int(text)
+
+    def pose(self) -> Float:
+        """Return a pose (4, 4) from two lines: a position, and a quaternion with its real part last."""
+        place = self.numbers(3)
+        x, y, z, w = self.numbers(4)
+        if abs(np.linalg.norm((x, y, z, w)) - 1) > UNIT_LENGTH:
+            self.fail("has a quaternion of another length than 1", "needs x, y, z, w")
+        return pose_from(place, np.array([w, x, y, z]))
+
+    def objects(self) -> Iterator[tuple[str, tuple[Float, list[BodyPiece]]]]:
+        """Yield the name of each object with its pose and its shapes.
+
+        In files of older versions the object has no pose: the number of its shapes follows its name.
+        """
+        seen: set[str] = set()
+        while (begin := self.line()) != ".":
+            name = begin.removeprefix("*").strip()
+            if not begin.startswith("*") or not name or name in seen:
+                self.fail(f"holds {quoted(begin)}", "needs '* ' and a name that no other object has, or '.' at the end")
+            seen.add(name)
+            newer = self.at < len(self.lines) and len(self.lines[self.at].split()) > 1
+            pose = self.pose() if newer else np.eye(4)
+            pieces = [self.piece() for _ in range(self.whole(MOST_SHAPES))]
+            if newer:
+                for _ in range(self.whole(MOST_SHAPES)):  # subframes
+                    self.line()
+                    self.pose()
+            if not pieces:
+                self.fail(f"ends the object {quoted(name)}, which has no shape", "needs one")
+            yield name, (pose, pieces)
+
+    def piece(self) -> BodyPiece:
+        """Return a shape with its pose in the object; skip its colour."""
+        shape = self.shape()
+        pose = self.pose()
+        self.numbers(4)
+        return BodyPiece(shape, pose)
+
+    def shape(self) -> Solid:
+        """Return the next shape."""
+        kind = self.line()
+        with located(f"{self.path}:{self.at}"):
+            match kind:
+                case "box":
+                    return Box(self.numbers(3))
+                case "sphere":
+                    return Sphere(float(self.numbers(1)[0]))
+                case "cylinder":
+                    radius, length = self.numbers(2)
+                    return Cylinder(float(radius), float(length))
+                case "mesh":
+                    corners, triangles = (int(number) for number in self.numbers(2))
+                    vertices = np.array([self.numbers(3) for _ in range(corners)])
+                    return Mesh(vertices, np.array([self.numbers(3) for _ in range(triangles)]).astype(np.int64))
+        return self.fail(f"holds {quoted(kind)}", "reads box, sphere, cylinder and mesh")
+
+
+MOVEIT = Format("MoveIt", (".scene",), sniff_text, read_text)
 
 
 def from_planning_scene(
@@ -59,8 +217,8 @@ def from_planning_scene(
     world = World()
     for each in msg if isinstance(msg, list | tuple) else [msg]:
         world.apply(each)
-    options = Planned(friction, density, mass, fixed, floor, gravity)
-    return scene_of_objects(WHERE, world.objects, options, name or world.name, world.notes())
+    name, notes = name or world.name, world.notes()
+    return scene_of_objects(WHERE, world.objects, name, notes, friction, density, mass, fixed, floor, gravity)
 
 
 class World:
@@ -196,12 +354,12 @@ def _mesh(msg: Any) -> Solid:  # noqa: ANN401
     return Mesh(vertices, np.array(faces, dtype=np.int64).reshape(-1, 3))
 
 
-def sniff(source: Source) -> bool:
+def sniff_bag(source: Source) -> bool:
     """Tell whether the file begins as a bag of its suffix does."""
     return source.suffix in MARKS and source.head.startswith(MARKS[source.suffix])
 
 
-def read(
+def read_bag(
     source: Source,
     *,
     friction: Friction | float | None = None,
@@ -231,13 +389,11 @@ def read(
             topics[connection.topic] = None
             count += 1
     if not count:
-        problem = (
-            f"holds no message of {listed(MESSAGES)}, but {listed(list(others))}" if others else "holds no message"
-        )
+        problem = "holds no message" + (f" of {listed(MESSAGES)}, but {listed(list(others))}" if others else "")
         raise SceneError(message(where, problem, "record /planning_scene or /monitored_planning_scene"))
     notes = [f"{count} messages of {listed([quoted(topic) for topic in topics])}", *world.notes()]
-    options = Planned(friction, density, mass, fixed, floor, gravity)
-    return scene_of_objects(where, world.objects, options, world.name or source.path.stem, notes)
+    name = world.name or source.path.stem
+    return scene_of_objects(where, world.objects, name, notes, friction, density, mass, fixed, floor, gravity)
 
 
-BAG = Format("ROS bag", tuple(MARKS), sniff, read, extra="ros")
+BAG = Format("ROS bag", tuple(MARKS), sniff_bag, read_bag, extra="ros")
