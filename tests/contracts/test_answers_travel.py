@@ -346,7 +346,7 @@ def test_bounds_say_how_they_are_known() -> None:
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"{", b"[]", b'{"format": "holdfast-answer/1"}', b"\xef\xbb\xbf", b"PK\x03\x04"]
+    "content", [b"", b"{", b"[]", b'{"format": "holdfast-saved/1"}', b"\xef\xbb\xbf", b"PK\x03\x04"]
 )
 @pytest.mark.parametrize("suffix", [".json", ".npz"])
 def test_what_is_no_answer_is_one_clear_error(content: bytes, suffix: str, tmp_path: Path) -> None:

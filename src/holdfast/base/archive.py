@@ -32,7 +32,8 @@ from holdfast.base.errors import HoldfastError, located, message
 from holdfast.base.files import check_ordinary, checked_path, read_ordinary, write_atomically
 from holdfast.base.values import Table, Value, items_of, sealed
 
-FORMAT = "holdfast-answer/1"
+FORMAT = "holdfast-saved/1"
+EARLIER = "holdfast-answer/1"  # the name of the same layout up to 1.0.0rc1; now that of the envelope of --json
 SUFFIXES = (".json", ".npz")
 MAX_BYTES = 4_000_000_000  # size of the largest answer that is read, after unpacking
 SMALL = 64  # arrays of at most this many numbers are written into the JSON text of a .npz file, unless OPEN applies
@@ -97,7 +98,7 @@ def load(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - whatever was sa
                     Path(path), "answer file", most=MAX_BYTES, error=HoldfastError, too_large="save it as .npz"
                 )
                 data, arrays = json.loads(text.decode("utf-8-sig")), {}
-            if not isinstance(data, dict) or data.get("format") != FORMAT:
+            if not isinstance(data, dict) or data.get("format") not in {FORMAT, EARLIER}:
                 shown = data.get("format") if isinstance(data, dict) else type(data).__name__
                 remedy = f"needs {FORMAT!r}, as answer.save(path) writes it; what --json prints is for other programs"
                 raise HoldfastError(message("answer", f"is of format {shown!r:.60}", remedy))

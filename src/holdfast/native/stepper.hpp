@@ -32,6 +32,7 @@ constexpr Int MOST_NEWTON = 16;   // largest number of Newton steps for one poin
 constexpr Int EASY = 8;           // number up to which a point counts as found easily
 constexpr Int FIRST_NEWTON = 60;  // largest number for the first point: which idle faces part is still open
 constexpr double FIRST_LOAD = 0.1;    // its largest component, of each body's own weight and size
+constexpr double MOST_FIRST = 10.0;   // how far it may lead, in displacements at rest
 constexpr double FIRST_SHARE = 0.01;  // least share of one step there
 constexpr double AWAY = 0.7;  // distance from where the directions at both ends lead, as a share of the motion, that
                               // hints at a branch
@@ -130,7 +131,8 @@ inline Event begin(const Elastic& m, Work& work, Stepper& stepper, In start, In 
     now.systems = 1;
     now.orientation = work.rhs(q.size(), 1) > 0 ? rest.sign : -rest.sign;
     now.slope = turn(work, rest.sign, now.orientation, stepper.tangent);
-    now.step = now.slope > 0 ? std::min(FIRST_LOAD / (now.strength * now.slope), 10 * now.elastic) : 1e-3 * now.elastic;
+    now.step = now.slope > 0 ? std::min(FIRST_LOAD / (now.strength * now.slope), MOST_FIRST * now.elastic)
+                             : 1e-3 * now.elastic;
     before_peak(work, stepper);
     put(stepper.peak_plane, work.c);
     now.rising_s = now.falling_s = now.falling_slope = 0.0;
@@ -195,10 +197,11 @@ inline void lead(Work& work, Stepper& stepper, double s) {
 // the path; whether there is one.
 //
 // Which faces that touch without force press or part at rest is up to rounding, and with them where the path seems to
-// lead: planes across a wrong direction are met behind the state of rest, or nowhere.
+// lead: planes across a wrong direction are met behind the state of rest, or nowhere. A path that does not rise has its
+// peak at rest, and bodies that have to move far for so little have moved.
 inline bool set_out(const Elastic& m, Work& work, Stepper& stepper, const Fronts* fronts, Breath& breath) {
     Progress& now = stepper.now;
-    if (now.points > 0 || now.set_out) return false;
+    if (now.points > 0 || now.set_out || now.slope <= 0) return false;
     now.set_out = true;
     const Balance held{1.0, 0.0, 1.0, stepper.path.anchor};
     const double s = FIRST_LOAD / now.strength;
@@ -209,7 +212,7 @@ inline bool set_out(const Elastic& m, Work& work, Stepper& stepper, const Fronts
         newton(m, work, held, stepper.trial, s, 0.0, TOLERANCE, FIRST_NEWTON, FIRST_SHARE, fronts, breath);
     now.systems += point.systems;
     put(work.c, stepper.scratch);
-    if (!point.converged) return false;
+    if (!point.converged || farthest(stepper.trial, stepper.q) > MOST_FIRST * now.elastic) return false;
     lead(work, stepper, s);
     now.step = s / now.slope;
     now.shortened = 0;
