@@ -155,6 +155,8 @@ SAMPLES = {
 }
 WITHOUT = {
     "mesh file": "has corners and faces alone",
+    "LDraw model": "each line has numbers at fixed places, and other lines are comments",
+    "packing plan": "each packer dumps what it keeps of its own beside sizes and places",
     "ROS bag": "holds messages, not text: test_planning_messages.py",
 }
 

@@ -12,7 +12,15 @@ from functools import cached_property
 import manifold3d
 import numpy as np
 
-from holdfast.applications.placement.conditions import Approach, Search, Where, names_of
+from holdfast.applications.placement.conditions import (
+    Approach,
+    Search,
+    Where,
+    allowed_turns,
+    names_of,
+    region_of,
+    regions_to_keep_out_of,
+)
 from holdfast.applications.placement.margins import around, clearance, edge_margin, supporting_bodies, way_back
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, unit
@@ -82,7 +90,7 @@ class Checks:
     @cached_property
     def region(self) -> Float:
         """The low and the high corner (2, 3) [m] of where the object may be placed."""
-        return self.where.region(self.up)
+        return region_of(self.where.box, self.up, "Where: box")
 
     @cached_property
     def supports(self) -> tuple[str, ...]:
@@ -97,12 +105,12 @@ class Checks:
     @cached_property
     def turns(self) -> Float | None:
         """The allowed rotations (k, 3, 3), or None if every rotation is allowed."""
-        return self.approach.turns(self.up)
+        return allowed_turns(self.approach, self.up)
 
     @cached_property
     def closed(self) -> list[Float]:
         """The low and the high corners (2, 3) [m] of the regions to keep out of."""
-        return self.where.closed(self.up)
+        return regions_to_keep_out_of(self.where, self.up)
 
     @cached_property
     def frozen(self) -> tuple[Body, ...]:

@@ -169,17 +169,14 @@ class Where(Value):
         if self.apart is not None:
             set_(self, "apart", checked_number(self.apart, "Where: apart", minimum=0, within=LENGTH))
 
-    def region(self, up: Float) -> Float:
-        """Return the low and the high corner (2, 3) [m] of ``box``, infinite where it has no limits."""
-        return region_of(self.box, up, "Where: box")
 
-    def closed(self, up: Float) -> list[Float]:
-        """Return the low and the high corner (2, 3) [m] of each region of ``keep_out``."""
-        where = "Where: keep_out"
-        regions = checked_items(self.keep_out, where, "regions, each with a low and a high corner")
-        if any(region is None for region in regions):
-            raise SceneError(message(where, "holds None, which is everywhere", "give regions, or leave it out"))
-        return [region_of(region, up, f"{where}[{k}]") for k, region in enumerate(regions)]
+def regions_to_keep_out_of(where: Where, up: Float) -> list[Float]:
+    """Return the low and the high corner (2, 3) [m] of each region of ``keep_out``."""
+    place = "Where: keep_out"
+    regions = checked_items(where.keep_out, place, "regions, each with a low and a high corner")
+    if any(region is None for region in regions):
+        raise SceneError(message(place, "holds None, which is everywhere", "give regions, or leave it out"))
+    return [region_of(region, up, f"{place}[{k}]") for k, region in enumerate(regions)]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -221,34 +218,35 @@ class Approach(Value):
                 raise SceneError(message("Approach: gripper", problem, "needs low < high"))
             set_(self, "gripper", box)
 
-    def turns(self, up: Float) -> Float | None:
-        """Return the allowed rotations (k, 3, 3), or None if every rotation is allowed.
-
-        "upright" allows those in which the object's own third axis points along ``up`` (3,). Raises SceneError for any
-        other word, and for rotations that are none.
-        """
-        value: Any = self.orientations
-        if value is None or (isinstance(value, str) and value == ANY):
-            return None
-        where = "Approach: orientations"
-        if isinstance(value, str):
-            if value != UPRIGHT:
-                raise SceneError(
-                    message(where, f"is {quoted(value)}", f"needs {UPRIGHT!r}, {ANY!r} or rotations (k, 3, 3)")
-                )
-            return np.array([np.column_stack([*tangents(up), up])])
-        single = np.asarray(value, dtype=object).ndim == 2
-        turns = checked([value] if single else value, (None, 3, 3), where)
-        if not len(turns):
-            raise SceneError(message(where, "is empty", "give rotations (k, 3, 3), or None for any"))
-        poses = np.tile(np.eye(4), (len(turns), 1, 1))
-        poses[:, :3, :3] = turns
-        return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
-
     @property
     def prefers_upright(self) -> bool:
         """Whether an upright orientation counts for more than others: if none is asked for."""
         return self.orientations is None
+
+
+def allowed_turns(approach: Approach, up: Float) -> Float | None:
+    """Return the allowed rotations (k, 3, 3), or None if every rotation is allowed.
+
+    "upright" allows those in which the object's own third axis points along ``up`` (3,). Raises SceneError for any
+    other word, and for rotations that are none.
+    """
+    value: Any = approach.orientations
+    if value is None or (isinstance(value, str) and value == ANY):
+        return None
+    where = "Approach: orientations"
+    if isinstance(value, str):
+        if value != UPRIGHT:
+            raise SceneError(
+                message(where, f"is {quoted(value)}", f"needs {UPRIGHT!r}, {ANY!r} or rotations (k, 3, 3)")
+            )
+        return np.array([np.column_stack([*tangents(up), up])])
+    single = np.asarray(value, dtype=object).ndim == 2
+    turns = checked([value] if single else value, (None, 3, 3), where)
+    if not len(turns):
+        raise SceneError(message(where, "is empty", "give rotations (k, 3, 3), or None for any"))
+    poses = np.tile(np.eye(4), (len(turns), 1, 1))
+    poses[:, :3, :3] = turns
+    return np.array([checked_pose(pose, f"{where}[{k}]")[:3, :3] for k, pose in enumerate(poses)])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from holdfast.applications.placement.conditions import Approach
+from holdfast.applications.placement.conditions import Approach, allowed_turns
 from holdfast.applications.resting_poses import Face
 from holdfast.base.arrays import Float
 from holdfast.base.progress import keep_to_time
@@ -103,7 +103,7 @@ def turns_of(faces: Sequence[Face], approach: Approach, up: Float, axes: Float) 
     Facets of round sides are skipped. Upright orientations come first unless orientations are given.
     """
     steady = [face for face in faces if face.tilt > 0 and not face.rolls]
-    allowed = approach.turns(up)
+    allowed = allowed_turns(approach, up)
     if allowed is not None:
         if not approach.free_yaw:
             return list(allowed)

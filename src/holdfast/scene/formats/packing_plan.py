@@ -28,7 +28,6 @@ Data: TypeAlias = Any  # plain data of a file
 
 MOST_PLACED = 100_000  # boxes of one plan, as of a table; contact detection would take hours for more
 APART = 1.0  # [m] between containers, which a plan does not place: far enough that nothing touches
-MILLIMETRE = 1e-3  # [m] the unit of BED-BPP, which its keys say
 # Which of width, height and depth lies along x, y and z, by py3dbp's rotation_type
 TURNED = ((0, 1, 2), (1, 0, 2), (1, 2, 0), (2, 1, 0), (2, 0, 1), (0, 2, 1))
 WIDTHS, LENGTHS = ("width", "height", "depth"), ("length/mm", "width/mm", "height/mm")
@@ -97,7 +96,7 @@ def read(
     where, program = str(source.path), str(_program(source.data))
     if friction is None:
         raise SceneError(message(where, "says nothing of friction", "give friction="))
-    unit = MILLIMETRE if program == "BED-BPP" else 1.0
+    unit = 1e-3 if program == "BED-BPP" else 1.0  # [m]; its keys say millimetres
     notes = ["the plan says no units: lengths are taken as metres"] if scale is None and unit == 1 else []
     unit = unit if scale is None else checked_number(scale, "scale", above=0, within=SCALE)
     axes = (0, 2, 1) if checked_word(up_axis, ("y", "z"), "up_axis") == "y" else (0, 1, 2)
