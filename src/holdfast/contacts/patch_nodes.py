@@ -253,12 +253,13 @@ def _hull_shares(unit: tuple[float, ...], aspect: float) -> Float:
     return _rectangle_shares(nodes, _owned(nodes, _middles(LATTICE, LATTICE)), aspect)
 
 
-def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
-    """Return a grid of about ``count`` nodes over the smallest rectangle around a patch that does not fill it.
+def cut_grid_sample(patch: Patch, count: int) -> tuple[Float, Float]:
+    """Return nodes (n, 2) in the frame of a patch that does not fill its smallest rectangle, and their weights (n,).
 
-    Nodes are also at the corners of the hull and along its straight edges, a grid step apart (if there are too many,
-    only those farthest from each other). A body tips over these edges, and it must twist on the whole edge, not only on
-    its two ends. On a merged patch the nodes are chosen from its spots.
+    They are those of a grid of about ``count`` nodes over the rectangle that lie on the patch. Nodes are also at the
+    corners of the hull and along its straight edges, a grid step apart (if there are too many, only those farthest from
+    each other). A body tips over these edges, and it must twist on the whole edge, not only on its two ends. On a
+    merged patch the nodes are chosen from its spots.
     """
     if patch.spots is not None:
         return hull_sample(patch, count)
@@ -335,4 +336,4 @@ def _seen(patch: Patch, spots: Spots) -> Float:
     return np.asarray((spots.points - patch.polygon[0]) @ patch.frame.T)
 
 
-_SAMPLES = {"hull": hull_sample, "quadrature": tensor_sample, "corners": corner_sample}
+_SAMPLES = {"hull": hull_sample, "quadrature": cut_grid_sample, "corners": corner_sample}
