@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import pytest
 
-from holdfast.base.archive import fits, first_misfit
+from holdfast.base.archive import first_misfit, fits
 from holdfast.base.arrays import Float, Int, Objects
 from holdfast.base.public import Record, column
 from holdfast.base.values import Table
