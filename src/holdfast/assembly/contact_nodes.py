@@ -164,7 +164,10 @@ def contact_nodes(
     patches = [
         (number, patch) for number, interface in zip(chosen, interfaces, strict=True) for patch in interface.patches
     ]
-    points, weights = [nodes for own in samples for nodes, _ in own], [areas for own in samples for _, areas in own]
+    points, weights = (
+        [nodes for of_interface in samples for nodes, _ in of_interface],
+        [areas for of_interface in samples for _, areas in of_interface],
+    )
     if not points:
         return NO_NODES
     sizes = [len(nodes) for nodes in points]

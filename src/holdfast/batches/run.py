@@ -193,7 +193,7 @@ def batch(
     Raises HoldfastError for bad arguments, for a folder that holds answers to another question or that another batch
     writes to, and if the folder cannot be written. Errors in single scenes are reported in their rows.
     """
-    asked = question(ask, options)
+    batch_question = question(ask, options)
     means = Resources() if resources is None else resources
     if not isinstance(means, Resources):
         raise HoldfastError(message("batch: resources", f"is {quoted(means)}", "needs holdfast.sets.Resources(...)"))
@@ -209,13 +209,13 @@ def batch(
     given, part, path = inputs_of(scenes), _part(means.shard), checked_path(out, "folder of a batch")
     start = time.monotonic()
     with ExitStack() as stack, lines(_say):
-        folder = opened(path, asked, means.shard_size, part, stack)
-        driver = stack.enter_context(Driver(folder, asked, given, EarlierAnswers(folder, again)))
+        folder = opened(path, batch_question, means.shard_size, part, stack)
+        driver = stack.enter_context(Driver(folder, batch_question, given, EarlierAnswers(folder, again)))
         jobs = driver.jobs()
         if means.scheduler is None:
-            answers = answered_here(jobs, asked, limits, count)
+            answers = answered_here(jobs, batch_question, limits, count)
         else:
-            answers = answered_there(jobs, asked, limits, means.scheduler)
+            answers = answered_there(jobs, batch_question, limits, means.scheduler)
         driver.run(answers)
     return replace(counted(folder), asked=driver.asked, kept=driver.reused, seconds=time.monotonic() - start)
 

@@ -153,15 +153,15 @@ class RestingState:
         """
         small = (np.abs(self.grid.loads(W)).max(axis=1, initial=0.0) <= HUGE) & ~self.grid.loads_held(W)
         rows = np.flatnonzero(small & (W != 0).any(axis=0))
-        held = ~(W != 0).any(axis=0)
+        moves_nothing = ~(W != 0).any(axis=0)
         if self.grid.springs.faces is not None or not len(rows):
-            return np.asarray(held)
+            return np.asarray(moves_nothing)
         with self._asking:
             if not self._self_stressed.by_stiffness:
-                held[rows] = self.refined.held(W[:, rows])
+                moves_nothing[rows] = self.refined.held(W[:, rows])
                 if self.without_idle is not None:
-                    held &= self.without_idle.held(W)
-        return np.asarray(held)
+                    moves_nothing &= self.without_idle.held(W)
+        return np.asarray(moves_nothing)
 
     def forces_under(self, load: Float) -> ContactForces | None:
         """Return the contact forces once a ``load`` (6J,) [N, N m] has grown from 0, None if its path ends before."""
