@@ -261,7 +261,10 @@ class Sampled(Result):
             raise HoldfastError(message("answer under uncertainty", problem, "needs one for each"))
 
     def weakest(self, headline: str, places: Objects) -> Summary:
-        """Summarise the answer by quantiles of the rows with the smallest medians; ``places`` (n,) are their names."""
+        """Return the summary of the answer under a ``headline``: quantiles of its weakest rows, by their medians.
+
+        ``places`` (n,) are the names of all rows. This is what ``summary`` of each kind of answer returns.
+        """
         unit = self.unit
         low, middle = self.quantile(0.05), self.median
         known_low, known_middle = self.known(0.05), self.known(0.5)
