@@ -269,6 +269,7 @@ def cut_grid_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     along = max(2, round(count / across))
     # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
     between = CELLS if count < MANY else FEW_CELLS
+    # at most half as many corners and points of edges as nodes are wanted
     nodes = core.nodes_on(sheet.face, across, along, count // 2, 1e-9 * patch.size)
     cells = core.cells_on(sheet.face, between * (across - 1), between * (along - 1))
     return sheet.flat(nodes), _weights(sheet, nodes, _owned(nodes, cells))
