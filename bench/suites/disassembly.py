@@ -38,7 +38,7 @@ def _planned(scene: hf.Scene) -> list[Row]:
             "bodies": len(assembly.movable),
             "interfaces": len(assembly.interfaces),
             "taken out": len(d.order),
-            "answers": d.removals.asked,
+            "answers": d.removals.checks,
             "detection s": ready - start,
             "one verdict s": stood - ready,
             "plan s": planned,

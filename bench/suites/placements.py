@@ -54,11 +54,11 @@ def cell(name: str, make: Callable[[], PlacementScene], engine: str, count: int)
     for seed in range(count):
         search = asked.search(seed=seed)
         tried.append(search.tried)
-        if not search.found:
+        if not search.flat:
             continue
         assert search.first is not None
         seconds.append(search.first)
-        _, after = search.found[0]
+        _, after = search.flat[0]
         again += hf.stability(hf.assemble(after.scene)).status is hf.Status.STABLE
         fall = dropped(after, asked.checks.body.name)
         drops += [] if fall is None else [fall]

@@ -285,7 +285,7 @@ def test_separate_stacks_are_judged_apart() -> None:
     ]
     d = hf.disassembly_order(hf.assemble(hf.Scene([floor(), *two], 0.6)))
     assert d.reached
-    assert d.removals.asked == 6, "once for each body of each stack"
+    assert d.removals.checks == 6, "once for each body of each stack"
 
 
 @pytest.mark.parametrize(("lift", "order"), [((0, 0, 1), "bac"), ((0.5, 0, 1), "cba")])
@@ -338,6 +338,6 @@ def test_a_search_for_all_asks_no_more_than_its_budget(budget: int) -> None:
     """It ends in the middle of a step, too, and then proves nothing."""
     scene = hf.shipped_scene("tabletop")
     found = hf.disassembly_order(scene, engine="limit", solves=budget)
-    assert found.removals.asked <= budget
+    assert found.removals.checks <= budget
     assert not found.reached
     assert not found.proven

@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import pytest
 
-from holdfast.base.archive import fits, misfit
+from holdfast.base.archive import first_misfit, fits
 from holdfast.base.arrays import Float, Int, Objects
 from holdfast.base.public import Record, column
 from holdfast.base.values import Table
@@ -85,7 +85,7 @@ GOOD = {"points": np.zeros((4, 3)), "weights": np.zeros(4), "name": "ab"}
     ],
 )
 def test_shapes_agree_with_each_other(wrong: dict[str, Any], told: str) -> None:
-    assert misfit(Cloud, GOOD | wrong) == told
+    assert first_misfit(Cloud, GOOD | wrong) == told
 
 
 def test_items_of_another_kind_are_named() -> None:
@@ -95,4 +95,4 @@ def test_items_of_another_kind_are_named() -> None:
     for items, wrong in ((["a", None], ""), (["a", 1], "Names.names holds what it cannot hold")):
         array = np.empty(2, dtype=object)
         array[:] = items
-        assert misfit(Names, {"names": array}) == wrong
+        assert first_misfit(Names, {"names": array}) == wrong

@@ -243,13 +243,15 @@ class Assembly(Record):
         Such a contact has no certain normal and is not modelled, although in reality it carries force. An assembly that
         seems to fall may stand on it (``sharpened``). The tuple is empty if the interfaces were given.
         """
-        return tuple(dict.fromkeys((a.name, b.name) for a, b in self._meeting_sharply))
+        return tuple(dict.fromkeys((a.name, b.name) for a, b in self._unmodelled_parts))
 
     @cached_property
-    def _meeting_sharply(self) -> tuple[tuple[Body, Body], ...]:
-        """The bodies of ``unmodelled``, with those of their parts alone that may touch."""
-        known = {frozenset(interface.bodies) for interface in self.interfaces} | {frozenset(p) for p in self.occluded}
-        return meeting_sharply(self.scene, self.tolerances, known) if self.detected else ()
+    def _unmodelled_parts(self) -> tuple[tuple[Body, Body], ...]:
+        """The pairs of ``unmodelled`` as bodies; of a body in parts, a body of only those parts that may touch."""
+        if not self.detected:
+            return ()
+        settled = (*(interface.bodies for interface in self.interfaces), *self.occluded)
+        return meeting_sharply(self.scene, self.tolerances, {frozenset(pair) for pair in settled})
 
     @cached_property
     def sharpened(self) -> Assembly:
@@ -258,7 +260,7 @@ class Assembly(Record):
         What falls even with these falls for certain. It is this assembly if there are none.
         """
         deep = {overlap.bodies for overlap in self.overlaps}
-        pairs = (pair for pair in self._meeting_sharply if (pair[0].name, pair[1].name) not in deep)
+        pairs = (pair for pair in self._unmodelled_parts if (pair[0].name, pair[1].name) not in deep)
         found = [sharp_interface(self.scene, self.tolerances, *pair) for pair in pairs]
         return replace(self, interfaces=(*self.interfaces, *found)) if found else self
 

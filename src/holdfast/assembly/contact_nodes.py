@@ -52,7 +52,7 @@ class ContactNodes(Record):
     def __len__(self) -> int:
         return len(self.points)
 
-    # The following differ only if there are holds (hold_nodes.py).
+    # The following are those of an assembly without holds; with holds they are overridden (hold_nodes.py).
 
     @property
     def fasteners(self) -> int:
@@ -60,23 +60,23 @@ class ContactNodes(Record):
         return 0
 
     @property
-    def asked(self) -> Float | None:
+    def counted(self) -> Float | None:
         """Which equations (6J,) of bodies count, 1 or 0: none in which a hold is as strong as needed; None for all."""
         return None
 
     @property
     def contacts(self) -> ContactNodes:
-        """The nodes of contacts alone."""
+        """The nodes of contacts without those of holds, which are all where nothing is held."""
         return self
 
     @property
     def blocks(self) -> Float:
-        """The wrenches (K, 3, 2, 6) of the K nodes of holds."""
+        """The wrenches (K, 3, 2, 6) of the K nodes of holds, here none."""
         return _NO_BLOCKS
 
     @property
     def usual(self) -> Float:
-        """The usual normal forces (K,) [N] of the nodes of holds."""
+        """The usual normal forces (K,) [N] of the nodes of holds, here none."""
         return _EMPTY
 
     def under(self, wrench: Float) -> Float:
@@ -89,7 +89,7 @@ class ContactNodes(Record):
 
     def moving(self, twists: Float) -> Float:
         """Return motions (..., 6J) of bodies without what holds forbid that are as strong as needed."""
-        return twists if self.asked is None else twists * self.asked
+        return twists if self.counted is None else twists * self.counted
 
     def scaled(self, scale: Float) -> Float:
         """Return scales (6J,) of bodies, and for each fastener that of forces on its body: (6(J + F),)."""
@@ -164,7 +164,10 @@ def contact_nodes(
     patches = [
         (number, patch) for number, interface in zip(chosen, interfaces, strict=True) for patch in interface.patches
     ]
-    points, weights = [nodes for own in samples for nodes, _ in own], [areas for own in samples for _, areas in own]
+    points, weights = (
+        [nodes for of_interface in samples for nodes, _ in of_interface],
+        [areas for of_interface in samples for _, areas in of_interface],
+    )
     if not points:
         return NO_NODES
     sizes = [len(nodes) for nodes in points]
@@ -217,20 +220,20 @@ def equilibrium_operator(assembly: Assembly, nodes: ContactNodes) -> sparse.csc_
 
 def equilibrium_blocks(assembly: Assembly, nodes: ContactNodes) -> Float:
     """Return the wrenches (I, 3, 2, 6) of a unit force along each axis of a node, on body b first, then on body a."""
-    own = nodes.contacts
+    contacts = nodes.contacts
     blocks = np.empty((len(nodes), 3, 2, 6))
-    blocks[len(own) :] = nodes.blocks
-    for side, (body, sign) in enumerate(((own.b, 1.0), (own.a, -1.0))):
-        force = sign * own.axes
-        blocks[: len(own), :, side, :3] = force
-        blocks[: len(own), :, side, 3:] = cross(arms(assembly, own, body)[:, None], force)
-    return asked_of(nodes, blocks)
+    blocks[len(contacts) :] = nodes.blocks
+    for side, (body, sign) in enumerate(((contacts.b, 1.0), (contacts.a, -1.0))):
+        force = sign * contacts.axes
+        blocks[: len(contacts), :, side, :3] = force
+        blocks[: len(contacts), :, side, 3:] = cross(arms(assembly, contacts, body)[:, None], force)
+    return counted_part(nodes, blocks)
 
 
-def asked_of(nodes: ContactNodes, blocks: Float) -> Float:
+def counted_part(nodes: ContactNodes, blocks: Float) -> Float:
     """Return ``blocks`` (I, 3, 2, 6) with 0 in the equations that do not count."""
-    if nodes.asked is not None:
-        every = np.vstack([nodes.asked.reshape(-1, 6), np.ones((nodes.fasteners + 1, 6))])  # FIXED is -1
+    if nodes.counted is not None:
+        every = np.vstack([nodes.counted.reshape(-1, 6), np.ones((nodes.fasteners + 1, 6))])  # FIXED is -1
         blocks *= every[np.stack([nodes.b, nodes.a], axis=1)][:, None]
     return blocks
 

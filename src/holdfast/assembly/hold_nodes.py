@@ -38,7 +38,7 @@ class HoldData:
     ``blocks`` (K, 3, 2, 6) are the wrenches of a unit force along each axis of such a node, on its body b and on its
     fastener a. ``owner`` (F,) is the body of each fastener and ``amounts`` (6F,) the right-hand side of its equations.
     ``constant`` (6J,) are wrenches that holds exert in any case, and ``usual`` (K,) [N] the usual normal forces.
-    ``asked`` (6J,) is 0 for equations that are left out, else 1.
+    ``counted`` (6J,) is 0 for equations that are left out, else 1.
     """
 
     blocks: Float
@@ -46,7 +46,7 @@ class HoldData:
     amounts: Float
     constant: Float
     usual: Float
-    asked: Float
+    counted: Float
 
 
 class HeldNodes(ContactNodes):
@@ -60,9 +60,9 @@ class HeldNodes(ContactNodes):
         return len(self.data.owner)
 
     @property
-    def asked(self) -> Float:
+    def counted(self) -> Float:
         """Which equations (6J,) of bodies count, 1 or 0."""
-        return self.data.asked
+        return self.data.counted
 
     @property
     def blocks(self) -> Float:
@@ -81,12 +81,12 @@ class HeldNodes(ContactNodes):
 
     def under(self, wrench: Float) -> Float:
         """Return ``wrench`` (6J,) with what holds exert in any case, and the equations of fasteners: (6(J + F),)."""
-        return np.concatenate([self.asked * (wrench + self.data.constant), -self.data.amounts])
+        return np.concatenate([self.counted * (wrench + self.data.constant), -self.data.amounts])
 
     def beside(self, columns: Float) -> Float:
         """Return loads (6J, ...) on bodies, where they count, with none on fasteners: (6(J + F), ...)."""
-        own = (columns.T * self.asked).T
-        return np.concatenate([own, np.zeros((6 * self.fasteners, *columns.shape[1:]))])
+        on_bodies = (columns.T * self.counted).T
+        return np.concatenate([on_bodies, np.zeros((6 * self.fasteners, *columns.shape[1:]))])
 
     def scaled(self, scale: Float) -> Float:
         """Return scales (6J,) of bodies, and for each fastener that of forces on its body: (6(J + F),)."""
@@ -104,12 +104,12 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
     counts = [one.fasteners for one in made]
     first = len(assembly.movable) + np.cumsum([0, *counts[:-1]])
     owner = np.repeat([one.body for one in made], counts).astype(np.int64)
-    constant, asked = np.zeros((len(assembly.movable), 6)), np.ones((len(assembly.movable), 6))
+    constant, counted = np.zeros((len(assembly.movable), 6)), np.ones((len(assembly.movable), 6))
     for one in made:
         constant[one.body] += one.constant[0]
         if one.other != FIXED:
             constant[one.other] += one.constant[1]
-        asked[one.body, 3:] *= not one.turns
+        counted[one.body, 3:] *= not one.turns
     body = np.concatenate([np.array(one.on, dtype=np.int64) for one in made])
     at = np.concatenate([one.ends(start) for start, one in zip(first.tolist(), made, strict=True)])
     weights = np.full(K, float(nodes.weights.mean()) if len(nodes) else 1.0)
@@ -128,7 +128,7 @@ def with_holds(assembly: Assembly, nodes: ContactNodes) -> ContactNodes:
             amounts=np.concatenate([[*one.given, *[0.0] * (-len(one.given) % 6)] for one in made]),
             constant=constant.ravel(),
             usual=np.concatenate([np.array(one.usual, dtype=np.float64) for one in made]),
-            asked=asked.ravel(),
+            counted=counted.ravel(),
         ),
     )
 

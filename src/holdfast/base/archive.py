@@ -273,7 +273,7 @@ class _Reader:
         state = older | {entry.name: parts.pop(entry.name) for entry in fields(cls) if entry.name in parts}
         if len(state) < len(fields(cls)) or parts.keys() - GONE.get(cls.__name__, set()):
             raise ValueError(f"{cls.__name__} has other fields than {sorted(data)}")
-        wrong = misfit(cls, state)
+        wrong = first_misfit(cls, state)
         if wrong:
             raise ValueError(wrong)
         result: Any = object.__new__(cls)
@@ -337,11 +337,11 @@ def _suffix(path: str | os.PathLike[str]) -> str:
     return suffix
 
 
-def misfit(cls: type, state: Mapping[str, Any]) -> str:
-    """Return a description of the first field of ``state`` that a ``cls`` cannot have; "" if all fit.
+def first_misfit(cls: type, state: Mapping[str, Any]) -> str:
+    """Say what is wrong with the first value in ``state``, by field, that a ``cls`` cannot hold; "" if all fit.
 
-    A letter in the shape of a column stands for the same number in all fields of one value. The shape of a tuple or
-    list is its length.
+    A value has to match the annotation of its field and, in a ``column``, the shape that it declares. A letter in that
+    shape stands for the same number in all fields of one ``cls``. The shape of a tuple or list is its length.
     """
     for name, wanted in _HINTS(cls).items():
         if name in state and not fits(state[name], wanted):
@@ -350,12 +350,12 @@ def misfit(cls: type, state: Mapping[str, Any]) -> str:
     columns = {entry.name: entry.metadata for entry in fields(cls) if entry.metadata}
     for name, column in columns.items():
         item, shape, kind = state[name], column["shape"].split(), column["of"]
-        found = item.shape if isinstance(item, np.ndarray) else (len(item),)
-        if len(found) != len(shape) or any(
+        actual = item.shape if isinstance(item, np.ndarray) else (len(item),)
+        if len(actual) != len(shape) or any(
             numbers.setdefault(mark, size) != size if mark.isalpha() else int(mark) != size
-            for mark, size in zip(shape, found, strict=True)
+            for mark, size in zip(shape, actual, strict=True)
         ):
-            return f"{cls.__name__}.{name} has shape {found}, not ({', '.join(shape)})"
+            return f"{cls.__name__}.{name} has shape {actual}, not ({', '.join(shape)})"
         if kind is not None and not all(fits(each, kind) for each in item.flat):
             return f"{cls.__name__}.{name} holds what it cannot hold"
     return ""

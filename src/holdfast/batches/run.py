@@ -193,7 +193,7 @@ def batch(
     Raises HoldfastError for bad arguments, for a folder that holds answers to another question or that another batch
     writes to, and if the folder cannot be written. Errors in single scenes are reported in their rows.
     """
-    asked = question(ask, options)
+    batch_question = question(ask, options)
     means = Resources() if resources is None else resources
     if not isinstance(means, Resources):
         raise HoldfastError(message("batch: resources", f"is {quoted(means)}", "needs holdfast.sets.Resources(...)"))
@@ -209,13 +209,13 @@ def batch(
     given, part, path = inputs_of(scenes), _part(means.shard), checked_path(out, "folder of a batch")
     start = time.monotonic()
     with ExitStack() as stack, lines(_say):
-        folder = opened(path, asked, means.shard_size, part, stack)
-        driver = stack.enter_context(Driver(folder, asked, given, EarlierAnswers(folder, again)))
+        folder = opened(path, batch_question, means.shard_size, part, stack)
+        driver = stack.enter_context(Driver(folder, batch_question, given, EarlierAnswers(folder, again)))
         jobs = driver.jobs()
         if means.scheduler is None:
-            answers = answered_here(jobs, asked, limits, count)
+            answers = answered_here(jobs, batch_question, limits, count)
         else:
-            answers = answered_there(jobs, asked, limits, means.scheduler)
+            answers = answered_there(jobs, batch_question, limits, means.scheduler)
         driver.run(answers)
     return replace(counted(folder), asked=driver.asked, kept=driver.reused, seconds=time.monotonic() - start)
 
@@ -257,17 +257,17 @@ class Driver:
         self._report()
         for job, reply in answers:
             number = job.number // self.folder.shard_size
-            own = self._open[number]
-            own.journal.append(record_of(job, reply))
-            own.missing.remove(job.name)
-            if not own.missing:
+            shard = self._open[number]
+            shard.journal.append(record_of(job, reply))
+            shard.missing.remove(job.name)
+            if not shard.missing:
                 self._commit(number)
             self.asked += 1
             self._report()
-        for shard in self.folder.shards():  # after the last one: their rows stay in a journal
-            if shard >= self._shards and self.folder.part.has(shard):
-                self.earlier.displace(shard, ())
-                self.folder.remove(shard)
+        for old in self.folder.shards():  # after the last one: their rows stay in a journal
+            if old >= self._shards and self.folder.part.has(old):
+                self.earlier.displace(old, ())
+                self.folder.remove(old)
         self.finished = True
 
     def jobs(self) -> Iterator[Job]:
@@ -281,8 +281,9 @@ class Driver:
                 yield from self._missing(shard, jobs)
 
     def _job(self, number: int, item: Input) -> Job:
-        job = Job(number, item.name, BatchQuestion(self.question.verbs, self.question.options))
-        job = replace(job, pushes=self.question.pushes_on(item.name), scene=item.scene)
+        """Return the job of one input, with the pushes on its scene alone: workers need not get all of a batch."""
+        question = BatchQuestion(self.question.verbs, self.question.options)
+        job = Job(number, item.name, question, self.question.pushes_on(item.name), scene=item.scene)
         if item.path is None:
             return replace(job, key=key_of_value(job))
         return replace(job, path=as_text(item.path), place=os.path.abspath(item.path))

@@ -184,7 +184,7 @@ def place(
         approach = replace(approach, direction=rest.gravity)
     mu, pairs = of_all_and_each("--object-friction", object_friction or (), PAIR)
     mixed = paired(Scene([*rest.bodies, *bodies], whole.friction), pairs, "--object-friction")
-    asked: dict[str, Any] = {
+    arguments: dict[str, Any] = {
         "where": where,
         "approach": approach,
         "search": search,
@@ -195,7 +195,9 @@ def place(
     rest = with_notes(rest, [f"--cone-degrees: the way in may lean by {cone:g}°"] if cone else [])
     assembly = scene.assembled(with_notes(rest, doubts(bodies)))
     name, several, details = rest.name or scene.scene, len(bodies) > 1, {}
-    result: Any = place_all(assembly, bodies, **asked) if several else plan_placement(assembly, bodies[0], **asked)
+    result: Any = (
+        place_all(assembly, bodies, **arguments) if several else plan_placement(assembly, bodies[0], **arguments)
+    )
     if several:
         report, placed = partial(order_report.placements_report, scene=name), bool(result.steps)
     else:

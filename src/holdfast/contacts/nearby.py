@@ -46,16 +46,16 @@ class Nearby:
         return np.array([body.box for body in self.scene.bodies])
 
     def beside(self, name: str) -> list[Body]:
-        """Return the bodies within ``doubtful_gap`` of a body that may touch it, in the order of the scene."""
+        """Return the bodies within ``doubtful_gap`` of this one that may touch it, in the order of the scene."""
         if name not in self._beside:
-            own = self.scene.body(name)
+            body = self.scene.body(name)
             low, high = self._boxes[:, 0], self._boxes[:, 1]
-            apart = np.linalg.norm(np.maximum(np.maximum(low - own.box[1], own.box[0] - high), 0), axis=1)
+            apart = np.linalg.norm(np.maximum(np.maximum(low - body.box[1], body.box[0] - high), 0), axis=1)
             near = [(self.scene.bodies[k], float(apart[k])) for k in np.flatnonzero(apart <= DOUBTFUL_GAP)]
             self._beside[name] = [
-                body
-                for body, gap in near
-                if body.name != name and gap <= doubtful_gap(own, body) and self.scene.touching(own, body)
+                other
+                for other, gap in near
+                if other.name != name and gap <= doubtful_gap(body, other) and self.scene.touching(body, other)
             ]
         return self._beside[name]
 

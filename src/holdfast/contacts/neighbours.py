@@ -55,8 +55,8 @@ def _near(scene: Scene, gap: float, same: Collection[str]) -> list[tuple[Body, B
     place_cuboids(bodies)
     boxes = np.array([body.box for body in bodies]).reshape(-1, 2, 3)
     fixed = np.array([body.fixed for body in bodies], dtype=bool)
-    asked = np.array([body.name not in same for body in bodies], dtype=bool)
-    pairs, shared = core.near_bodies(boxes, fixed, asked, gap)
+    wanted = np.array([body.name not in same for body in bodies], dtype=bool)
+    pairs, shared = core.near_bodies(boxes, fixed, wanted, gap)
     return [(bodies[i], bodies[j], along) for (i, j), along in zip(pairs.tolist(), shared.tolist(), strict=True)]
 
 

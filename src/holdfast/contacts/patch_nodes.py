@@ -253,12 +253,13 @@ def _hull_shares(unit: tuple[float, ...], aspect: float) -> Float:
     return _rectangle_shares(nodes, _owned(nodes, _middles(LATTICE, LATTICE)), aspect)
 
 
-def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
-    """Return a grid of about ``count`` nodes over the smallest rectangle around a patch that does not fill it.
+def cut_grid_sample(patch: Patch, count: int) -> tuple[Float, Float]:
+    """Return nodes (n, 2) in the frame of a patch that does not fill its smallest rectangle, and their weights (n,).
 
-    Nodes are also at the corners of the hull and along its straight edges, a grid step apart (if there are too many,
-    only those farthest from each other). A body tips over these edges, and it must twist on the whole edge, not only on
-    its two ends. On a merged patch the nodes are chosen from its spots.
+    They are those of a grid of about ``count`` nodes over the rectangle that lie on the patch. Nodes are also at the
+    corners of the hull and along its straight edges, a grid step apart (if there are too many, only those farthest from
+    each other). A body tips over these edges, and it must twist on the whole edge, not only on its two ends. On a
+    merged patch the nodes are chosen from its spots.
     """
     if patch.spots is not None:
         return hull_sample(patch, count)
@@ -268,6 +269,7 @@ def tensor_sample(patch: Patch, count: int) -> tuple[Float, Float]:
     along = max(2, round(count / across))
     # no cell is cut by the line halfway between two nodes, so equivalent nodes get equal areas
     between = CELLS if count < MANY else FEW_CELLS
+    # at most half as many corners and points of edges as nodes are wanted
     nodes = core.nodes_on(sheet.face, across, along, count // 2, 1e-9 * patch.size)
     cells = core.cells_on(sheet.face, between * (across - 1), between * (along - 1))
     return sheet.flat(nodes), _weights(sheet, nodes, _owned(nodes, cells))
@@ -335,4 +337,4 @@ def _seen(patch: Patch, spots: Spots) -> Float:
     return np.asarray((spots.points - patch.polygon[0]) @ patch.frame.T)
 
 
-_SAMPLES = {"hull": hull_sample, "quadrature": tensor_sample, "corners": corner_sample}
+_SAMPLES = {"hull": hull_sample, "quadrature": cut_grid_sample, "corners": corner_sample}

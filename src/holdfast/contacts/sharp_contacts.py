@@ -34,13 +34,17 @@ ANY_NORMAL = np.vstack([np.eye(3), -np.eye(3)])  # forces along these make up ev
 
 
 def meeting_sharply(
-    scene: Scene, tolerances: Tolerances, known: Collection[frozenset[str]]
+    scene: Scene, tolerances: Tolerances, settled: Collection[frozenset[str]]
 ) -> tuple[tuple[Body, Body], ...]:
-    """Return the pairs of bodies within the gap, but for ``known`` pairs, with those of their parts that may touch."""
+    """Return the pairs of bodies within the gap that are not ``settled``: a corner or an edge of one meets the other.
+
+    All pairs that touch otherwise are settled, by their names. Of a body in parts, a body of only those parts that may
+    touch is returned.
+    """
     return tuple(
         (a, b)
         for a, b in neighbours(scene, tolerances.widest(scene))
-        if frozenset((a.name, b.name)) not in known
+        if frozenset((a.name, b.name)) not in settled
         and distance(a, b, 1.001 * _between(scene, tolerances, a, b).gap) is not None
     )
 

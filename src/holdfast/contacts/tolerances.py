@@ -102,21 +102,22 @@ class Tolerances(Record):
 
     def of_pairs(self, pairs: Iterable[tuple[Body, Body]]) -> list[OfPair]:
         """Return the tolerances of many pairs of bodies; those of bodies alike are found once."""
-        found: dict[tuple[float, ...], OfPair] = {}
+        known: dict[tuple[float, ...], OfPair] = {}
         limits = []
         for a, b in pairs:
             one, two = a.shape.surface, b.shape.surface
             sizes = (a.size, b.size) if self.tilt else ()
             key = (id(one), a.fixed, id(two), b.fixed, *sizes)
-            own = found.get(key)
-            if own is None:
+            limit = known.get(key)
+            if limit is None:
                 base = self.base(a, b)
                 sagitta = one.sagitta + two.sagitta
-                own = found[key] = OfPair(self._between(a, b, base), base, plain_gap(a, b), sagitta)
-            limits.append(own)
+                limit = known[key] = OfPair(self._between(a, b, base), base, plain_gap(a, b), sagitta)
+            limits.append(limit)
         return limits
 
     def _between(self, a: Body, b: Body, gap: float) -> Tolerances:
+        """Return what ``between`` does, from the ``gap`` [m] of the pair without additions (``base``)."""
         plain = rough_angle(a, b) if self.angle_by_pair and self.rough else self.angle
         if self.tilt:
             gap += self._swing(max((body.size / 2 for body in (a, b) if not body.fixed), default=0.0))

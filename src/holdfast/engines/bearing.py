@@ -87,9 +87,9 @@ def bearings(
     names = limited(assembly.bodies) if names is None else names
     if not names:
         return ()
-    asked = [group for group in groups if any(concerns(assembly, group.bodies, name) for name in names)]
-    unknown = [group.bodies for group in asked if group.verdict.forces is None]
-    forces = [group.verdict.forces for group in asked if group.verdict.forces is not None]
+    concerned = [group for group in groups if any(concerns(assembly, group.bodies, name) for name in names)]
+    unknown = [group.bodies for group in concerned if group.verdict.forces is None]
+    forces = [group.verdict.forces for group in concerned if group.verdict.forces is not None]
     held = held_names(assembly.scene.holds)  # which exert forces that nobody tells
     known = [n for n in names if n not in held and not any(concerns(assembly, bodies, n) for bodies in unknown)]
     pressing = _pressing(assembly, forces)

@@ -255,8 +255,8 @@ class Groups:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the scene's reader guessed or left out, and the simplifications of all groups that have been asked."""
-        asked = [group.state.notes for _, group in sorted(self._known.items()) if group.state is not None]
-        return joined_notes([self.assembly.scene.notes, *asked])
+        known_notes = [group.state.notes for _, group in sorted(self._known.items()) if group.state is not None]
+        return joined_notes([self.assembly.scene.notes, *known_notes])
 
     def load_factor(self, W: Float, accuracy: Accuracy = EXACT) -> Answers:
         """Find the largest factor of each load column of W (6J, n): the smallest over the groups that it loads.
@@ -286,16 +286,16 @@ class Groups:
         All groups that a load reaches must stand, all their contacts be certain, and their engine be able to tell.
         """
         loaded = (W.reshape(len(W) // 6, 6, W.shape[1]) != 0).any(1)
-        held = np.ones(W.shape[1], dtype=bool)
+        moves_nothing = np.ones(W.shape[1], dtype=bool)
         for number in self._groups_of(np.flatnonzero(loaded.any(1))):
             group = self.group(number)
-            at = np.flatnonzero(loaded[self.assembly.group_of == number].any(0) & held)
+            at = np.flatnonzero(loaded[self.assembly.group_of == number].any(0) & moves_nothing)
             if group.verdict.status is not Status.STABLE or group.part is None or group.state is None:
-                held[at] = False
+                moves_nothing[at] = False
             elif len(at):
                 with self._stopped_anew(group.part):
-                    held[at] = held_by(group.state, W[group.part.rows][:, at])
-        return held
+                    moves_nothing[at] = held_by(group.state, W[group.part.rows][:, at])
+        return moves_nothing
 
     def _groups_of(self, bodies: Iterable[int]) -> list[int]:
         """Return the numbers of the groups of these movable bodies, each once."""

@@ -144,7 +144,7 @@ class SmallestAnswers:
         self.force, self.lower, self.upper = (np.full(count, np.inf) for _ in range(3))
         self.status = np.array([Status.INFINITE] * count, dtype=object)  # np.full would make plain texts of them
         self.mechanism = np.full(count, None, dtype=object)
-        self.asked = np.zeros(count, dtype=bool)
+        self.answered = np.zeros(count, dtype=bool)
         self.parts: list[Answers] = []
 
     def add(self, columns: Int, found: Answers) -> None:
@@ -155,8 +155,8 @@ class SmallestAnswers:
         """
         self.parts.append(found)
         mine, other = _settled(self.status[columns], self.force[columns]), _settled(found.status, found.force)
-        taken = ~self.asked[columns] | (~mine & (other | (found.force < self.force[columns])))
-        self.asked[columns] = True
+        taken = ~self.answered[columns] | (~mine & (other | (found.force < self.force[columns])))
+        self.answered[columns] = True
         self.lower[columns] = np.minimum(self.lower[columns], found.lower)
         self.upper[columns] = np.minimum(self.upper[columns], found.upper)
         at = columns[taken]

@@ -326,8 +326,8 @@ def doubt_of(assembly: Assembly, twists: Float, judged: Collection[str] = ()) ->
             return overlap.text
     sharp = assembly.sharpened
     added = range(len(assembly.interfaces), len(sharp.interfaces))
-    asked = [k for k in added if not all(name in judged for name in sharp.interfaces[k].bodies)]
-    nodes = contact_nodes(sharp, 4, "corners", among=asked)
+    unjudged = [k for k in added if not all(name in judged for name in sharp.interfaces[k].bodies)]
+    nodes = contact_nodes(sharp, 4, "corners", among=unjudged)
     velocity = relative_velocity(nodes, assembly.com, twists)
     pressed = nodes.mu * np.linalg.norm(velocity[:, 1:], axis=1) - velocity[:, 0] > CERTIFIED * fastest
     if not pressed.any():

@@ -91,8 +91,8 @@ def checked_hull(lower: Lower, near: Float, accuracy: float, solves: int, where:
         half, most = _shortfall(value[positive], found[positive])
         loads, factor = np.vstack([loads, fresh]), np.concatenate([factor, found])
     known, price = _points(loads, factor)
-    asked = factor > 0
-    _raise_prices(known, price, loads[asked], 1 / factor[asked])
+    above_zero = factor > 0
+    _raise_prices(known, price, loads[above_zero], 1 / factor[above_zero])
     between = drawn(len(loads))
     tight = _tight(known, price, hull_gauge(known, price, between[1::2])[1])
     middles = tight.T.astype(float) @ (known / price[:, None])  # of the combinations that the rays go through

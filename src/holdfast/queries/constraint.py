@@ -189,11 +189,11 @@ def constraint(
     limits = wrench_box(assembly, box, where)
     index = assembly.index[body]
     com = np.array(assembly.com[index])
-    asked = (
+    wrenches = (
         inward_pushes(assembly, body, com) if near is None else checked(near, (None, 6), f"{where}: near", within=FORCE)
     )
     engine = engine_for(assembly, where, exists=exists)
-    groups, near_by = prepared(engine, assembly, total_wrench(assembly, standing)), asked / limits
+    groups, near_by = prepared(engine, assembly, total_wrench(assembly, standing)), wrenches / limits
     above = by = 0.0
     if exists:
         state, rows = groups.together([index], where)

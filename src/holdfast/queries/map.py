@@ -243,8 +243,8 @@ def robustness_map(
     wanted = checked_number(accuracy, "robustness_map: accuracy", minimum=0)
     if bodies is None and not assembly.movable:
         raise SceneError(message("robustness_map", "there is no movable body", "name bodies, or free one"))
-    asked = [body.name for body in assembly.movable] if bodies is None else bodies
-    numbers = body_numbers(assembly, asked, "robustness_map")
+    names = [body.name for body in assembly.movable] if bodies is None else bodies
+    numbers = body_numbers(assembly, names, "robustness_map")
     check_count(assembly, list(numbers), step)
     method = engine_of(engine)
     state, covers = prepared(method, assembly), covering(imperfect, method, assembly)

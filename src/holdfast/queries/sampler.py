@@ -191,19 +191,19 @@ def sampler(
 
     Raises HoldfastError, with ``where`` in its message, for what this assembly does not allow.
     """
-    asked = checked_options(uncertain, Uncertain, f"{where}: uncertain")
+    options = checked_options(uncertain, Uncertain, f"{where}: uncertain")
     return Sampler(
         assembly,
         engine,
         standing,
-        None if asked.pose_sigma is None else _deviation(assembly, asked.pose_sigma, where),
-        None if asked.mu_range is None else friction_intervals(assembly, asked.mu_range, where),
-        None if asked.mass_range is None else mass_intervals(assembly, asked.mass_range, where),
+        None if options.pose_sigma is None else _deviation(assembly, options.pose_sigma, where),
+        None if options.mu_range is None else friction_intervals(assembly, options.mu_range, where),
+        None if options.mass_range is None else mass_intervals(assembly, options.mass_range, where),
         Absences(engine, assembly, total_wrench(assembly, standing)),
-        None if asked.faces is None else covering(asked.faces, engine, assembly),
-        asked.samples,
-        asked.seed,
-        width_notes(assembly, asked.mu_range),
+        None if options.faces is None else covering(options.faces, engine, assembly),
+        options.samples,
+        options.seed,
+        width_notes(assembly, options.mu_range),
     )
 
 
@@ -261,7 +261,10 @@ class Sampled(Result):
             raise HoldfastError(message("answer under uncertainty", problem, "needs one for each"))
 
     def weakest(self, headline: str, places: Objects) -> Summary:
-        """Summarise the answer by quantiles of the rows with the smallest medians; ``places`` (n,) are their names."""
+        """Return the summary of the answer under a ``headline``: quantiles of its weakest rows, by their medians.
+
+        ``places`` (n,) are the names of all rows. This is what ``summary`` of each kind of answer returns.
+        """
         unit = self.unit
         low, middle = self.quantile(0.05), self.median
         known_low, known_middle = self.known(0.05), self.known(0.5)

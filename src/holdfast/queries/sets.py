@@ -188,8 +188,8 @@ def admissible_wrenches(
     limits = wrench_box(assembly, box, where)
     units = ("N",) * 3 + ("N m",) * 3
     frame = f"world axes; torque about the centre of mass of {body!r}"
-    found = _SetQuestion(where, assembly, columns, limits, total_wrench(assembly, standing), exists)
-    return found.answer(accuracy, solves, units, frame)
+    question = _SetQuestion(where, assembly, columns, limits, total_wrench(assembly, standing), exists)
+    return question.answer(accuracy, solves, units, frame)
 
 
 def wrench_box(assembly: Assembly, box: ArrayLike | None, where: str) -> Float:

@@ -205,17 +205,17 @@ def margin_of(
     that act all the time, and ``pressed`` (B,) [N] is how much they press each body down. Nothing is crushed either
     way. Raises HoldfastError if the engine promises no lower bound.
     """
-    asked = np.flatnonzero(np.isin(assembly.group_of, range(len(assembly.groups)) if groups is None else groups))
-    verdict = prepared(engine, assembly, standing).verdict_on(asked.tolist())
-    loaded = np.array([assembly.movable[k].name not in verdict.balanced for k in asked], dtype=bool)
+    numbers = np.flatnonzero(np.isin(assembly.group_of, range(len(assembly.groups)) if groups is None else groups))
+    verdict = prepared(engine, assembly, standing).verdict_on(numbers.tolist())
+    loaded = np.array([assembly.movable[k].name not in verdict.balanced for k in numbers], dtype=bool)
     if not verdict.stable or not loaded.any():
         return 0.0
-    level = _level(engine, assembly, standing, pressed, asked[loaded])
+    level = _level(engine, assembly, standing, pressed, numbers[loaded])
     stands, falls = 0.0, min(level, 1.0)
 
     def rests(share: float) -> bool:
         slippery = _slippery(assembly, 1 - share)
-        return verdict_on_bearing(prepared(engine, slippery, standing), pressed, asked.tolist()).stable
+        return verdict_on_bearing(prepared(engine, slippery, standing), pressed, numbers.tolist()).stable
 
     if rests(falls):
         return falls

@@ -233,13 +233,15 @@ def worst_case(
         answers, worst, guarantee = proved.answers, proved.corner, proved.guarantee
         cases = [(mu, corner) for corner in proved.corners]
     else:
-        asked = [(mu, there, corner) for mu, there in rough for corner in corners_of(assembly, masses, coms, where)]
+        cases_to_ask = [
+            (mu, there, corner) for mu, there in rough for corner in corners_of(assembly, masses, coms, where)
+        ]
         tables = (
             prepared(engine, there, wrench + change_at(assembly, corner)).load_factor(W)
-            for _, there, corner in reported("worst case", asked)
+            for _, there, corner in reported("worst case", cases_to_ask)
         )
         answers, worst = least_of(chain(tables, (nominal.answers,)), "lower")
-        cases = [*((mu, corner) for mu, _, corner in asked), _as_given(assembly, masses, coms, where)]
+        cases = [*((mu, corner) for mu, _, corner in cases_to_ask), _as_given(assembly, masses, coms, where)]
         guarantee = GUARANTEE.format(engine=engine.name, count=len(cases))
     mu, _ = cases[worst[int(answers.ranking[0])]]
     # the corners do not ask who is crushed

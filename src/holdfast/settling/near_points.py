@@ -1,4 +1,4 @@
-"""NearPoints points of two bodies: where they touch, overlap or are near, with signed distances and normals.
+"""The near points of two bodies: where they touch, overlap or are near, with signed distances and normals.
 
 Pairs of nearby faces are kept from step to step until the bodies have moved too far. Overlaps are checked against the
 common volume of two closed bodies: its solids, and the direction of motion in which each shrinks.
@@ -38,7 +38,7 @@ SAME_DEPTH: Final = core.SAME_DEPTH
 
 
 class NearPoints(NamedTuple):
-    """NearPoints points of two bodies.
+    """The points at which two bodies touch, overlap or are near each other.
 
     ``points`` (n, 3) [m] lie halfway between the surfaces, ``normals`` (n, 3) point into the second body, and ``gaps``
     (n,) [m] are the distances along them, negative where the bodies overlap. ``chosen`` (n,) are a few of them that lie

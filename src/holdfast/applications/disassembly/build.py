@@ -212,14 +212,14 @@ class WeakestPoints:
         others = dict.fromkeys(b if a == name else a for a, b in pairs)
         near = [name, *(other for other in others if state.index[other] != FIXED)]
         spacing = spacing_for(state, [body.name for body in state.movable], self.pushes)
-        asked = prepared(self.engine, state)
+        groups = prepared(self.engine, state)
         for each in near:
             self._known.pop(each, None)
         for each in near:
-            self._known[each] = _pushed(asked, each, spacing, self._least)
+            self._known[each] = _pushed(groups, each, spacing, self._least)
         for each, known in list(self._known.items()):
             if not known.settled and known.force < CLOSE * self._least:  # it may be the weakest now
-                self._known[each] = _pushed(asked, each, spacing, self._least)
+                self._known[each] = _pushed(groups, each, spacing, self._least)
         points = [known.point for known in self._known.values() if known.point is not None]
         return min(points, key=_rank, default=None)
 
@@ -230,15 +230,15 @@ class WeakestPoints:
         return min((p.force for p in found if p is not None and p.status is not Status.UNDECIDED), default=np.inf)
 
 
-def _pushed(asked: Groups, name: str, spacing: float, least: float) -> _Known:
+def _pushed(groups: Groups, name: str, spacing: float, least: float) -> _Known:
     """Find the weakest push on a body, or show that none is much weaker than ``least`` [N].
 
     Pushes with a long lever arm about the centre of mass come first, since they turn the body. If no push can be
     excluded by a short load path, all are answered at once.
     """
-    cells = exposed_cells(asked.assembly, name, spacing)[0]
-    number = asked.assembly.index[name]
-    columns = push_columns(asked.assembly, number, cells.points, -cells.normals)
+    cells = exposed_cells(groups.assembly, name, spacing)[0]
+    number = groups.assembly.index[name]
+    columns = push_columns(groups.assembly, number, cells.points, -cells.normals)
     arm = np.linalg.norm(columns[6 * number + 3 : 6 * number + 6], axis=0)
     rows = np.argsort(-arm, kind="stable")
     points: list[MapPoint] = []
@@ -246,9 +246,9 @@ def _pushed(asked: Groups, name: str, spacing: float, least: float) -> _Known:
     while len(rows):
         several = 1
         if least < screened:
-            held = asked.held(CLOSE * least * columns[:, rows])
-            rows, screened, several = rows[~held], least, 1 if held.any() else len(rows)
-        answers = asked.load_factor(columns[:, rows[:several]])
+            moves_nothing = groups.held(CLOSE * least * columns[:, rows])
+            rows, screened, several = rows[~moves_nothing], least, 1 if moves_nothing.any() else len(rows)
+        answers = groups.load_factor(columns[:, rows[:several]])
         points += [
             map_point(answers, k, name, cells.points[row], cells.normals[row]) for k, row in enumerate(rows[:several])
         ]

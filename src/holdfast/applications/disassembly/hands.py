@@ -52,23 +52,23 @@ class Hands:
 
     def __init__(self, plain: Removals) -> None:
         self.plain = plain
-        self.asked = 0
+        self.checks = 0
         self._held: dict[State, Removals] = {frozenset(): plain}
         self._stands: dict[tuple[State, State], bool] = {}
 
-    def removals(self, held: State) -> Removals:
+    def removals(self, bodies: State) -> Removals:
         """Return the answers with these bodies held, for all states in which they are present."""
-        if held not in self._held:
-            found = type(self.plain)(held_still(self.plain.assembly, held), self.plain.engine, self.plain.lift)
-            found.exits = self.plain.exits
-            self._held[held] = found
-        return self._held[held]
+        if bodies not in self._held:
+            removals = type(self.plain)(held_still(self.plain.assembly, bodies), self.plain.engine, self.plain.lift)
+            removals.exits = self.plain.exits
+            self._held[bodies] = removals
+        return self._held[bodies]
 
     def stands(self, present: State, held: State) -> bool:
         """Tell whether the bodies ``present`` certainly stand while some of them are held."""
         key = present, held
         if key not in self._stands:
-            self.asked += 1
+            self.checks += 1
             removals = self.removals(held)
             parts = removals.parts(present - held)
             self._stands[key] = all(removals.verdict(part).status is Status.STABLE for part in parts)
@@ -145,7 +145,7 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> Plan:
 
     The search is depth-first and remembers dead ends. It stops after ``budget`` states were checked.
     """
-    asked, order, whole = Hands(plain), from_the_top(plain), frozenset(plain.names)
+    states, order, whole = Hands(plain), from_the_top(plain), frozenset(plain.names)
     wanted, dead = goals or whole, set[tuple[State, State]]()
 
     def left(taken: tuple[Move, ...]) -> State:
@@ -159,13 +159,13 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> Plan:
         for name in sorted(order, key=lambda name: name not in last):  # beside the last one, hands stay where they are
             if name not in present or plain.exits.blockers(name, present):
                 continue
-            for after in asked.choices(name, present, before, hands):
-                if asked.asked >= budget:
+            for after in states.choices(name, present, before, hands):
+                if states.checks >= budget:
                     return
                 if (present - {name}, after) not in dead:
-                    found = asked.removal(name, present, before, after)
-                    if found.answer is Answer.SAFE:
-                        yield Move(found, after)
+                    removal = states.removal(name, present, before, after)
+                    if removal.answer is Answer.SAFE:
+                        yield Move(removal, after)
         dead.add((present, before))
 
     longest: tuple[Move, ...] = ()
@@ -175,7 +175,7 @@ def with_hands(plain: Removals, hands: int, goals: State, budget: int) -> Plan:
         if reached:
             break
     steps = tuple(  # with the least holds of what is held once each is done
-        replace(move.removal, holds=asked.least(left(longest[: k + 1]), move.after)) for k, move in enumerate(longest)
+        replace(move.removal, holds=states.least(left(longest[: k + 1]), move.after)) for k, move in enumerate(longest)
     )
     return Plan(steps, reached, reached and not goals, float(len(wanted)))
 

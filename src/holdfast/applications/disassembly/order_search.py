@@ -61,7 +61,7 @@ def everything(removals: Removals, budget: int) -> Plan:
         for name in _candidates(order, remaining, doubts):
             if remaining - {name} in dead:
                 continue
-            spent = removals.asked >= budget
+            spent = removals.checks >= budget
             if spent:
                 return
             removal = removals.answer(name, remaining)
@@ -114,7 +114,7 @@ def fewest(removals: Removals, goals: frozenset[str], budget: int) -> Plan:
     first = _straight(removals, goals, needed)
     if first is not None and len(first) == len(needed):
         return Plan(first, True, True, float(len(needed)))
-    return _Best(removals, goals, needed, first, budget).plan()
+    return _BestFirstSearch(removals, goals, needed, first, budget).plan()
 
 
 def necessary(removals: Removals, goals: frozenset[str], remaining: frozenset[str]) -> frozenset[str] | None:
@@ -183,8 +183,13 @@ def _straight(removals: Removals, goals: frozenset[str], needed: frozenset[str])
     return tuple(steps)
 
 
-class _Best:
-    """A best-first search over sets of remaining bodies; a body's answer is computed only when its turn comes."""
+class _BestFirstSearch:
+    """A best-first search over sets of remaining bodies for the fewest removals that take out all ``goals``.
+
+    Whether a body comes out is computed only when its turn comes. ``needed`` are the bodies that every order has to
+    take out (``necessary``), ``first`` is the order that a greedy search found, None if it found none, and ``budget``
+    is the largest number of checks by contact forces.
+    """
 
     def __init__(
         self,
@@ -204,8 +209,9 @@ class _Best:
             near = {n for name in edge for n in removals.beside[name] if removals.assembly.index[n] >= 0}
             edge = near - self.hops.keys()
             self.hops |= dict.fromkeys(edge, far)
+        # bound on the removals, hops, -removals so far, ticket, remaining bodies, the body to go next, removals so far
         self.heap: list[tuple[int, int, int, int, frozenset[str], str, tuple[Removal, ...]]] = []
-        self.ticket = itertools.count()
+        self.ticket = itertools.count()  # of equal entries the older one goes first, and sets are never compared
         self.unsure = float("inf")  # lower bound on the removals of orders that an undecided answer excluded
 
     def plan(self) -> Plan:
@@ -216,7 +222,7 @@ class _Best:
         while self.heap:
             bound = self.heap[0][0]
             least = min(float(bound), self.unsure)
-            if bound >= limit or removals.asked >= self.budget:
+            if bound >= limit or removals.checks >= self.budget:
                 return self._given_up(min(least, limit))
             _, _, _, _, remaining, name, steps = heapq.heappop(self.heap)
             after = remaining - {name}
@@ -249,7 +255,7 @@ class _Best:
             heapq.heappush(self.heap, (count, hops, -len(steps), next(self.ticket), remaining, name, steps))
 
     def _given_up(self, bound: float) -> Plan:
-        """Return the order of the greedy search, as the best-first search found no better one."""
+        """Return the order of the greedy search, if there is one, as this search found no better one."""
         if self.first is None:
             return Plan((), False, bound == float("inf"), bound)
         return Plan(self.first, True, bound >= len(self.first), bound)

@@ -168,7 +168,7 @@ class Removals:
         self.assembly, self.engine, self.lift = assembly, engine, lift
         self.exits = Exits(assembly, lift)
         self._releases = RELEASES.of(engine_of(CERTAIN_ENGINE), engine=CERTAIN_ENGINE, where="disassembly")
-        self.asked = 0  # number of checks by contact forces so far
+        self.checks = 0  # number of checks by contact forces so far
         self._verdicts: dict[frozenset[str], Verdict] = {}
         self._states: OrderedDict[frozenset[str], Groups] = OrderedDict()
         self._reduced: OrderedDict[frozenset[str], Assembly] = OrderedDict()
@@ -202,7 +202,7 @@ class Removals:
         """Decide by contact forces alone whether the others stand without ``name`` and while it is taken out."""
         part = self.part_of(name, remaining)
         if (part, name) not in self._answers:
-            self.asked += 1
+            self.checks += 1
             self._answers[part, name] = self._judge(name, part)
         return self._answers[part, name]
 
@@ -281,9 +281,9 @@ class Removals:
 
     def _comes_off(self, name: str, part: frozenset[str]) -> Removal:
         """Find what moves when the upward force grows beyond the body's weight."""
-        asked = self.state(part).load_factor(self.force(name, part, self.up)[:, None], FORCES_ONLY)
-        lift, others = float(asked.force[0]), tuple(n for n in asked.moving[0] if n != name)
-        if asked.status[0] is Status.UNDECIDED:
+        answers = self.state(part).load_factor(self.force(name, part, self.up)[:, None], FORCES_ONLY)
+        lift, others = float(answers.force[0]), tuple(n for n in answers.moving[0] if n != name)
+        if answers.status[0] is Status.UNDECIDED:
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; whether they do was not found")
         if np.isinf(lift):
             return Removal(name, Answer.UNSAFE, "no lift at its centre of mass frees it", lift=lift)
@@ -295,11 +295,11 @@ class Removals:
     def _pulled(self, name: str, part: frozenset[str]) -> Removal:
         """Find what moves when most of the body's weight is taken and it is pulled along the lift direction."""
         state = prepared(self.engine, self.reduced(part), TAKEN * self.force(name, part, self.up))
-        asked = state.load_factor(self.force(name, part, self.lift)[:, None], FORCES_ONLY)
-        others = tuple(n for n in asked.moving[0] if n != name)
-        if asked.status[0] not in (Status.FINITE, Status.INFINITE):
+        answers = state.load_factor(self.force(name, part, self.lift)[:, None], FORCES_ONLY)
+        others = tuple(n for n in answers.moving[0] if n != name)
+        if answers.status[0] not in (Status.FINITE, Status.INFINITE):
             return Removal(name, Answer.UNDECIDED, "its neighbours could clamp it; what a pull moves was not found")
-        if np.isinf(asked.force[0]):
+        if np.isinf(answers.force[0]):
             return Removal(name, Answer.UNSAFE, "no pull at its centre of mass frees it")
         if others:
             return Removal(name, Answer.UNSAFE, f"pulled out, it moves {listed(others)}", moving=others)

@@ -191,22 +191,22 @@ class _DerivedRows:
         """Return the derivatives of all rows."""
         shape = len(self.force), len(self.parameters.every)
         (before, after), (kinked, sharp) = np.zeros((2, *shape)), np.zeros((2, *shape), dtype=bool)
-        own = np.zeros(len(self.force), dtype=bool)
+        from_multipliers = np.zeros(len(self.force), dtype=bool)
         motions: Motions = {}
         for row in reported(WHERE, np.flatnonzero(self.known).tolist()):
             sides = self._of_tree(row)
             if sides is not None:
-                own[row] = True
+                from_multipliers[row] = True
                 before[row], after[row] = sides
                 sharp[row] = np.abs(after[row] - before[row]) > KINK * self.force[row] / self.parameters.units
                 continue
-            found = self._solved(row)
-            if found is not None:
-                own[row] = True
-                others = OtherOptima(*found)
-                before[row], kinked[row] = Multipliers(self.parameters, motions, found[0], row, others).slopes()
+            solved = self._solved(row)
+            if solved is not None:
+                from_multipliers[row] = True
+                others = OtherOptima(*solved)
+                before[row], kinked[row] = Multipliers(self.parameters, motions, solved[0], row, others).slopes()
                 after[row] = before[row]
-        unlike = self.known & ~own
+        unlike = self.known & ~from_multipliers
         if unlike.any():
             question = self.parameters.question
             again = self._answers(question.assembly, self.parameters.loads[:, unlike], question.standing)
@@ -231,22 +231,22 @@ class _DerivedRows:
         with np.errstate(invalid="ignore"):
             apart = np.abs(after - before) * unit > SMOOTH
         same = differ & ~kinked & ~apart & np.isfinite(before) & np.isfinite(after)
-        return self._result(before, after, own, sharp | (differ & ~same), same)
+        return self._result(before, after, from_multipliers, sharp | (differ & ~same), same)
 
     @np.errstate(invalid="ignore")  # what jumps has an infinite slope on one side
-    def _result(self, before: Float, after: Float, own: Bool, kinks: Bool, same: Bool) -> Derivatives:
+    def _result(self, before: Float, after: Float, from_multipliers: Bool, kinks: Bool, same: Bool) -> Derivatives:
         middle = np.where(same, (before + after) / 2, before)
         before, after = np.where(same, middle, before), np.where(same, middle, after)
         least = np.where(np.abs(before) < np.abs(after), before, after)
         value = np.where(kinks, np.where(before * after > 0, least, 0.0), middle)
-        count = int((self.known & ~own).sum())
+        count = int((self.known & ~from_multipliers).sum())
         how = f"engine {self.method.name} gives no multipliers there"
         note = f"{count:,} rows are differences of answers, good to about 1e-3: {how}"
         return Derivatives(
             engine=self.method.name,
             force=frozen(self.force),
             known=frozen(self.known),
-            from_multipliers=frozen(own),
+            from_multipliers=frozen(from_multipliers),
             slopes=self._table(value),
             before=self._table(before),
             after=self._table(after),
@@ -284,8 +284,8 @@ class _DerivedRows:
     @cached_property
     def _groups(self) -> dict[str, Groups]:
         """The groups by the engine of the answer and by limit analysis, which may be one."""
-        asked, engines = self.parameters.question, (engine_of(CERTAIN_ENGINE), self.method)
-        return {one.name: prepared(one, asked.assembly, asked.standing, asked.acceleration) for one in engines}
+        question, engines = self.parameters.question, (engine_of(CERTAIN_ENGINE), self.method)
+        return {one.name: prepared(one, question.assembly, question.standing, question.acceleration) for one in engines}
 
     def _state(self, engine: str, row: int) -> tuple[State, Float]:
         """Return the state of an engine for a row, and its load there; HoldfastError if no equilibrium is known."""
@@ -301,18 +301,18 @@ class _DerivedRows:
             state, load = self._state(self.method.name, row)
         except HoldfastError:  # among what is loaded there are others of which no equilibrium is known
             return None
-        found = state.slope(load) if isinstance(state, Sloping) else None
-        if found is None or abs(found.factor - self.force[row]) > TOUCHING * self.force[row]:
+        slope = state.slope(load) if isinstance(state, Sloping) else None
+        if slope is None or abs(slope.factor - self.force[row]) > TOUCHING * self.force[row]:
             return None
-        part = found.assembly
+        part = slope.assembly
         twists = np.zeros((len(part.movable), 6))
-        twists[found.beyond] = found.twist
+        twists[slope.beyond] = slope.twist
         twists[:, :3] += cross(twists[:, 3:], part.com)
         total, kinks = np.zeros((2, len(parameters.every)))
-        add_loads(total, parameters, row, part, found.factor, twists)
-        parameters.add(total, "friction", found.pair, found.by_friction)
-        for end, name in enumerate(found.pair):
-            smooth, kink = found.by_motion(end, parameters.assembly.scene.body(name).pose[:3, 3])
+        add_loads(total, parameters, row, part, slope.factor, twists)
+        parameters.add(total, "friction", slope.pair, slope.by_friction)
+        for end, name in enumerate(slope.pair):
+            smooth, kink = slope.by_motion(end, parameters.assembly.scene.body(name).pose[:3, 3])
             parameters.add(total, "pose", (name,), smooth)
             parameters.add(kinks, "pose", (name,), kink)
         return total - kinks, total + kinks
@@ -321,11 +321,11 @@ class _DerivedRows:
         """Return the multipliers of a row and its load (6J,), or None if limit analysis has another answer."""
         try:
             state, load = self._state(CERTAIN_ENGINE, row)
-            found = GRADIENTS.of(state, engine=CERTAIN_ENGINE, where=WHERE).gradient(load, WHERE)
+            optimum = GRADIENTS.of(state, engine=CERTAIN_ENGINE, where=WHERE).gradient(load, WHERE)
         except HoldfastError:  # limit analysis knows no equilibrium, or no finite answer
             return None
-        touches = abs(float(found.answers.force[0]) - self.force[row]) <= TOUCHING * self.force[row]
-        return (found, load) if touches else None
+        touches = abs(float(optimum.answers.force[0]) - self.force[row]) <= TOUCHING * self.force[row]
+        return (optimum, load) if touches else None
 
     def _answers(self, assembly: Assembly, W: Float, standing: Float) -> Float:
         """Return the answers (k,) for loads W (6J, k) on a changed assembly under a standing wrench (6J,)."""

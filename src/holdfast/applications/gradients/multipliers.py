@@ -36,35 +36,35 @@ KINK = 1e-5  # share of the factor by which alternatives have to differ to count
 
 @dataclass(frozen=True, eq=False)
 class OtherOptima:
-    """What else the optimum ``found`` for one ``load`` (6J,) may be.
+    """Which other forces and motions are an ``optimum`` of one ``load`` (6J,), too.
 
     A node is open (no force), sticks (no motion), or slides (the force keeps its direction). Where it is within TIGHT
     of being another of these, the forces are free to be both, and the motion, too.
     """
 
-    found: Gradient
+    optimum: Gradient
     load: Float
 
     @cached_property
     def mu(self) -> Float:
         """The coefficients of friction (I,) of the nodes."""
-        return self.found.nodes.mu
+        return self.optimum.nodes.mu
 
     @cached_property
     def forces(self) -> Float:
         """The forces (I, 3) along the axes of the nodes, relative to the largest."""
-        local = np.einsum("ikx,ix->ik", self.found.nodes.axes, self.found.forces)
+        local = np.einsum("ikx,ix->ik", self.optimum.nodes.axes, self.optimum.forces)
         return np.asarray(local / self.largest)
 
     @property
     def largest(self) -> float:
         """The largest force at a node [N]."""
-        return max(float(np.abs(self.found.forces).max(initial=0.0)), 1e-300)
+        return max(float(np.abs(self.optimum.forces).max(initial=0.0)), 1e-300)
 
     @cached_property
     def velocity(self) -> Float:
         """The relative velocities (I, 3) of the nodes along their axes, relative to the fastest."""
-        u = relative_velocity(self.found.nodes, self.found.assembly.com, self.found.twists)
+        u = relative_velocity(self.optimum.nodes, self.optimum.assembly.com, self.optimum.twists)
         return np.asarray(u / max(float(np.abs(u).max(initial=0.0)), 1e-300))
 
     @cached_property
@@ -93,7 +93,7 @@ class OtherOptima:
     @cached_property
     def operator(self) -> Float:
         """G (6J, I, 3), with torques in units of force by the size of the assembly."""
-        assembly, nodes = self.found.assembly, self.found.nodes
+        assembly, nodes = self.optimum.assembly, self.optimum.nodes
         G = dense_by_bodies(len(assembly.movable), nodes, equilibrium_blocks(assembly, nodes))
         return np.asarray(assembly.levers[:, None, None] * G.reshape(len(G), len(nodes), 3))
 
@@ -112,7 +112,7 @@ class OtherOptima:
     @cached_property
     def other_forces(self) -> Float:
         """The forces (m, I, 3) [N], world axes, of contacts that move, which can be added to those at the limit."""
-        interface = self.found.nodes.interface
+        interface = self.optimum.nodes.interface
         moves = np.isin(interface, interface[self.speed > AT_REST])  # all nodes of a contact count
         slides = moves & self.pressed & ~self.open & ((self.speed > TIGHT) | (self.mu == 0))
         turned = moves & ~self.open & ~slides
@@ -123,27 +123,27 @@ class OtherOptima:
         columns = [np.einsum("rik,ik->ri", self.operator, self.along)[:, slides]]
         columns += [self.operator[:, turned, k] * free[turned, k] for k in range(3)]
         null = _null(left.T @ np.hstack(columns))
-        found, first = np.zeros((null.shape[1], len(self.mu), 3)), int(slides.sum())
-        found[:, slides] = null[:first].T[:, :, None] * self.along[slides]
+        others, first = np.zeros((null.shape[1], len(self.mu), 3)), int(slides.sum())
+        others[:, slides] = null[:first].T[:, :, None] * self.along[slides]
         each = null[first:].T.reshape(null.shape[1], 3, int(turned.sum()))
-        found[:, turned] = each.swapaxes(1, 2) * free[turned]
-        found *= self.largest / np.maximum(np.abs(found).max(axis=(1, 2), initial=0.0), 1e-300)[:, None, None]
-        return np.asarray(np.einsum("mik,ikx->mix", found, self.found.nodes.axes))
+        others[:, turned] = each.swapaxes(1, 2) * free[turned]
+        others *= self.largest / np.maximum(np.abs(others).max(axis=(1, 2), initial=0.0), 1e-300)[:, None, None]
+        return np.asarray(np.einsum("mik,ikx->mix", others, self.optimum.nodes.axes))
 
     @cached_property
     def other_twists(self) -> Float:
         """The motions (m, J, 6) that can be added to the one at the limit, as fast as it."""
-        assembly = self.found.assembly
+        assembly = self.optimum.assembly
         tied = self.sticks & (self.mu > 0)
         slides = ~tied & ~self.open & self.pressed
         columns = [self.operator[:, tied].reshape(len(self.load), -1)]
         columns += [np.einsum("rik,ik->ri", self.operator, way)[:, slides] for way in (self.along, self.across)]
         load = assembly.levers * self.load
-        found = _null(np.hstack([*columns, load[:, None] / np.abs(load).max()]).T).T * assembly.levers
-        found = found.reshape(-1, *self.found.twists.shape)
+        others = _null(np.hstack([*columns, load[:, None] / np.abs(load).max()]).T).T * assembly.levers
+        others = others.reshape(-1, *self.optimum.twists.shape)
         sizes = 1 / assembly.levers.reshape(-1, 6)  # of turns, as what rolls has no speed at its contacts
-        speed = np.abs(found * sizes).max(axis=(1, 2), initial=0.0)
-        return np.asarray(found * (np.abs(self.found.twists * sizes).max() / speed)[:, None, None])
+        speed = np.abs(others * sizes).max(axis=(1, 2), initial=0.0)
+        return np.asarray(others * (np.abs(self.optimum.twists * sizes).max() / speed)[:, None, None])
 
 
 def _null(matrix: Float) -> Float:
@@ -158,20 +158,20 @@ Motions = dict[tuple[bytes, tuple[str, str]], NodeMotion]  # by the places of no
 
 @dataclass(frozen=True, eq=False)
 class Multipliers:
-    """The multipliers ``found`` for one ``row``, what else they may be, ``others``, and derivatives by ``parameters``.
+    """The derivatives of one ``row`` by ``parameters`` from the multipliers of its ``optimum`` and of the ``others``.
 
-    How the nodes of each pair of bodies move is found once for all rows: ``motions`` keeps it.
+    How the nodes of each pair of bodies move with the bodies is found once for all rows: ``motions`` keeps it.
     """
 
     parameters: Parameters
     motions: Motions
-    found: Gradient
+    optimum: Gradient
     row: int
     others: OtherOptima
 
     def slopes(self) -> tuple[Float, Bool]:
         """Return the derivatives (P,) of the row, and which of them are kinks."""
-        forces, twists = self.found.forces, self.found.twists
+        forces, twists = self.optimum.forces, self.optimum.twists
         value = self.of(forces, twists, 0.5, loads=True)
         others = [self.of(forces, twists, 1.0) - self.of(forces, twists, 0.0)]  # flush edges
         others += [self.of(other, twists, 0.5) for other in self.others.other_forces]
@@ -179,12 +179,12 @@ class Multipliers:
         limit = KINK * self.factor / self.parameters.units
         return value, self.changed | (np.abs(others) > limit).any(axis=0)
 
-    def motion_of(self, pair: tuple[str, str], own: Int) -> NodeMotion:
-        """Return how the nodes ``own`` of a pair of bodies move."""
-        points, normals = self.found.nodes.points[own], self.found.nodes.normals[own]
+    def motion_of(self, pair: tuple[str, str], numbers: Int) -> NodeMotion:
+        """Return how the nodes with these ``numbers`` (n,), all of one pair of bodies, move with the poses of both."""
+        points, normals = self.optimum.nodes.points[numbers], self.optimum.nodes.normals[numbers]
         key = points.tobytes(), pair
         if key not in self.motions:
-            contacts = [one for one in self.found.assembly.interfaces if one.bodies == pair]
+            contacts = [one for one in self.optimum.assembly.interfaces if one.bodies == pair]
             with quiet():
                 self.motions[key] = node_motion(self.parameters.assembly, contacts, points, normals)
         return self.motions[key]
@@ -192,69 +192,69 @@ class Multipliers:
     @property
     def factor(self) -> float:
         """The answer of the row."""
-        return float(self.found.answers.force[0])
+        return float(self.optimum.answers.force[0])
 
     @cached_property
     def _pairs(self) -> dict[tuple[str, str], Int]:
         """The numbers of the nodes of each pair of bodies that move relative to each other and press on each other."""
-        nodes, found = self.found.nodes, self.found
-        u, spin = self._relative(found.twists)
-        speed = np.linalg.norm(u, axis=1) + found.assembly.size * np.linalg.norm(spin, axis=1)
-        pressed = np.linalg.norm(found.forces, axis=1)
+        nodes, optimum = self.optimum.nodes, self.optimum
+        u, spin = self._relative(optimum.twists)
+        speed = np.linalg.norm(u, axis=1) + optimum.assembly.size * np.linalg.norm(spin, axis=1)
+        pressed = np.linalg.norm(optimum.forces, axis=1)
         for other in self.others.other_forces:
             pressed = np.maximum(pressed, np.linalg.norm(other, axis=1))
         for other in self.others.other_twists:
             u, spin = self._relative(other)
-            speed = np.maximum(speed, np.linalg.norm(u, axis=1) + found.assembly.size * np.linalg.norm(spin, axis=1))
+            speed = np.maximum(speed, np.linalg.norm(u, axis=1) + optimum.assembly.size * np.linalg.norm(spin, axis=1))
         acts = speed * pressed > NO_EFFECT * self.factor
-        pairs = [one.bodies for one in found.assembly.interfaces]
+        pairs = [one.bodies for one in optimum.assembly.interfaces]
         chosen = dict.fromkeys(pairs[k] for k in dict.fromkeys(nodes.interface[acts].tolist()))
         return {pair: np.flatnonzero([pairs[k] == pair for k in nodes.interface.tolist()]) for pair in chosen}
 
     @cached_property
     def changed(self) -> Bool:
         """By which parameters (P,) a node appears or is gone."""
-        found = np.zeros(len(self.parameters.every))
-        for pair, own in self._pairs.items():
-            motion = self.motion_of(pair, own)
+        total = np.zeros(len(self.parameters.every))
+        for pair, numbers in self._pairs.items():
+            motion = self.motion_of(pair, numbers)
             for name in pair if motion.changed.any() else ():
-                own_part = np.zeros_like(found)
-                self.parameters.add_pose(own_part, name, motion.changed.astype(np.float64), motion.origin)
-                found += np.abs(own_part)  # of two pairs, none cancels the other
-        return found > 0
+                of_pair = np.zeros_like(total)
+                self.parameters.add_pose(of_pair, name, motion.changed.astype(np.float64), motion.origin)
+                total += np.abs(of_pair)  # of two pairs, none cancels the other
+        return total > 0
 
     def of(self, forces: Float, twists: Float, share: float, *, loads: bool = False) -> Float:
         """Return the derivatives (P,) with these multipliers, (I, 3) and (J, 6), with ``loads`` those of loads, too.
 
         Where edges are flush, ``share`` says how much they move with the one body or the other.
         """
-        nodes = self.found.nodes
+        nodes = self.optimum.nodes
         total = np.zeros(len(self.parameters.every))
         u, spin = self._relative(twists)
         torque, push = cross(forces, u), cross(forces, spin)
-        for pair, own in self._pairs.items():
-            motion = self.motion_of(pair, own)
+        for pair, numbers in self._pairs.items():
+            motion = self.motion_of(pair, numbers)
             weight = np.array([1 - share, share])
-            second = -np.einsum("s,snik,ni->k", weight, motion.turn, torque[own])
-            second -= np.einsum("s,snik,ni->k", weight, motion.shift, push[own])
-            arms = nodes.points[own] - motion.origin
-            whole = -np.concatenate([push[own].sum(0), (torque[own] + cross(arms, push[own])).sum(0)])
+            second = -np.einsum("s,snik,ni->k", weight, motion.turn, torque[numbers])
+            second -= np.einsum("s,snik,ni->k", weight, motion.shift, push[numbers])
+            arms = nodes.points[numbers] - motion.origin
+            whole = -np.concatenate([push[numbers].sum(0), (torque[numbers] + cross(arms, push[numbers])).sum(0)])
             for name, slope in zip(pair, (whole - second, second), strict=True):
                 self.parameters.add_pose(total, name, slope, motion.origin)
         normal = (forces * nodes.normals).sum(axis=1)
         across = u - (u * nodes.normals).sum(axis=1)[:, None] * nodes.normals
         rubbing = -np.divide((forces * across).sum(1), nodes.mu, out=np.zeros(len(nodes)), where=nodes.mu > 0)
         slopes = np.where(nodes.mu > 0, rubbing, np.linalg.norm(across, axis=1) * normal)
-        each = np.bincount(nodes.interface, slopes, len(self.found.assembly.interfaces))
-        for interface, slope in zip(self.found.assembly.interfaces, each.tolist(), strict=True):
+        each = np.bincount(nodes.interface, slopes, len(self.optimum.assembly.interfaces))
+        for interface, slope in zip(self.optimum.assembly.interfaces, each.tolist(), strict=True):
             self.parameters.add(total, "friction", interface.bodies, slope)
         if loads:
-            add_loads(total, self.parameters, self.row, self.found.assembly, self.factor, twists)
+            add_loads(total, self.parameters, self.row, self.optimum.assembly, self.factor, twists)
         return total
 
     def _relative(self, twists: Float) -> tuple[Float, Float]:
         """Return the velocities and the spins (I, 3) of the second bodies relative to the first, world axes."""
-        nodes, com = self.found.nodes, self.found.assembly.com
+        nodes, com = self.optimum.nodes, self.optimum.assembly.com
         every, centres = np.vstack([twists, np.zeros((1, 6))]), np.vstack([com, np.zeros((1, 3))])  # FIXED is -1
         at = [every[k, :3] + cross(every[k, 3:], nodes.points - centres[k]) for k in (nodes.a, nodes.b)]
         return at[1] - at[0], every[nodes.b, 3:] - every[nodes.a, 3:]

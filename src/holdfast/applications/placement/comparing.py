@@ -72,13 +72,13 @@ class Clock:
 class Trials:
     """The state of a search.
 
-    ``found`` holds the stable poses on flat faces, and ``rolling`` those in which the object balances on one facet of a
+    ``flat`` holds the stable poses on flat faces, and ``rolling`` those in which the object balances on one facet of a
     round side, each with the assembly after the placement. ``tried`` counts the attempts, and ``faults`` counts the
     failed ones by their fault; ``nearest`` is the failed attempt that passed the most checks. ``first`` [s] is the time
     until the first stable pose. ``out_of_time`` is True if the search ended at the time limit.
     """
 
-    found: list[tuple[Candidate, Assembly]] = field(default_factory=list)
+    flat: list[tuple[Candidate, Assembly]] = field(default_factory=list)
     rolling: list[tuple[Candidate, Assembly]] = field(default_factory=list)
     tried: int = 0
     faults: Counter[str] = field(default_factory=Counter)
@@ -95,7 +95,7 @@ class Trials:
     @property
     def stable(self) -> list[tuple[Candidate, Assembly]]:
         """The stable poses on flat faces or, if there are none, those from which the object would roll."""
-        return self.found or self.rolling
+        return self.flat or self.rolling
 
 
 def refined(checks: Checks, after: Assembly, pose: Float, beneath: tuple[str, ...]) -> tuple[Float, Assembly]:

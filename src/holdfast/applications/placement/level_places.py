@@ -113,8 +113,8 @@ def turns_of(faces: Sequence[Face], approach: Approach, up: Float, axes: Float) 
         steady = sorted(steady, key=lambda face: not face.upright)
     turns = []
     for face in steady[:MOST_FACES]:
-        own = np.column_stack([face.normal, face.along, np.cross(face.normal, face.along)])
-        turns += [np.column_stack([-up, along, np.cross(-up, along)]) @ own.T for along in axes]
+        face_axes = np.column_stack([face.normal, face.along, np.cross(face.normal, face.along)])
+        turns += [np.column_stack([-up, along, np.cross(-up, along)]) @ face_axes.T for along in axes]
     return turns
 
 
@@ -181,7 +181,7 @@ def level_places_for(
             shapes = [other.between(level.height, level.height + float(np.ptp(height))) for other in others]
             blocked = shapely.union_all([shape for shape in shapes if shape is not None])
             shapely.prepare(blocked)
-            corners = _corners(level.top, blocked, size, apart, inset)
+            corners = _corners_to_try(level.top, blocked, size, apart, inset)
             near = apart - SAME
             corners = corners[
                 ~shapely.intersects(blocked, shapely.box(*(corners - near).T, *(corners + size + near).T))
@@ -198,24 +198,27 @@ def level_places_for(
     return found
 
 
-def _corners(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, apart: float, inset: float) -> Float:
-    """Return the corners (n, 2) [m] with the smallest coordinates of rectangles of ``size`` (2,) [m] to try."""
-    inside, beside = _bounds(top), _bounds(blocked)
+def _corners_to_try(top: shapely.Geometry, blocked: shapely.Geometry, size: Float, apart: float, inset: float) -> Float:
+    """Return the corners (n, 2) [m] with the smallest coordinates of rectangles of ``size`` (2,) [m] to try on a top.
+
+    Along either axis a rectangle lies ``inset`` [m] inside an end of a piece of ``top``, in the middle of a piece, or
+    ``apart`` [m] beside a piece of ``blocked``: objects that are packed closely stand so. Whether it is free there and
+    has enough beneath it is not checked.
+    """
+    pieces, obstacles, whole = _bounds_of_pieces(top), _bounds_of_pieces(blocked), shapely.bounds(top)
     coordinates = []
     for axis in (0, 1):
-        low, high = inside[:, axis], inside[:, 2 + axis]
-        at = [low + inset, high - inset - size[axis], (low + high - size[axis]) / 2]
-        at += [beside[:, 2 + axis] + apart, beside[:, axis] - apart - size[axis]]
-        each = np.unique(np.round(np.concatenate(at), 9))
-        bounds = shapely.bounds(top)
-        each = each[(each >= bounds[axis] - size[axis]) & (each <= bounds[2 + axis])]
-        coordinates.append(each)
+        low, high = pieces[:, axis], pieces[:, 2 + axis]
+        starts = [low + inset, high - inset - size[axis], (low + high - size[axis]) / 2]
+        starts += [obstacles[:, 2 + axis] + apart, obstacles[:, axis] - apart - size[axis]]
+        each = np.unique(np.round(np.concatenate(starts), 9))
+        coordinates.append(each[(each >= whole[axis] - size[axis]) & (each <= whole[2 + axis])])
     x, y = np.meshgrid(*coordinates, indexing="ij")
     return np.column_stack([x.ravel(), y.ravel()])[:MOST_PLACES]
 
 
-def _bounds(shape: shapely.Geometry) -> Float:
-    """Return the bounds (n, 4) of the pieces of a shape and of their holes."""
+def _bounds_of_pieces(shape: shapely.Geometry) -> Float:
+    """Return the bounds (n, 4) [m] of the pieces of a shape and of their holes: rows (x low, y low, x high, y high)."""
     pieces = [piece for piece in shapely.get_parts(shape) if piece.geom_type == "Polygon"]
     rings = [ring for piece in pieces for ring in (piece.exterior, *piece.interiors)]
     return shapely.bounds(rings).reshape(-1, 4)

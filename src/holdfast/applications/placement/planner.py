@@ -265,10 +265,12 @@ class Planner:
         """Search until the first of ``deadlines``; if no stable pose on a flat face was found, until the next one."""
         rng = np.random.default_rng(seed)
         search, clock = Trials(), Clock.started(None)
-        flat = any(face.tilt > 0 and not face.rolls for face in self.faces)
+        has_flat_face = any(face.tilt > 0 and not face.rolls for face in self.faces)
 
-        def look() -> None:
-            while len(search.found) < candidates and len(search.rolling) < max(candidates, CANDIDATES):
+        def try_poses() -> None:
+            """Make attempts until ``search`` holds enough poses, or ``attempts`` were made."""
+            # one on a facet of a round side is only used if there is no other, so it does not end the search as soon
+            while len(search.flat) < candidates and len(search.rolling) < max(candidates, CANDIDATES):
                 if search.tried >= attempts:
                     return
                 report("attempts to place it", search.tried, attempts)
@@ -277,19 +279,21 @@ class Planner:
                 if after is None:
                     search.failed(candidate)
                     continue
-                rolls = flat and rolls_on(self.faces, candidate.pose, normals_into(after, self.checks.body.name))
-                (search.rolling if rolls else search.found).append((candidate, after))
+                rolls = has_flat_face and rolls_on(
+                    self.faces, candidate.pose, normals_into(after, self.checks.body.name)
+                )
+                (search.rolling if rolls else search.flat).append((candidate, after))
                 if search.first is None:
                     search.first = clock.elapsed
 
         for deadline in deadlines:
             try:
                 with until(deadline):
-                    look()
+                    try_poses()
                     break
             except OutOfTimeError:
                 search.out_of_time = True
-                if search.found:
+                if search.flat:
                     break
         return search
 

@@ -216,6 +216,7 @@ class Supervisor:
         return self._log.read().decode(errors="replace").strip()[-LAST:]
 
     def _end(self) -> None:
+        """Kill the worker, if there is one, without waiting for its answer."""
         if self.process is not None:
             self.process.kill()
             self.process.wait()
@@ -225,9 +226,10 @@ class Supervisor:
 
 
 def innermost(text: str) -> str:
-    """Return the innermost function of holdfast in a traceback as module:function; "" if there is none.
+    """Return the innermost function of holdfast in a traceback of faulthandler as module:function; "" if there is none.
 
-    The functions of worker.py, which every traceback contains, do not count.
+    Such a traceback says "most recent call first", so it is the first one that is found. The functions of worker.py,
+    which every traceback contains, do not count.
     """
     for line in text.splitlines():
         if PACKAGE in line and " in " in line and "/base/borders/worker.py" not in line:

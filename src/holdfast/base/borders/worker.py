@@ -40,7 +40,7 @@ def main(function: str, megabytes: float, seconds: float) -> None:
     os.dup2(nowhere, 1)
     module, _, name = function.partition(":")
     home = importlib.import_module(module)
-    asked = getattr(home, name)
+    answer_item = getattr(home, name)
     setup = items.recv()
     if hasattr(home, "warm"):
         home.warm(setup)
@@ -54,7 +54,7 @@ def main(function: str, megabytes: float, seconds: float) -> None:
             return
         signal.setitimer(signal.ITIMER_REAL, PATIENCE * seconds + 30)  # SIGALRM ends the process by default
         faulthandler.dump_traceback_later(0.9 * seconds)
-        answers.send(_answer(asked, item, lambda part: answers.send((PART, part))))
+        answers.send(_answer(answer_item, item, lambda part: answers.send((PART, part))))
         faulthandler.cancel_dump_traceback_later()
         signal.setitimer(signal.ITIMER_REAL, 0)
 
@@ -73,13 +73,13 @@ def taken(entry: str) -> int:
     return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(f"{entry}:"))
 
 
-def _answer(asked: Callable[..., Any], item: Any, tell: Callable[[Any], None]) -> tuple[str, Any]:  # noqa: ANN401
+def _answer(function: Callable[..., Any], item: Any, tell: Callable[[Any], None]) -> tuple[str, Any]:  # noqa: ANN401
     """Return DONE, MEMORY or CRASH with the answer or the error as a text, the seconds and the peak [MB]."""
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")  # resets the peak of memory, VmHWM
     start = time.perf_counter()
     try:
-        kind, found = DONE, asked(item, tell)
+        kind, found = DONE, function(item, tell)
     except MemoryError as error:
         kind, found = MEMORY, repr(error)
     except Exception as error:  # a defect of holdfast: this scene gets a report, and the batch continues

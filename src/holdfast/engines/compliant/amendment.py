@@ -89,8 +89,8 @@ class Amendment(ABC):
         return self.state.grid
 
     @abstractmethod
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
-        """Return the answers ``found`` as amended, or None if they are none of its business, which is cheap to tell."""
+    def amend(self, answers: Answers, question: LoadQuestion) -> Answers | None:
+        """Return the ``answers`` as amended, or None if they are none of its business, which is cheap to tell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,21 +100,21 @@ class OpenContacts(Amendment):
     name: ClassVar[str] = "contacts that are open at rest"
     why: ClassVar[str] = "contacts that are open and carry nothing at rest may never close, so lower is without them"
 
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
+    def amend(self, answers: Answers, question: LoadQuestion) -> Answers | None:
         """Return the answers; of those that lean on contacts idle at rest, ``lower`` is as without all of these."""
-        if not asked.bounded or not asked.leans.any() or (bare := self.state.without_idle) is None:
+        if not question.bounded or not question.leans.any() or (bare := self.state.without_idle) is None:
             return None
-        leaning = asked.loaded[asked.leans]
-        there, lower = bare.load_factor(asked.W[:, leaning], asked.accuracy), np.array(found.lower)
+        leaning = question.loaded[question.leans]
+        there, lower = bare.load_factor(question.W[:, leaning], question.accuracy), np.array(answers.lower)
         least = np.minimum(lower[leaning], there.lower)
         telling = int((least < (1 - MATTERS) * lower[leaning]).sum())
         lower[leaning] = least
         assembly = self.grid.assembly
         which = listed([open_pair(assembly, k) for k in self.grid.idle if assembly.interfaces[k].certain], NAMED)
         if not telling or not which:  # of contacts that are not certain doubtful_contacts.py tells
-            return replace(found, lower=lower)
-        words = f"{telling} of {len(found)} answers lean on contacts that are open at rest, and lower is without them"
-        return replace(found, lower=lower, notes=(*found.notes, f"{words}: {which}"))
+            return replace(answers, lower=lower)
+        words = f"{telling} of {len(answers)} answers lean on contacts that are open at rest, and lower is without them"
+        return replace(answers, lower=lower, notes=(*answers.notes, f"{words}: {which}"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,28 +124,28 @@ class Sliding(Amendment):
     name: ClassVar[str] = "sliding far"
     why: ClassVar[str] = f"what holds only after sliding {core.SLID:g} times as far as contacts give is not promised"
 
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
+    def amend(self, answers: Answers, question: LoadQuestion) -> Answers | None:
         """Return the answers with ``lower`` at most what is reached before contacts have slid far.
 
         A path that turned out to have left its branch, as the answer has no end, tells nothing. Of faces that touch at
         high points only, what bonded contacts give is far too little; the ideal ones are asked.
         """
-        if not asked.bounded or self.grid.springs.faces is not None:
+        if not question.bounded or self.grid.springs.faces is not None:
             return None
-        before, loaded = asked.solved.before, asked.loaded
-        far_before = before < asked.solved.lower
+        before, loaded = question.solved.before, question.loaded
+        far_before = before < question.solved.lower
         if not far_before.any():
             return None
-        slides = far_before & (np.isfinite(found.force[loaded]) | np.isinf(asked.solved.paths.factor))
+        slides = far_before & (np.isfinite(answers.force[loaded]) | np.isinf(question.solved.paths.factor))
         if not slides.any():
-            return found
-        most = np.minimum(found.lower[loaded], np.where(slides, before, np.inf))
-        telling = int((most < (1 - MATTERS) * found.lower[loaded]).sum())
-        lower = np.array(found.lower)
+            return answers
+        most = np.minimum(answers.lower[loaded], np.where(slides, before, np.inf))
+        telling = int((most < (1 - MATTERS) * answers.lower[loaded]).sum())
+        lower = np.array(answers.lower)
         lower[loaded] = most
         far = f"{core.SLID:g} times as far as contacts give"
-        words = f"{telling} of {len(found)} answers hold more only after sliding {far}"
-        return replace(found, lower=lower, notes=(*found.notes, words) if telling else found.notes)
+        words = f"{telling} of {len(answers)} answers hold more only after sliding {far}"
+        return replace(answers, lower=lower, notes=(*answers.notes, words) if telling else answers.notes)
 
 
 # Share by which a peak may lie above the proved bound before it counts as wrong: four of the experiments with a robot's
@@ -172,16 +172,15 @@ UNDECIDED_ANSWER = _Answer(Status.UNDECIDED, 0.0, 0.0, None)
 class LimitReview(Amendment):
     """Compares answers with limit analysis where they deserve doubt.
 
-    Answers to loads of bodies that a regularisation spring keeps in their places, as it has to keep those that are only
-    balanced, are all compared; of others those that are undecided, that have no lower bound, or that exceed HUGE times
-    the weight.
+    That is where an answer is undecided, has no lower bound, or exceeds HUGE times the weight, and where a load acts on
+    a body that a regularisation spring keeps in its place (``Grid.hold``): bodies that are only balanced need one.
     """
 
     name: ClassVar[str] = "limit analysis"
     why: ClassVar[str] = "limit analysis proves when something moves at the latest, and which loads have no end"
 
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers:
-        """Return the answers ``found``, mended where limit analysis proves more.
+    def amend(self, answers: Answers, question: LoadQuestion) -> Answers:
+        """Return the ``answers``, mended where limit analysis proves more.
 
         - A push becomes 0 if it gains power in a motion that no contact resists (balanced.py).
         - An answer above the proved bound by more than CONTRADICTION is undecided; one that is less far above it is
@@ -195,20 +194,21 @@ class LimitReview(Amendment):
           weight that counts beside its load and one of the two searches for rest succeeds, or if it has no end, on the
           finer grid neither, where every body is held.
         """
-        W, grid, neutral = asked.W, self.grid, self.state.neutral
-        size, held = np.abs(grid.loads(W)).max(axis=1, initial=0.0), grid.loads_held(W)
+        W, grid, neutral = question.W, self.grid, self.state.neutral
+        # sizes of the loads relative to all weights, and which of them act on a body with a regularisation spring
+        size, on_spring = np.abs(grid.loads(W)).max(axis=1, initial=0.0), grid.loads_held(W)
         gained = np.zeros(len(size), dtype=bool) if neutral is None else neutral.gained(W)
-        finite = found.status == Status.FINITE
-        peak = np.where(finite, found.force, 0.0)
-        unsure = held | (found.status == Status.UNDECIDED) | (finite & (peak * size > HUGE))
-        if asked.bounded:
-            unsure |= finite & (found.lower <= 0)
+        finite = answers.status == Status.FINITE
+        peak = np.where(finite, answers.force, 0.0)
+        unsure = on_spring | (answers.status == Status.UNDECIDED) | (finite & (peak * size > HUGE))
+        if question.bounded:
+            unsure |= finite & (answers.lower <= 0)
         doubtful = np.flatnonzero(gained | np.asarray((size > 0) & unsure))
         if not len(doubtful) or not grid.certain.verdict().equilibrium_exists:
-            return found
+            return answers
         certain = grid.certain.load_factor(W[:, doubtful])
-        upper = np.array(found.upper)
-        known: dict[str, Any] = {name: np.array(getattr(found, name)) for name in _Answer._fields}
+        upper = np.array(answers.upper)
+        known: dict[str, Any] = {name: np.array(getattr(answers, name)) for name in _Answer._fields}
         upper[doubtful] = np.minimum(upper[doubtful], certain.upper)
         for k, row in enumerate(doubtful.tolist()):
             answer = _Answer._make(column[row] for column in known.values())
@@ -218,26 +218,33 @@ class LimitReview(Amendment):
             else:
                 load, endless = W[:, row], certain.status[k] is Status.INFINITE
                 mended = self._mended(
-                    answer, load, float(size[row]), float(upper[row]), endless, held=held[row], bounded=asked.bounded
+                    answer,
+                    load,
+                    float(size[row]),
+                    float(upper[row]),
+                    endless,
+                    on_spring=on_spring[row],
+                    bounded=question.bounded,
                 )
             for column, value in zip(known.values(), mended, strict=True):
                 column[row] = value
         names = () if neutral is None else neutral.named(grid.assembly)
-        notes = (*found.notes, only_balanced(names)) if names else found.notes
-        return replace(found, **known, upper=upper, notes=notes)
+        notes = (*answers.notes, only_balanced(names)) if names else answers.notes
+        return replace(answers, **known, upper=upper, notes=notes)
 
     def _mended(
-        self, answer: _Answer, load: Float, size: float, top: float, endless: bool, *, held: bool, bounded: bool
+        self, answer: _Answer, load: Float, size: float, top: float, endless: bool, *, on_spring: bool, bounded: bool
     ) -> _Answer:
         """Return the answer for one ``load`` (6J,) of a ``size`` relative to all weights, mended as ``amend`` says.
 
-        Limit analysis proves its ``top``, or that it is ``endless``.
+        Limit analysis proves that it is at most ``top``, or finds it ``endless``; ``on_spring`` tells whether the load
+        acts on a body with a regularisation spring, and ``bounded`` whether lower bounds are wanted.
         """
         if answer.status is Status.UNDECIDED:
             return ENDLESS_ANSWER if endless and self._endless_behind(load, size) else answer
         if answer.force > (1 + CONTRADICTION) * top:
             return UNDECIDED_ANSWER
-        confirmed = not held and answer.lower * size > ENDLESS  # a regularisation spring may have helped
+        confirmed = not on_spring and answer.lower * size > ENDLESS  # a regularisation spring may have helped
         if endless and (confirmed or self._endless(load, float(answer.force))):
             return ENDLESS_ANSWER
         if endless and bounded and answer.lower <= 0 and answer.force * size > HUGE:
@@ -254,8 +261,8 @@ class LimitReview(Amendment):
             return True
         # where bodies lie on whole multiples of their size, some of them come to be only balanced on the way
         for grid in (self.grid, self.grid.finer):
-            found = grid.with_hold.paths(column[:, None])
-            if found.outcome[0] != PathOutcome.ENDLESS and not found.peak[0] * size > ENDLESS:
+            paths = grid.with_hold.paths(column[:, None])
+            if paths.outcome[0] != PathOutcome.ENDLESS and not paths.peak[0] * size > ENDLESS:
                 return False
         return True
 

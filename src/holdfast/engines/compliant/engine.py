@@ -129,12 +129,12 @@ class RestingState:
                 solved = self.refined.answers(W[:, loaded], bounds=bounds)
             leans = self.grid.leans(W[:, loaded], solved.paths)
             peaks = solved.paths.outcome == PathOutcome.PEAK
-            asked = LoadQuestion(W, accuracy, loaded, solved, leans)
-            found = _answers_of_paths(asked, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
+            question = LoadQuestion(W, accuracy, loaded, solved, leans)
+            answers = _answers_of_paths(question, self.decided, self.grid.mechanisms(solved.paths.motion[peaks]))
             for amendment in self._amendments:
-                amended = amendment.amend(found, asked)
-                found = found if amended is None else amended.after(amendment.name, amendment.why)
-            return found
+                amended = amendment.amend(answers, question)
+                answers = answers if amended is None else amended.after(amendment.name, amendment.why)
+            return answers
 
     @cached_property
     def without_idle(self) -> RestingState | None:
@@ -153,15 +153,15 @@ class RestingState:
         """
         small = (np.abs(self.grid.loads(W)).max(axis=1, initial=0.0) <= HUGE) & ~self.grid.loads_held(W)
         rows = np.flatnonzero(small & (W != 0).any(axis=0))
-        held = ~(W != 0).any(axis=0)
+        moves_nothing = ~(W != 0).any(axis=0)
         if self.grid.springs.faces is not None or not len(rows):
-            return np.asarray(held)
+            return np.asarray(moves_nothing)
         with self._asking:
             if not self._self_stressed.by_stiffness:
-                held[rows] = self.refined.held(W[:, rows])
+                moves_nothing[rows] = self.refined.held(W[:, rows])
                 if self.without_idle is not None:
-                    held &= self.without_idle.held(W)
-        return np.asarray(held)
+                    moves_nothing &= self.without_idle.held(W)
+        return np.asarray(moves_nothing)
 
     def forces_under(self, load: Float) -> ContactForces | None:
         """Return the contact forces once a ``load`` (6J,) [N, N m] has grown from 0, None if its path ends before."""
@@ -194,11 +194,11 @@ def _loaded(W: Float) -> Int:
     return np.flatnonzero(np.abs(W).max(axis=0, initial=0) > 0)
 
 
-def _answers_of_paths(asked: LoadQuestion, verdict: Verdict, mechanisms: Iterable[Mechanism]) -> Answers:
+def _answers_of_paths(question: LoadQuestion, verdict: Verdict, mechanisms: Iterable[Mechanism]) -> Answers:
     """Return the answers that load paths give, INFINITE to loads of zero; ``mechanisms`` are of paths with a peak."""
-    count, loaded, paths = asked.W.shape[1], asked.loaded, asked.solved.paths
+    count, loaded, paths = question.W.shape[1], question.loaded, question.solved.paths
     force, lower, raw = np.full((3, count), np.inf)
-    force[loaded], lower[loaded], raw[loaded] = paths.factor, asked.solved.lower, asked.solved.raw
+    force[loaded], lower[loaded], raw[loaded] = paths.factor, question.solved.lower, question.solved.raw
     status, mechanism = [Status.INFINITE] * count, list[Mechanism | None]([None] * count)
     for column, outcome in zip(loaded.tolist(), paths.outcome.tolist(), strict=True):
         status[column] = STATUS[PathOutcome(outcome)]
@@ -217,7 +217,7 @@ def _answers_of_paths(asked: LoadQuestion, verdict: Verdict, mechanisms: Iterabl
         lower=lower,
         status=status,
         mechanism=mechanism,
-        lower_bound=Bound.ESTIMATED if asked.bounded else Bound.NONE,
+        lower_bound=Bound.ESTIMATED if question.bounded else Bound.NONE,
         steps=steps,
     )
 

@@ -181,7 +181,7 @@ class Grid:
         return Grid._on(self.places, self.wrench, self.springs, bodies, model)
 
     def loads_held(self, W: Float) -> Bool:
-        """Tell which columns of W (6J, k) load a body that is held: the hold may take part in what they meet."""
+        """Tell which columns of W (6J, k) load a body with a regularisation spring, which may help to bear them."""
         if self.hold is None:
             return np.zeros(W.shape[1], dtype=bool)
         return np.asarray((W.reshape(-1, 6, W.shape[1])[self.hold] != 0).any(axis=(0, 1)))

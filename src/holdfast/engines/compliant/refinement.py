@@ -124,8 +124,8 @@ class Refined:
             chunks = [np.arange(first, count, number) for first in range(number)]
 
             def ask(row: int) -> Bounded:
-                asked = W[:, chunks[row]]
-                return self._bounded(asked, self.grid.paths(asked), bounds=bounds)
+                columns = W[:, chunks[row]]
+                return self._bounded(columns, self.grid.paths(columns), bounds=bounds)
 
             parts = answers_in_parallel(STAGE, ask, threads, number, count)
             found = Bounded.joined(parts, np.argsort(np.concatenate(chunks)))
@@ -143,10 +143,10 @@ class Refined:
         """
         paths = self.grid.paths(W, most=AMPLE)
         sure = np.minimum(paths.sure, paths.before) >= 1
-        held = (paths.outcome == PathOutcome.ENDLESS) & sure
+        moves_nothing = (paths.outcome == PathOutcome.ENDLESS) & sure
         there = np.flatnonzero(paths.outcome == PathOutcome.REACHED)
         if not len(there):  # no finer grid is made for nothing
-            return np.asarray(held)
+            return np.asarray(moves_nothing)
         load = paths.peak[there]
         kinds, alike = _alike(self.grid.concentrated(paths.q[there]))
 
@@ -163,8 +163,8 @@ class Refined:
             finer[rows] = found
         change = np.abs(finer - load)
         sure[there] &= finer > 0
-        held[there] = sure[there] & (load - SAFETY * change - LEAST_ERROR * load >= 1)
-        return np.asarray(held)
+        moves_nothing[there] = sure[there] & (load - SAFETY * change - LEAST_ERROR * load >= 1)
+        return np.asarray(moves_nothing)
 
     def _recovered(self, W: Float, lost: PathResult, *, bounds: bool) -> Bounded:
         """Recover paths of columns W (6J, k) that are ``lost`` on this grid.
@@ -176,8 +176,8 @@ class Refined:
         both grids; all others stay lost.
         """
         peaks, reached = Bounded.unbounded(lost), lost.peak.copy()
-        held = self.grid.hold is not None and not self.grid.hold.all()
-        others = [replace(self, grid=self.grid.with_hold)] if held else []
+        partly_held = self.grid.hold is not None and not self.grid.hold.all()
+        others = [replace(self, grid=self.grid.with_hold)] if partly_held else []
         for other in [*others, self._finer] if self._may_refine else others:
             left = np.flatnonzero(peaks.paths.outcome == PathOutcome.LOST)
             if not len(left):
@@ -209,13 +209,13 @@ class Refined:
 
         def better(number: int) -> Bounded:
             rows = at[alike[number]]
-            asked, peaks = W[:, rows], paths.chosen(rows)
+            columns, peaks = W[:, rows], paths.chosen(rows)
             if kinds[number].any():
-                return self._resolved(asked, peaks, np.flatnonzero(kinds[number]))
-            return self._estimated(asked, peaks)
+                return self._resolved(columns, peaks, np.flatnonzero(kinds[number]))
+            return self._estimated(columns, peaks)
 
-        for lot, own in zip(alike, self._shared([len(rows) for rows in alike], better), strict=True):
-            found = found.replaced(at[lot], own)
+        for lot, bounded in zip(alike, self._shared([len(rows) for rows in alike], better), strict=True):
+            found = found.replaced(at[lot], bounded)
         found = self._with_ends(W, paths, found)
         passed = (paths.first < paths.peak) & (found.paths.first >= found.paths.peak)  # a maximum, on another grid
         found.below[passed] = np.minimum(found.below, paths.first)[passed]
@@ -298,13 +298,13 @@ class Refined:
         found.below[rows] = _below(before, paths.peak)
         there = np.flatnonzero((paths.outcome == PathOutcome.PEAK) & (paths.peak <= SELF_STRESSED * before))
         rows, paths, before = rows[there], paths.chosen(there), before[there]
-        own = Bounded.unbounded(paths)._replace(below=_below(paths.peak, (1 - COARSE) * paths.peak))
+        resolved = Bounded.unbounded(paths)._replace(below=_below(paths.peak, (1 - COARSE) * paths.peak))
         moved = np.flatnonzero(np.abs(before - paths.peak) > COARSE * paths.peak)
         if len(moved):
             last, more, better = _compared(most, W[:, rows[moved]], paths.chosen(moved), COARSE)
             other = Bounded.unbounded(better)._replace(below=_below(better.peak, paths.peak[moved[more]]))
-            own = own.replaced(moved, last.replaced(more, other))
-        return found.replaced(rows, own)
+            resolved = resolved.replaced(moved, last.replaced(more, other))
+        return found.replaced(rows, resolved)
 
     def _most(self, contacts: Int) -> Grid:
         """Return the grid with most nodes at these contacts, and FINER times as many at all others."""

@@ -90,49 +90,53 @@ class SelfStressed(Amendment):
         """Whether some answers depend on stiffness, whatever the load."""
         return self.possible or bool(self.near)
 
-    def amend(self, found: Answers, asked: LoadQuestion) -> Answers | None:
-        """Return ``found`` with lower bounds that also hold on other springs and nodes.
+    def amend(self, answers: Answers, question: LoadQuestion) -> Answers | None:
+        """Return ``answers`` with lower bounds that also hold on other springs and nodes.
 
         A path that is lost on one of them counts as far as it was followed. An answer without an end keeps its status,
         but its lower bound is finite where others end within HUGE times the weight. Springs of imperfect faces are a
         sample already, and are left alone.
         """
-        if not asked.bounded or self.grid.springs.faces is not None:
+        if not question.bounded or self.grid.springs.faces is not None:
             return None
-        rows = np.flatnonzero((found.force > 0) & asked.W.any(axis=0))
+        rows = np.flatnonzero((answers.force > 0) & question.W.any(axis=0))
         if not len(rows):
-            return found
-        stiff = np.array([self.possible or not self.near.isdisjoint(found.moving[k]) for k in rows], dtype=bool)
+            return answers
+        stiff = np.array([self.possible or not self.near.isdisjoint(answers.moving[k]) for k in rows], dtype=bool)
         why = "self-stressed" if self.possible else "near their limit"
-        found = self._covered(found, asked.W, rows[stiff], why, softer=True)
+        answers = self._covered(answers, question.W, rows[stiff], why, softer=True)
         # those whose load itself presses what holds it, far above the weight beside it
         near = rows[~stiff]
-        loads = self.grid.loads(asked.W[:, near])
-        size = np.abs(loads).max(axis=1) * np.where(np.isfinite(found.force[near]), found.force[near], 0.0)
+        loads = self.grid.loads(question.W[:, near])
+        size = np.abs(loads).max(axis=1) * np.where(np.isfinite(answers.force[near]), answers.force[near], 0.0)
         heavy = np.flatnonzero(size > JAMMED * self.grid.lightest)
         jams = [k for k in heavy.tolist() if size[k] > JAMMED * self.grid.load_bearing.weight(loads[k])]
-        return self._covered(found, asked.W, near[jams], "self-stressed", softer=False)
+        return self._covered(answers, question.W, near[jams], "self-stressed", softer=False)
 
-    def _covered(self, found: Answers, W: Float, rows: Int, why: str, *, softer: bool) -> Answers:
-        """Return ``found`` with bounds of the ``rows`` (k,) on coarse grids, and with ``softer`` on other springs."""
+    def _covered(self, answers: Answers, W: Float, rows: Int, why: str, *, softer: bool) -> Answers:
+        """Return ``answers`` with bounds of the ``rows`` (k,) on coarse grids, and with ``softer`` on other springs."""
         if not len(rows):
-            return found
-        least = found.force[rows]
+            return answers
+        least = answers.force[rows]
         farthest = np.where(np.isinf(least), HUGE / np.abs(self.grid.loads(W[:, rows])).max(axis=1), np.inf)
         for other in (*self._coarse, *self._softer_and_stiffer) if softer else self._coarse:
             paths = other.paths(W[:, rows])
             least = np.minimum(least, np.where(paths.sure >= farthest, np.inf, paths.sure))
         with np.errstate(invalid="ignore"):  # what has no end here or there
-            share = np.where(np.isinf(found.force[rows]), 1.0, found.lower[rows] / found.force[rows])  # less the error
-        lower = np.array(found.lower)
+            share = np.where(
+                np.isinf(answers.force[rows]), 1.0, answers.lower[rows] / answers.force[rows]
+            )  # less the error
+        lower = np.array(answers.lower)
         lower[rows] = np.minimum(lower[rows], share * least)
-        telling = int((least < (1 - MATTERS) * found.force[rows]).sum())
+        telling = int((least < (1 - MATTERS) * answers.force[rows]).sum())
         if not telling:
-            return replace(found, lower=lower)
-        many = f"{telling} of {len(found)} answers depend on stiffness"
+            return replace(answers, lower=lower)
+        many = f"{telling} of {len(answers)} answers depend on stiffness"
         ratios = f"between {RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, "
         covers = f"contacts {ratios if softer else ''}with {COARSE[0]} or more nodes a side"
-        return replace(found, lower=lower, notes=(*found.notes, f"{many}: bodies are {why}, and lower covers {covers}"))
+        return replace(
+            answers, lower=lower, notes=(*answers.notes, f"{many}: bodies are {why}, and lower covers {covers}")
+        )
 
     @cached_property
     def _coarse(self) -> tuple[Grid, ...]:

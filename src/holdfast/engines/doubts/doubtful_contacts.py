@@ -220,7 +220,7 @@ class Doubtful:
         default_factory=dict, init=False, repr=False
     )
     _asking: RLock = field(default_factory=RLock, init=False, repr=False)
-    _asked: dict[int, State] = field(default_factory=dict, init=False, repr=False)
+    _states_here: dict[int, State] = field(default_factory=dict, init=False, repr=False)
 
     def fresh(self) -> Doubtful:
         """Return the same state, its contacts sorted out once for both, as it was before it was asked anything."""
@@ -228,9 +228,9 @@ class Doubtful:
         other.__dict__.update(_allowances=self._allowances, _asking=self._asking)
         return other
 
-    def _asked_here(self, state: State) -> State:
-        """Return a state of ``absences``, which remembers only what this object was asked."""
-        return self._asked.setdefault(id(state), fresh(state))
+    def _remembering_here(self, state: State) -> State:
+        """Return a copy of a state of ``absences``, which others share, that remembers only what this object asked."""
+        return self._states_here.setdefault(id(state), fresh(state))
 
     def verdict(self) -> Verdict:
         """Say whether the scene as detected stands."""
@@ -253,28 +253,28 @@ class Doubtful:
         waits for the other.
         """
         with self._asking:
-            found = self.detected.load_factor(W, accuracy)
+            answers = self.detected.load_factor(W, accuracy)
             if isinstance(accuracy, ForcesOnly):
                 return replace(
-                    found,
-                    lower=np.zeros(len(found)),
-                    upper=np.full(len(found), np.inf),
+                    answers,
+                    lower=np.zeros(len(answers)),
+                    upper=np.full(len(answers), np.inf),
                     lower_bound=Bound.NONE,
                     upper_bound=Bound.NONE,
                     notes=self.notes,
                 )
             cases = [(absent, self._answers_without(absent, W, accuracy)) for absent in self._tried]
-            greatest = self._answers_at_most(found, W, accuracy)
+            greatest = self._answers_raised(answers, W, accuracy)
             known_cases = [np.where(case.status == Status.UNDECIDED, 0.0, case.upper) for _, case in cases]
             return replace(
-                found,
-                lower=np.minimum.reduce([found.lower, found.force, *(case.lower for _, case in cases)]),
-                upper=np.maximum.reduce([found.upper, found.force, greatest.upper, *known_cases]),
-                lower_bound=weakest_bound([found.lower_bound, *(case.lower_bound for _, case in cases)]),
+                answers,
+                lower=np.minimum.reduce([answers.lower, answers.force, *(case.lower for _, case in cases)]),
+                upper=np.maximum.reduce([answers.upper, answers.force, greatest.upper, *known_cases]),
+                lower_bound=weakest_bound([answers.lower_bound, *(case.lower_bound for _, case in cases)]),
                 upper_bound=weakest_bound(
-                    [found.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
+                    [answers.upper_bound, greatest.upper_bound, *(case.upper_bound for _, case in cases)]
                 ),
-                notes=(*found.notes, *self._notes_on(found, cases)),
+                notes=(*answers.notes, *self._notes_on(answers, cases)),
             ).after("contacts that may not exist", "lower is the least over all sets of contacts that may be absent")
 
     @cached_property
@@ -294,53 +294,63 @@ class Doubtful:
         return self.absences.assembly.tolerances.capped
 
     def _answers_without(self, absent: Absent, W: Float, accuracy: Accuracy) -> Answers:
-        """Answer without these contacts; where poses are uncertain, with all that this takes from ``lower``."""
+        """Return the answers without these contacts; where poses are uncertain, ``lower`` allows for that."""
         if not self._poses_uncertain:
-            return self._asked_here(self.absences.state(absent)).load_factor(W, accuracy)
+            return self._remembering_here(self.absences.state(absent)).load_factor(W, accuracy)
         allowance, state = self._allowance_for(absent, wider=False)
-        case = self._asked_here(state).load_factor(W, accuracy)
-        lower = allowance.lowered(case.lower, W, accuracy)
-        return replace(case, lower=lower, lower_bound=weakest_bound([case.lower_bound, Bound.ESTIMATED]))
+        with_narrower_cones = self._remembering_here(state).load_factor(W, accuracy)
+        lower = allowance.lowered(with_narrower_cones.lower, W, accuracy)
+        return replace(
+            with_narrower_cones,
+            lower=lower,
+            lower_bound=weakest_bound([with_narrower_cones.lower_bound, Bound.ESTIMATED]),
+        )
 
-    def _answers_at_most(self, found: Answers, W: Float, accuracy: Accuracy) -> Answers:
-        """Answer as detected; where poses are uncertain, with all that this adds to an ``upper`` that is known."""
-        if not self._poses_uncertain or not np.isfinite(found.upper).any():
-            return found
+    def _answers_raised(self, detected: Answers, W: Float, accuracy: Accuracy) -> Answers:
+        """Return the answers as ``detected``; where poses are uncertain, those of which ``upper`` allows for that.
+
+        Nothing is added where no ``upper`` is known. Only ``upper`` and ``upper_bound`` of the result are meant to be
+        used.
+        """
+        if not self._poses_uncertain or not np.isfinite(detected.upper).any():
+            return detected
         allowance, state = self._allowance_for(frozenset(), wider=True)
-        case = self._asked_here(state).load_factor(W, accuracy)
-        upper = allowance.raised(case.upper, W, accuracy)
-        return replace(case, upper=upper, upper_bound=weakest_bound([case.upper_bound, Bound.ESTIMATED]))
+        with_wider_cones = self._remembering_here(state).load_factor(W, accuracy)
+        upper = allowance.raised(with_wider_cones.upper, W, accuracy)
+        return replace(
+            with_wider_cones, upper=upper, upper_bound=weakest_bound([with_wider_cones.upper_bound, Bound.ESTIMATED])
+        )
 
     def _allowance_for(self, absent: Absent, *, wider: bool) -> tuple[PoseAllowance, State]:
         """Return what uncertain poses take from bounds without these contacts, and the state that answers then."""
-        known, key = self.absences, (absent, wider)
+        absences, key = self.absences, (absent, wider)
         if key not in self._allowances:
-            loads = known.standing, known.acceleration
-            allowance = PoseAllowance.of(known.part(absent), *loads, wider=wider)
-            own = isinstance(known.engine, Limit) and known.engine == Limit()
+            loads = absences.standing, absences.acceleration
+            allowance = PoseAllowance.of(absences.part(absent), *loads, wider=wider)
+            is_limit = isinstance(absences.engine, Limit) and absences.engine == Limit()
             self._allowances[key] = (
                 allowance,
-                allowance.state if own else known.engine.prepare(allowance.assembly, *loads),
+                allowance.state if is_limit else absences.engine.prepare(allowance.assembly, *loads),
             )
         return self._allowances[key]
 
-    def _notes_on(self, found: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
+    def _notes_on(self, answers: Answers, cases: Sequence[tuple[Absent, Answers]]) -> tuple[str, ...]:
         """Say on which of the contacts the answers lean, and what was not settled."""
         notes = [LEVEL] if self._poses_uncertain and not self.absences.assembly.tolerances.tilt else []
         met: set[int] = set()  # what motions without them run into; where no motion is known, all that was taken away
         for absent, case in cases:
-            for row in np.flatnonzero(case.lower < found.lower * (1 - LEANS)):
+            for row in np.flatnonzero(case.lower < answers.lower * (1 - LEANS)):
                 motion = case.mechanism[row]
                 met |= {k for k in absent - met if motion is None or self._resists(k, motion)}
         leaned = sorted(met)
         if leaned:
             words = "answers lean on contacts that may not exist, and lower is without them"
             notes.append(f"{words}: {self._named(leaned)}")
-        unknown = np.zeros(len(found), dtype=bool)
+        unknown = np.zeros(len(answers), dtype=bool)
         for _, case in cases:
-            unknown |= (case.status == Status.UNDECIDED) & (found.status != Status.UNDECIDED)
+            unknown |= (case.status == Status.UNDECIDED) & (answers.status != Status.UNDECIDED)
         if unknown.any():
-            share = f"{unknown.sum()} of {len(found)} answers"
+            share = f"{unknown.sum()} of {len(answers)} answers"
             notes.append(f"{share} are undecided without contacts that may not exist: lower is 0 there")
         if not self.absences.complete:
             notes.append(

@@ -33,6 +33,9 @@ class PoseAllowance:
       a convex set.
     - A contact lies halfway between its surfaces, so the lever of a push is off by up to half the gap. The pushes are
       asked again at both ends.
+
+    ``assembly`` is the one with the changed friction cones, ``state`` its limit analysis under the same loads, and
+    ``share`` the share 1 - tilt / φ, 0 where the assembly may not stand so.
     """
 
     assembly: Assembly
@@ -43,7 +46,7 @@ class PoseAllowance:
     def of(
         cls, part: Assembly, standing: Float | None, acceleration: Float | None, *, wider: bool = False
     ) -> PoseAllowance:
-        """Return the allowance of an assembly with uncertain poses under these loads (``Engine.prepare``).
+        """Return the allowance of ``part``, an assembly with uncertain poses, under these loads (``Engine.prepare``).
 
         ``wider`` is for upper bounds: friction cones are then wider instead of narrower.
         """
@@ -52,8 +55,8 @@ class PoseAllowance:
         state = Limit().prepare(changed, standing, acceleration)
         if tilt == 0:
             return cls(changed, state, 1.0)
-        furthest = float(state.load_factor(_leans(part)).lower.min(initial=np.inf))
-        return cls(changed, state, max(0.0, 1 - tilt / furthest) if furthest > 0 else 0.0)
+        steepest = float(state.load_factor(_leans(part)).lower.min(initial=np.inf))  # φ [rad], as loads are per radian
+        return cls(changed, state, max(0.0, 1 - tilt / steepest) if steepest > 0 else 0.0)
 
     def lowered(self, lower: Float, W: Float, accuracy: Accuracy) -> Float:
         """Return what is left of lower bounds (n,) of ``assembly`` for the load columns W (6J, n).
@@ -61,7 +64,7 @@ class PoseAllowance:
         The levers are judged by limit analysis: by the share by which it falls, or as it finds them where it finds no
         limit otherwise.
         """
-        plain, *moved = (found.lower for found in self._asked(W, accuracy))
+        plain, *moved = (answers.lower for answers in self._with_levers(W, accuracy))
         least = np.minimum.reduce(moved)
         known = np.isfinite(plain) & (plain > 0)
         ratio = np.minimum(np.divide(least, plain, out=np.zeros(len(plain)), where=known), 1.0)
@@ -70,7 +73,7 @@ class PoseAllowance:
 
     def raised(self, upper: Float, W: Float, accuracy: Accuracy) -> Float:
         """Return upper bounds (n,) of ``assembly`` for the load columns W (6J, n), raised in the same way."""
-        plain, *moved = (found.upper for found in self._asked(W, accuracy))
+        plain, *moved = (answers.upper for answers in self._with_levers(W, accuracy))
         most = np.maximum.reduce(moved)
         known = np.isfinite(most) & (plain > 0)
         ratio = np.divide(most, plain, out=np.full(len(plain), np.inf), where=known)
@@ -79,8 +82,8 @@ class PoseAllowance:
         factor = np.maximum(ratio, 1.0) / self.share
         return np.asarray(np.multiply(upper, factor, out=np.zeros(len(upper)), where=upper > 0))
 
-    def _asked(self, W: Float, accuracy: Accuracy) -> list[Answers]:
-        """Ask for the loads as they are and with levers that are longer and shorter."""
+    def _with_levers(self, W: Float, accuracy: Accuracy) -> list[Answers]:
+        """Return the answers to the loads W (6J, n) as they are, with longer levers, and with shorter ones."""
         # moments (6J, n) of the forces of W, if contacts lie higher by half of the gap of their bodies
         half_gap = np.zeros(len(self.assembly.movable))
         for interface, ends in zip(self.assembly.interfaces, self.assembly.ends, strict=True):

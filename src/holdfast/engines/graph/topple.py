@@ -122,16 +122,17 @@ def toppling_axes(points: Float, size: float) -> tuple[Float, Float]:
     about it is a sum of rotations about these. Points are in [m], and ``size`` [m] is that of the assembly. The axes of
     the last KEPT sets of points are kept: most cuts of an edited assembly are as they were.
     """
-    return _axes_of(np.ascontiguousarray(points, dtype=np.float64).tobytes(), size)
+    return _cached_axes(np.ascontiguousarray(points, dtype=np.float64).tobytes(), size)
 
 
 @lru_cache(maxsize=KEPT)
-def _axes_of(coordinates: bytes, size: float) -> tuple[Float, Float]:
+def _cached_axes(coordinates: bytes, size: float) -> tuple[Float, Float]:
+    """Return what ``toppling_axes`` does, of points given as the bytes of ``coordinates``: arrays have no hash."""
     points = np.frombuffer(coordinates).reshape(-1, 3)
     tolerance = core.ON_AXIS * size
     centred = points - points.mean(0)
     _, extents, directions = np.linalg.svd(centred, full_matrices=False)
-    spread = extents / np.sqrt(len(points))
+    spread = extents / np.sqrt(len(points))  # along the directions in which the points reach farthest, next, and least
     if spread[0] <= tolerance:
         return frozen(np.repeat(points[:1], 3, axis=0)), frozen(np.eye(3))
     if len(spread) < 2 or spread[1] <= tolerance:

@@ -31,8 +31,8 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.contact_nodes import (
     ContactNodes,
     arms,
-    asked_of,
     by_bodies,
+    counted_part,
     dense_by_bodies,
     equilibrium_blocks,
 )
@@ -71,16 +71,16 @@ class Equilibrium:
         """Return the operator of these nodes."""
         bodies = len(assembly.movable) + nodes.fasteners
         # H is G with absolute values of all factors, zero only where G is; that of holds is exact as it is stored
-        own = nodes.contacts
-        magnitudes = np.empty((len(own), 3, 2, 6))
-        magnitudes[:, :, :, :3] = np.abs(own.axes)[:, :, None]
-        fx, fy, fz = np.moveaxis(np.abs(own.axes), 2, 0)
-        for side, body in enumerate((own.b, own.a)):
-            x, y, z = np.abs(arms(assembly, own, body)).T[:, :, None]
+        contacts = nodes.contacts
+        magnitudes = np.empty((len(contacts), 3, 2, 6))
+        magnitudes[:, :, :, :3] = np.abs(contacts.axes)[:, :, None]
+        fx, fy, fz = np.moveaxis(np.abs(contacts.axes), 2, 0)
+        for side, body in enumerate((contacts.b, contacts.a)):
+            x, y, z = np.abs(arms(assembly, contacts, body)).T[:, :, None]
             magnitudes[:, :, side, 3], magnitudes[:, :, side, 4] = y * fz + z * fy, z * fx + x * fz
             magnitudes[:, :, side, 5] = x * fy + y * fx
         blocks = equilibrium_blocks(assembly, nodes)
-        sizes = asked_of(nodes, np.concatenate([magnitudes, np.abs(nodes.blocks)]))
+        sizes = counted_part(nodes, np.concatenate([magnitudes, np.abs(nodes.blocks)]))
         G: Matrix
         H: Matrix
         if 18 * bodies * len(nodes) <= DENSE:
@@ -105,27 +105,27 @@ class Equilibrium:
     @cached_property
     def _extended(self) -> tuple[Any, Any]:
         """The transpose of G (3I, 6J) and the bounds of its products in extended precision."""
-        own, bodies = self.nodes.contacts, len(self.com) + self.nodes.fasteners
-        count, held = len(self.nodes), np.arange(len(own), len(self.nodes))
-        axes = own.axes.astype(np.longdouble)
+        contacts, bodies = self.nodes.contacts, len(self.com) + self.nodes.fasteners
+        count, of_holds = len(self.nodes), np.arange(len(contacts), len(self.nodes))
+        axes = contacts.axes.astype(np.longdouble)
         G, H = np.zeros((2, count, 3, bodies + 1, 6), dtype=np.longdouble)  # FIXED is -1, the last one
-        for side, body in enumerate((self.nodes.b[held], self.nodes.a[held])):
-            G[held, :, body] += self.nodes.blocks[:, :, side]
-            H[held, :, body] += np.abs(self.nodes.blocks[:, :, side])
-        for body, sign in ((own.b, 1), (own.a, -1)):
+        for side, body in enumerate((self.nodes.b[of_holds], self.nodes.a[of_holds])):
+            G[of_holds, :, body] += self.nodes.blocks[:, :, side]
+            H[of_holds, :, body] += np.abs(self.nodes.blocks[:, :, side])
+        for body, sign in ((contacts.b, 1), (contacts.a, -1)):
             com = np.vstack([self.com, np.zeros((1, 3))])[body].astype(np.longdouble)
-            arm = (own.points.astype(np.longdouble) - com)[:, None]
+            arm = (contacts.points.astype(np.longdouble) - com)[:, None]
             size = np.abs(arm)
             around = [
                 size[..., k - 2] * np.abs(axes[..., k - 1]) + size[..., k - 1] * np.abs(axes[..., k - 2])
                 for k in range(3)
             ]
-            node = np.arange(len(own))
+            node = np.arange(len(contacts))
             G[node, :, body] += sign * np.concatenate([axes, np.cross(arm, axes)], axis=2)
             H[node, :, body] += np.concatenate([np.abs(axes), np.stack(around, axis=2)], axis=2)
-        if self.nodes.asked is not None:
+        if self.nodes.counted is not None:
             for m in (G, H):
-                m[:, :, : len(self.com)] *= self.nodes.asked.reshape(-1, 6)
+                m[:, :, : len(self.com)] *= self.nodes.counted.reshape(-1, 6)
         unit = np.finfo(np.longdouble).eps
         gather, spread = (m[:, :, :bodies].reshape(3 * count, 6 * bodies) for m in (G, H))
         return gather, gamma(12) / UNIT * unit * spread
@@ -277,10 +277,10 @@ class Balance:
 
         Among holds, that counts even where no force enters an equation: two fingers let a body turn about their line.
         """
-        free, asked = self._unresisted_rows, self.equilibrium.nodes.asked
-        if asked is not None:
+        free, counted = self._unresisted_rows, self.equilibrium.nodes.counted
+        if counted is not None:
             free = free | ~self.rows
-            free[: len(asked)] &= asked > 0
+            free[: len(counted)] &= counted > 0
         return np.asarray(free.reshape(-1, 6).any(1))
 
     @property
@@ -293,10 +293,10 @@ class Balance:
 
     def forces_for(self, wrench: Float) -> Float:
         """Return forces (3I, k) [N], as small as can be in units of T, that about make up ``wrench`` (6J, k)."""
-        asked = self.share[self.rows, None] * wrench[self.rows]
+        balanced = self.share[self.rows, None] * wrench[self.rows]
         if self.combined is not None:
-            asked = self.combined.resisted @ asked
-        found = _solved_by_cholesky(self.factor, asked)
+            balanced = self.combined.resisted @ balanced
+        found = _solved_by_cholesky(self.factor, balanced)
         return np.asarray(self.scale[:, None] * (self.scaled.T @ found))
 
     def motion_for(self, velocities: Float) -> Float:
@@ -409,9 +409,9 @@ def _cholesky(square: Float, shift: float = 0.0) -> Float | None:
     return None if failed else np.asarray(factor)
 
 
-def _solved_by_cholesky(factor: Float, asked: Float) -> Float:
-    """Return Q⁻¹ times ``asked`` (n,) or (n, k) for the lower triangle (n, n) of Q by Cholesky's method."""
-    return np.asarray(dpotrs(factor, asked, lower=True)[0])
+def _solved_by_cholesky(factor: Float, right_side: Float) -> Float:
+    """Return Q⁻¹ times ``right_side`` (n,) or (n, k) for the lower triangle (n, n) of Q by Cholesky's method."""
+    return np.asarray(dpotrs(factor, right_side, lower=True)[0])
 
 
 def _scaled(matrix: Matrix, share: Float, scale: Float) -> Matrix:

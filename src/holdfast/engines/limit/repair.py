@@ -207,11 +207,11 @@ class MotionRepair:
         """
         if self.balance is None:
             return None
-        mu, asked = self.nodes.mu, np.zeros((len(self.tau), 3))
-        asked[:, 0] = 1 / self.tau
-        before, weight = asked, 1.0
+        mu, velocities = self.nodes.mu, np.zeros((len(self.tau), 3))
+        velocities[:, 0] = 1 / self.tau
+        before, weight = velocities, 1.0
         for _ in range(ROUNDS):
-            motion = self.balance.motion_for(asked.ravel())
+            motion = self.balance.motion_for(velocities.ravel())
             u = np.asarray(self.equilibrium.gather @ motion).reshape(-1, 3)
             speed = np.hypot(u[:, 1], u[:, 2])
             lacking = 1 / self.tau - (u[:, 0] - mu * speed)
@@ -223,7 +223,7 @@ class MotionRepair:
             u[:, 0] += lacking - mu * slower
             u[:, 1:] *= (1 - np.divide(slower, speed, out=np.zeros(len(speed)), where=speed > 0))[:, None]
             heavier = (1 + np.sqrt(1 + 4 * weight * weight)) / 2
-            asked, before, weight = u + (weight - 1) / heavier * (u - before), u, heavier
+            velocities, before, weight = u + (weight - 1) / heavier * (u - before), u, heavier
         return None
 
     def _least_opening(self, moving: Bool) -> Opening | None:
@@ -233,8 +233,8 @@ class MotionRepair:
         scale = np.where(columns, self.scale, 0.0)
         weight = np.repeat(self.tau[:, None], 3, axis=1)
         weight[:, 1:] *= self.cone.corner * self.nodes.mu[:, None]
-        count, asked = int(touched.sum()), np.repeat(touched, 3)
-        opening = Entries.of(self.equilibrium.gather).scaled(-weight.ravel(), scale).within(asked)
+        count, rows = int(touched.sum()), np.repeat(touched, 3)
+        opening = Entries.of(self.equilibrium.gather).scaled(-weight.ravel(), scale).within(rows)
         A = opening.matrix((3 * count, len(scale)))
         b = np.tile([-1.0, 0.0, 0.0], count)
         q = -scale * self.wrench

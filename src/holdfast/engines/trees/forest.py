@@ -109,22 +109,29 @@ class Bridge:
 
         It is what balances those on the bodies beyond, about its origin.
         """
-        own = wrenches[:, self.beyond]
-        force = own[..., :3].sum(axis=1) @ self.frame.T
-        torque = (own[..., 3:] + cross(com[self.beyond] - self.origin, own[..., :3])).sum(axis=1) @ self.frame.T
+        beyond = wrenches[:, self.beyond]
+        force = beyond[..., :3].sum(axis=1) @ self.frame.T
+        torque = (beyond[..., 3:] + cross(com[self.beyond] - self.origin, beyond[..., :3])).sum(axis=1) @ self.frame.T
         return np.ascontiguousarray(
             np.stack([-force[:, 2], torque[:, 1], -torque[:, 0], -force[:, 0], -force[:, 1], -torque[:, 2]], axis=1)
         )
 
     def twists(self, slides: Bool, motions: Float) -> Float:
-        """Return the twists (n, 6) about the world's origin of what is beyond: it slides or tips as ``motions`` say."""
+        """Return the twists (n, 6) about the world's origin of what is beyond, as the contact gives way in n ways.
+
+        ``motions`` (n, 3) are as ``core.first_exits`` tells them. Of a way that ``slides`` (n,), that is the motion of
+        the root relative to what is beyond: two velocities along the tangents, and the rate of turning about the
+        normal. Of one that tips, it is the number of the edge of ``bed.hull`` about which what is beyond turns, that of
+        a second edge that it tips about at once, -1 if there is none, and how fast it does so, over the first.
+        """
         twists = np.zeros((len(motions), 6))
         normal = self.frame[2]
         along = -motions[slides]
         twists[slides, :3], twists[slides, 3:] = along[:, :2] @ self.frame[:2], along[:, 2:] * normal
-        for column, weight in ((0, np.ones((~slides).sum())), (1, motions[~slides, 2])):
-            edges = self.bed.hull[motions[~slides, column].astype(np.int64)]
-            inward = edges[:, 1:] @ self.frame[:2] * np.where(motions[~slides, column] < 0, 0.0, weight)[:, None]
+        tips = motions[~slides]
+        for number, rate in ((tips[:, 0], np.ones(len(tips))), (tips[:, 1], tips[:, 2])):
+            edges = self.bed.hull[number.astype(np.int64)]
+            inward = edges[:, 1:] @ self.frame[:2] * np.where(number < 0, 0.0, rate)[:, None]
             turn, arm = cross(inward, normal), -edges[:, :1] * (edges[:, 1:] @ self.frame[:2])
             twists[~slides, :3] -= cross(turn, arm)  # the arm leads to the point of the edge nearest to the origin
             twists[~slides, 3:] += turn

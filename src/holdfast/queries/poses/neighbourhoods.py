@@ -328,14 +328,16 @@ class Neighbourhoods:
         """Return the assembly of a piece with its moved bodies at ``poses`` (4, 4)."""
         return self.local(piece).moved({name: poses[name] for name in piece.moved})
 
-    def in_threads(self, asked: Sequence[tuple[int, Neighbourhood]], answer: Callable[[Assembly, int], T]) -> list[T]:
-        """Return an ``answer(assembly, row)`` for each (row, piece) that is ``asked``, computed in threads."""
-        for piece in dict.fromkeys(piece for _, piece in asked):
+    def in_threads(self, pieces: Sequence[tuple[int, Neighbourhood]], answer: Callable[[Assembly, int], T]) -> list[T]:
+        """Return an ``answer(assembly, row)`` for each (row, piece) of ``pieces``, computed in threads."""
+        for piece in dict.fromkeys(piece for _, piece in pieces):
             self.local(piece)
 
         def ask(number: int) -> T:
-            row, piece = asked[number]
+            row, piece = pieces[number]
             return answer(self.at(piece, self.given.row(row)), row)
 
         with quiet():
-            return answers_in_parallel(STAGE, ask, min(free_threads(), max(len(asked), 1)), len(asked), len(self.given))
+            return answers_in_parallel(
+                STAGE, ask, min(free_threads(), max(len(pieces), 1)), len(pieces), len(self.given)
+            )

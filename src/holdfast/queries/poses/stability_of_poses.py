@@ -157,16 +157,16 @@ def decided(around: Neighbourhoods) -> list[Decided]:
     """Return the verdict on the whole scene at each pose: plain cases at once, all others one by one."""
     plain = {name: PlainCases(around, name) for name in around.given.names}
     known: list[dict[Neighbourhood, Groups]] = [{} for _ in range(len(around.given))]
-    asked: list[tuple[int, Neighbourhood]] = []
+    unknown: list[tuple[int, Neighbourhood]] = []
     for pieces, rows in around.patterns:
         for piece in pieces:
             for at, groups in plain[piece.moved[0]].at_once(piece, rows):
                 for row in at.tolist():
                     known[row][piece] = groups
-            asked += [(row, piece) for row in rows.tolist() if piece not in known[row]]
-    asked.sort(key=lambda entry: entry[0])
-    each = around.in_threads(asked, lambda there, _: around.verdicts_on(there))
-    for (row, piece), groups in zip(asked, each, strict=True):
+            unknown += [(row, piece) for row in rows.tolist() if piece not in known[row]]
+    unknown.sort(key=lambda entry: entry[0])
+    each = around.in_threads(unknown, lambda there, _: around.verdicts_on(there))
+    for (row, piece), groups in zip(unknown, each, strict=True):
         known[row][piece] = groups
     place = {body.name: number for number, body in enumerate(around.assembly.movable)}
 

@@ -73,10 +73,10 @@ def read(
         raise SceneError(message(where, "says nothing of friction", "give friction="))
     names = [row.name for row in table.rows]
     weights = Weights(mass, density, names)
-    held = checked_fixed(fixed, names, "box")
+    fixed_names = checked_fixed(fixed, names, "box")
     bodies = []
     for row in table.rows:
-        still = row.name in held or row.truth("fixed")
+        still = row.name in fixed_names or row.truth("fixed")
         said = row.values.get("mass", "")
         weight = (row.number("mass"), None) if said else weights.of(row.name)
         if weight == (None, None) and not still:

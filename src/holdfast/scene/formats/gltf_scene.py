@@ -340,14 +340,14 @@ def read(
     if friction is None:
         remedy = f"give friction=, or write it to {_sidecar_path(source)}"
         raise SceneError(message(path, "says nothing of friction", remedy))
-    held = [*inside.fixed, *(name for name in names if said[name].fixed)]
+    fixed_names = [*inside.fixed, *(name for name in names if said[name].fixed)]
     whole = inside.scene
     standard = USUAL_GRAVITY if whole is None else whole.gravity
     scene = scene_of_nodes(
         nodes,
         weights,
         friction,
-        [*held, *checked_fixed(fixed, names, "node")],
+        [*fixed_names, *checked_fixed(fixed, names, "node")],
         materials,
         up="y",
         floor=below,

@@ -102,12 +102,12 @@ def read(
         things.append(thing if again == 1 else thing._replace(name=f"{thing.name}_{again}"))
     names = [thing.name for thing in things]
     weights = Weights(mass, density, names)
-    held, surfaces = checked_fixed(fixed, names, "object"), Surfaces("product")
+    fixed_names, surfaces = checked_fixed(fixed, names, "object"), Surfaces("product")
     bodies = []
     for thing in things:
         weight = weights.of(thing.name, (thing.mass(), None))
         with located(f"{where}: {quoted(thing.name)}"):
-            bodies += thing.body(weight, surfaces, friction, thing.name in held, notes)
+            bodies += thing.body(weight, surfaces, friction, thing.name in fixed_names, notes)
     remedy = f"give floor=True for a floor at z = 0, or fixed=[name] ({listed(names)})"
     bodies = with_floor(bodies, floor, where, remedy)
     name = source.path.name.partition(".")[0]
@@ -222,7 +222,7 @@ class _Instance(NamedTuple):
         return self.given.number("uniform_scale", 1.0) * self.given.triple("non_uniform_scale", (1, 1, 1))
 
     def body(
-        self, weight: tuple[float | None, float | None], surfaces: Surfaces, friction: float | None, held: bool,
+        self, weight: tuple[float | None, float | None], surfaces: Surfaces, friction: float | None, fixed: bool,
         notes: list[str],
     ) -> list[Body]:  # fmt: skip
         """Return the body of this instance; none if it does not collide."""
@@ -232,7 +232,7 @@ class _Instance(NamedTuple):
         if not self.config.values.get("is_collidable", True):
             notes.append(f"left out, as it collides with nothing: {self.name}")
             return []
-        still = self.stage or held or motion in ("static", "kinematic")
+        still = self.stage or fixed or motion in ("static", "kinematic")
         scale = self.config.triple("scale", (1, 1, 1)) * self.config.number("units_to_meters", 1.0) * self._stretch()
         if (scale <= 0).any():
             self.given.fail(f"is scaled by {scale.tolist()}", "needs factors > 0")

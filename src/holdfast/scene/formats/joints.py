@@ -67,30 +67,33 @@ class Motors:
             if name not in known:
                 raise SceneError(message(f"hold_torques: {quoted(name)}", "is no joint", nearest_of(name, known)))
 
-    def of(self, name: str, own: Range | None) -> Range:
-        """Return the range of a joint [N m, or N if it slides]: as given, or its ``own``, which the file may lack."""
+    def of(self, name: str, from_file: Range | None) -> Range:
+        """Return the range of a joint [N m, or N if it slides]: as given, or ``from_file``, None if it has none."""
         if name in self._given:
             return -self._given[name], self._given[name]
-        if own is None:
+        if from_file is None:
             remedy = f"give hold_torques={{{name!r}: N m, or N if it slides}}, with inf if it is locked"
             raise SceneError(message(f"joint {quoted(name)}", "the file has no limit of its force or torque", remedy))
-        return own
+        return from_file
 
-    def ball(self, name: str, pose: Float, own: Inertial) -> Body:
+    def ball(self, name: str, pose: Float, inertial: Inertial) -> Body:
         """Return a link without a shape, which is to touch nothing: a ball of the size that its inertia says."""
         self.balls.append(name)
-        radius, at = math.sqrt(2.5 * float(np.trace(own.inertia)) / 3 / own.mass), np.eye(4)
-        at[:3, 3] = own.com
-        return rigid_body(name, [BodyPiece(Sphere(max(radius, LENGTH.least)), at)], pose=pose, inertial=own)
+        radius, at = math.sqrt(2.5 * float(np.trace(inertial.inertia)) / 3 / inertial.mass), np.eye(4)
+        at[:3, 3] = inertial.com
+        return rigid_body(name, [BodyPiece(Sphere(max(radius, LENGTH.least)), at)], pose=pose, inertial=inertial)
 
 
-def joint_hold(body: str, on: str | None, point: Float, axis: Float, own: Range, *, slides: bool) -> Hold:
-    """Return the hold of a link by its joint, at ``point`` (3,) with the unit vector ``axis`` (3,), world frame."""
+def joint_hold(body: str, on: str | None, point: Float, axis: Float, bounds: Range, *, slides: bool) -> Hold:
+    """Return the hold of a link by its joint at ``point`` (3,) with the unit vector ``axis`` (3,), world frame.
+
+    ``bounds`` are those of its motor about the axis [N m], or along it [N] if it ``slides``.
+    """
     frame, free = np.eye(4), (-math.inf, math.inf)
     way = unit(axis)
     frame[:3, :3], frame[:3, 3] = np.column_stack([*tangents(way), way]), point
-    bounded = (free, free, own)
-    return Hold(body, frame, bounded if slides else math.inf, math.inf if slides else bounded, on)
+    along_axis = (free, free, bounds)
+    return Hold(body, frame, along_axis if slides else math.inf, math.inf if slides else along_axis, on)
 
 
 def never_touching(arms: Iterable[Sequence[str]], balls: Collection[str], every: Sequence[str]) -> tuple[Excluded, ...]:

@@ -103,25 +103,25 @@ def scene_of_nodes(
     rules: MeshRules = MESHES,
     excluded: Sequence[Excluded] = (),
 ) -> Scene:
-    """Return the scene of these nodes, with a mass or a density for each name; otherwise as ``from_trimesh``.
+    """Return the scene of these nodes: one body for each, as ``from_trimesh`` makes them.
 
-    ``known`` holds further data of some bodies, by name, and ``excluded`` are pairs that do not touch. Of the others,
-    ``rules`` say which are the hulls of their meshes.
+    ``weights`` holds a mass or a density for each name, ``known`` holds further data of some bodies, by name, and
+    ``excluded`` are pairs that do not touch. Of the others, ``rules`` say which are the hulls of their meshes.
     """
     names = [node.name for node in nodes]
     if not names:
         raise SceneError(message("scene", "holds no triangles", "needs a node with a mesh"))
     checked_word(up, ("y", "z"), "up_axis")
-    held = checked_fixed(fixed, names, "node")
+    fixed_names = checked_fixed(fixed, names, "node")
     check_names("materials", material, names)
     if up == "y":
         notes.append("y is up in the file: turned about x so that z is up")
         nodes = [node._replace(matrix=Y_TO_Z @ node.matrix) for node in nodes]
-    more = known or {}
+    known_bodies = known or {}
     bodies = []
     for node in nodes:
-        of_body = node, weights[node.name], node.name in held, material.get(node.name)
-        known_body = more.get(node.name)
+        of_body = node, weights[node.name], node.name in fixed_names, material.get(node.name)
+        known_body = known_bodies.get(node.name)
         bodies.append(_body(*of_body, rules, notes) if known_body is None else _known_body(*of_body, known_body))
     remedy = f"give fixed=[name] ({listed(names)}), or floor=True for a floor at z = 0"
     return scene_of(with_floor(bodies, floor, "scene", remedy), friction, gravity, name, notes, excluded)
@@ -252,18 +252,18 @@ def read(
               for copy, at in copies for name, mesh in meshes.items()}  # fmt: skip
     rules.check_names([*meshes, *placed])
     weights = Weights(mass, density, list(placed))
-    held = frozenset(placed) if fixed is True else checked_fixed(() if fixed is False else fixed, placed)
-    found = []
+    fixed_names = frozenset(placed) if fixed is True else checked_fixed(() if fixed is False else fixed, placed)
+    meshed = []
     for name, (at, mesh) in placed.items():
-        weight = (None, None) if name in held else weights.of(name)
-        if weight == (None, None) and name not in held:
+        weight = (None, None) if name in fixed_names else weights.of(name)
+        if weight == (None, None) and name not in fixed_names:
             remedy = "give density= or mass=, for it or for all, or fixed=[name]"
             raise SceneError(message(f"{where}: body {quoted(name)}", "has no mass", remedy))
         with located(where):
-            found.append(Body(name, mesh, *weight, pose=at, fixed=name in held))
+            meshed.append(Body(name, mesh, *weight, pose=at, fixed=name in fixed_names))
     remedy = f"give floor=True for a floor at z = 0, or fixed=[name] ({listed(list(placed))})"
-    found = with_floor(found, floor, where, remedy, problem="is a thing that nothing carries")
-    return scene_of(found, friction, gravity, source.path.stem, notes)
+    meshed = with_floor(meshed, floor, where, remedy, problem="is a thing that nothing carries")
+    return scene_of(meshed, friction, gravity, source.path.stem, notes)
 
 
 def _meshes(source: Source, bodies: str, rules: MeshRules, notes: list[str]) -> dict[str, Mesh]:

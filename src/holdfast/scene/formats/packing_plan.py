@@ -102,15 +102,15 @@ def read(
     axes = (0, 2, 1) if checked_word(up_axis, ("y", "z"), "up_axis") == "y" else (0, 1, 2)
     boxes = _boxes(source.data, program, where, unit, axes, notes)
     names = unique(box.name for box in boxes)
-    weights, held = Weights(mass, density, names), checked_fixed(fixed, names, "box")
+    weights, fixed_names = Weights(mass, density, names), checked_fixed(fixed, names, "box")
     bodies = []
     for box, name in zip(boxes, names, strict=True):
-        weight = (None, None) if name in held else weights.of(name, (box.mass, None))
-        if weight == (None, None) and name not in held:
+        weight = (None, None) if name in fixed_names else weights.of(name, (box.mass, None))
+        if weight == (None, None) and name not in fixed_names:
             raise SceneError(message(box.where, "has no mass", "give density= or mass="))
         with located(box.where):
             pose = pose_of(box.centre, (0, 0, 0))
-            bodies.append(Body(name, Box(np.array(box.size)), *weight, pose=pose, fixed=name in held))
+            bodies.append(Body(name, Box(np.array(box.size)), *weight, pose=pose, fixed=name in fixed_names))
     notes.append(f"{up_axis} is taken as up, and z = 0 as the bottom of all containers; their walls are left out")
     remedy = f"leave floor= out, or give fixed=[name] ({listed(names)})"
     return scene_of(with_floor(bodies, floor, where, remedy), friction, gravity, source.path.stem, notes)

@@ -83,18 +83,18 @@ def scene_of_objects(
     if friction is None:
         raise SceneError(message(where, "says nothing of friction", "give friction="))
     weights = Weights(mass, density, list(objects))
-    held = checked_fixed(fixed, objects, "object")
+    fixed_names = checked_fixed(fixed, objects, "object")
     bodies = []
     for each, (pose, pieces) in objects.items():
         with located(f"{where}: object {quoted(each)}"):
             inertial = None
-            if each not in held:
+            if each not in fixed_names:
                 whole, dense = weights.of(each)
                 if whole is None and dense is None:
                     remedy = "give mass= or density=, for it or for all"
                     raise SceneError(message(f"object {quoted(each)}", "has no mass", remedy))
                 inertial = filled(pieces, 1.0 if dense is None else dense).weighing(whole)
-            bodies.append(rigid_body(each, pieces, pose=pose, inertial=inertial, fixed=each in held))
+            bodies.append(rigid_body(each, pieces, pose=pose, inertial=inertial, fixed=each in fixed_names))
     remedy = f"give fixed=[name] ({listed(objects)}), or floor=True for a floor at z = 0"
     return scene_of(with_floor(bodies, floor, where, remedy), friction, gravity, name, notes)
 
@@ -239,8 +239,8 @@ class World:
                 self.frames.clear()
                 self.held.clear()
             self.name = str(_field(msg, "name", "") or self.name)
-            held = _field(_field(msg, "robot_state", {}), "attached_collision_objects", [])
-            self.held.update(dict.fromkeys(str(_field(_field(each, "object", {}), "id", "")) for each in held))
+            attached = _field(_field(msg, "robot_state", {}), "attached_collision_objects", [])
+            self.held.update(dict.fromkeys(str(_field(_field(each, "object", {}), "id", "")) for each in attached))
             msg = _field(msg, "world")
         if _has(msg, "collision_objects"):
             data = _field(_field(_field(msg, "octomap", {}), "octomap", {}), "data", [])

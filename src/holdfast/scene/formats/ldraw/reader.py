@@ -72,10 +72,10 @@ def read(
     """
     where, parts = str(source.path), list(_Model(source).parts())
     names = unique(f"{part.kind} {part.deep}x{part.wide}" for part, _, _ in parts)
-    weights, held = Weights(mass, density, names), checked_fixed(fixed, names, "part")
+    weights, fixed_names = Weights(mass, density, names), checked_fixed(fixed, names, "part")
     bodies, pose = [], np.eye(4)
     for name, (part, turn, place) in zip(names, parts, strict=True):
-        still = part.kind == "baseplate" or name in held
+        still = part.kind == "baseplate" or name in fixed_names
         pose[:3, :3], pose[:3, 3] = Z_UP @ turn @ Z_UP.T, LDU * Z_UP @ (place + turn[:, 1] * part.height / 2)
         size = LDU * np.array([PITCH * part.wide, PITCH * part.deep, part.height])
         weight = (None, None) if still else weights.of(name, last=(part.mass(), None))

@@ -272,10 +272,10 @@ def inertia_of(model: Any, data: Any, bodies: Sequence[int]) -> Inertial:  # noq
     home = frame_of(data, bodies[0])
     each = []
     for b in bodies:
-        own = pose_from(np.array(model.body_ipos[b]), np.array(model.body_iquat[b]))
+        to_first = pose_from(np.array(model.body_ipos[b]), np.array(model.body_iquat[b]))
         if b != bodies[0]:
-            own = relative(frame_of(data, b), home) @ own
-        each.append(Inertial(float(model.body_mass[b]), np.zeros(3), np.diag(model.body_inertia[b])).seen(own))
+            to_first = relative(frame_of(data, b), home) @ to_first
+        each.append(Inertial(float(model.body_mass[b]), np.zeros(3), np.diag(model.body_inertia[b])).seen(to_first))
     return together(each)
 
 
@@ -290,32 +290,36 @@ def holds_of(
     """Return the holds of bodies by these joints; ``names`` are those of moving bodies, by the number of the owner."""
     known = [name or str(j) for j, name in enumerate(entries(model, "jnt", int(model.njnt)))]
     motors.check_names([known[j] for j in joints])
-    found = []
-    for j, held in zip(joints, held_joints(model, data, joints).tolist(), strict=True):
+    holds = []
+    for j, immobile in zip(joints, held_joints(model, data, joints).tolist(), strict=True):
         b = int(model.jnt_bodyid[j])
         if len(joints_of(model, b)) > 1 or model.jnt_type[j] == BALL:
             several = listed([quoted(known[k]) for k in joints_of(model, b)])
             problem = f"body {quoted(names[b])} has the joints {several}"
             remedy = "hold_torques takes one hinge or slide a body: put a body with a mass between them"
             raise SceneError(message("joints", problem, remedy))
-        low, high = motors.of(known[j], _range(model, data, j, held=held))
+        low, high = motors.of(known[j], _motor_range(model, data, j, immobile=immobile))
         dof = int(model.jnt_dofadr[j])
         pushed = float(data.qfrc_spring[dof] + data.qfrc_applied[dof])  # which the motor has to bear
-        own = low + pushed, high + pushed
+        bounds = low + pushed, high + pushed
         slides = bool(model.jnt_type[j] == SLIDE)
         on = names.get(int(owner[model.body_parentid[b]]))
-        found.append(joint_hold(names[b], on, data.xanchor[j], np.array(data.xaxis[j]), own, slides=slides))
-    return found
+        holds.append(joint_hold(names[b], on, data.xanchor[j], np.array(data.xaxis[j]), bounds, slides=slides))
+    return holds
 
 
-def _range(model: Any, data: Any, j: int, *, held: bool) -> Range | None:  # noqa: ANN401
-    """Return what the actuators of a joint can give together; None if one has no limit, or another joint's hold it."""
+def _motor_range(model: Any, data: Any, j: int, *, immobile: bool) -> Range | None:  # noqa: ANN401
+    """Return what the actuators of joint ``j`` can give together [N m, or N if it slides]; None if that is not known.
+
+    It is not if one of them has no limit, or if the joint has none but is ``immobile`` (``held_joints``): what tendons,
+    couplings and the actuators of other joints hold it with has no limit of its own.
+    """
     kinds, targets = np.asarray(model.actuator_trntype), np.asarray(model.actuator_trnid).reshape(-1, 2)[:, 0]
-    own = np.flatnonzero(np.isin(kinds, (JOINT, IN_PARENT)) & (targets == j) & acting(model))
-    if held and not len(own):
+    actuators = np.flatnonzero(np.isin(kinds, (JOINT, IN_PARENT)) & (targets == j) & acting(model))
+    if immobile and not len(actuators):
         return None
     ends = np.zeros(2)
-    for k in own.tolist():
+    for k in actuators.tolist():
         force = _force(model, k, float(data.qpos[model.jnt_qposadr[j]]))
         if force is None:
             return None if not model.jnt_actfrclimited[j] else _pair(model.jnt_actfrcrange[j])

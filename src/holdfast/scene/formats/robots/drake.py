@@ -77,8 +77,8 @@ def read(
     where = str(source.path)
     notes.append(f"friction: tags of drake; of two surfaces it is their {RULE}")
     names = build.names()
-    held = links.checked_fixed(fixed, list(names.values()))
-    found = [parts for clump, name in names.items() for parts in build.bodies(clump, name, name in held)]
+    fixed_names = links.checked_fixed(fixed, list(names.values()))
+    found = [parts for clump, name in names.items() for parts in build.bodies(clump, name, name in fixed_names)]
     remedy = f"weld a model to world, or give fixed=[name] ({listed(list(names.values()))}) or floor=True"
     everything = links.with_floor([parts.body for parts in found], floor, where, remedy)
     excluded = build.excluded(found)
@@ -205,9 +205,9 @@ class _Build:
             names[clump] = f"{model}::{link}" if model in several or model not in self.instances else model
         return names
 
-    def bodies(self, clump: WeldedLinks, name: str, held: bool) -> list[BodyParts]:
+    def bodies(self, clump: WeldedLinks, name: str, fixed_by_name: bool) -> list[BodyParts]:
         """Return the bodies of links that move as one, each plane by itself, marked with the names of links."""
-        fixed = held or clump.fixed
+        fixed = fixed_by_name or clump.fixed
         home = self._pose(clump)
         inside = []
         for member in clump.members:

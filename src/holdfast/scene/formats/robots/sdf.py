@@ -77,8 +77,8 @@ def read(
     notes.unread([whole, *(scope.element for scope in top.within())], KNOWN, ATTRIBUTES)
     tags = _tags(root, top, simulator, notes)
     reader = SdfLinks(tags, Surfaces(RULES[tags]), friction, density, meshes, notes)
-    held = links.checked_fixed(fixed, [scope.path for scope in top.within() if not scope.is_world], "model")
-    groups = groups_of(top, held, checked_truth(rigid, "rigid"), notes)
+    fixed_names = links.checked_fixed(fixed, [scope.path for scope in top.within() if not scope.is_world], "model")
+    groups = groups_of(top, fixed_names, checked_truth(rigid, "rigid"), notes)
     frames = Frames()
     found: list[BodyParts] = []
     count = Counter(group.members[0].scope.path for group in groups)
@@ -166,11 +166,11 @@ Key = tuple[Scope, Element]  # models from the same file share elements
 
 @dataclass(eq=False)
 class LinkPlace:
-    """A link in its model; ``held`` is True if it is fixed by itself."""
+    """A link in its model; ``fixed`` is True if it is fixed by itself."""
 
     scope: Scope
     element: Element
-    held: bool
+    fixed: bool
 
     @property
     def path(self) -> str:
@@ -181,19 +181,19 @@ class LinkPlace:
 Group = Welded[LinkPlace]  # links
 
 
-def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) -> list[Group]:
-    """Return the groups of links that fixed joints hold together; models in ``held`` are fixed besides static ones.
+def groups_of(world: Scope, fixed_models: Iterable[str], rigid: bool, notes: list[str]) -> list[Group]:
+    """Return the groups of links that fixed joints hold together; besides static models, ``fixed_models`` are fixed.
 
     Movable joints are refused by name, unless all links that they join are fixed, or ``rigid`` is True: then they hold.
     """
-    names = set(held)
+    names = set(fixed_models)
     places = {
-        (scope, element): LinkPlace(scope, element, scope.static or _is_held(scope, names))
+        (scope, element): LinkPlace(scope, element, scope.static or _is_fixed(scope, names))
         for scope in world.within()
         for element in scope.named.values()
         if element.tag == "link"
     }
-    group = {key: Welded([place], place.held) for key, place in places.items()}
+    group = {key: Welded([place], place.fixed) for key, place in places.items()}
     movable = []
     for scope in world.within():
         for joint in scope.named.values():
@@ -224,7 +224,7 @@ def groups_of(world: Scope, held: Iterable[str], rigid: bool, notes: list[str]) 
     return list(dict.fromkeys(group.values()))
 
 
-def _is_held(scope: Scope, names: set[str]) -> bool:
+def _is_fixed(scope: Scope, names: set[str]) -> bool:
     inside: Scope | None = scope
     while inside is not None and inside.outer is not None:
         if inside.path in names:

@@ -218,8 +218,8 @@ def with_arms(
             at, on = place @ group.pose, names.get(group.above)
             limit = joint.element.child("limit")
             effort = 0.0 if limit is None or joint.element.child("mimic") is not None else limit.number("effort", 0.0)
-            own = motors.of(joint.name, (-effort, effort) if effort > 0 else None)  # files write 0 for none
+            bounds = motors.of(joint.name, (-effort, effort) if effort > 0 else None)  # files write 0 for none
             axis = at[:3, :3] @ axis_of(joint.element)
             slides = joint.kind in SLIDING
-            holds.append(joint_hold(body, on, at[:3, 3], axis, own, slides=slides))
+            holds.append(joint_hold(body, on, at[:3, 3], axis, bounds, slides=slides))
     return replace(scene, holds=tuple(holds), excluded=never_touching(arms, balls, [*fixed]))

@@ -115,18 +115,18 @@ def groups_of(
     found, reached = [], 0
     waiting: list[tuple[str, Float, UrdfJoint | None, str]] = [(tops[0], np.eye(4), None, "")]
     while waiting:
-        top, pose, held, above = waiting.pop(0)
+        top, pose, joint_above, above = waiting.pop(0)
         placed, stack = {top: np.eye(4)}, [top]
         while stack:
             link = stack.pop()
             for joint in below[link]:
                 if joint.kind in dividing:
-                    held_by = joint if joint.kind in MOVED else None
-                    waiting.append((joint.child, pose @ placed[link] @ joint.pose, held_by, top))
+                    motor = joint if joint.kind in MOVED else None
+                    waiting.append((joint.child, pose @ placed[link] @ joint.pose, motor, top))
                 else:
                     placed[joint.child] = placed[link] @ joint.pose
                     stack.append(joint.child)
-        found.append(LinkGroup(top, pose, placed, held, above))
+        found.append(LinkGroup(top, pose, placed, joint_above, above))
         reached += len(placed)
     if reached < len(links):
         root.fail("has joints in a circle", "needs a tree of links with one root")

@@ -90,10 +90,10 @@ def read(
             name if count[name] == 1 else str(group.prim.GetPath())[1:]
             for name, group in zip(names, groups, strict=True)
         ]
-        held = links.checked_fixed(fixed, names)
+        fixed_names = links.checked_fixed(fixed, names)
         found = []
-        for group, own in zip(groups, names, strict=True):
-            body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
+        for group, path_name in zip(groups, names, strict=True):
+            body = _body(stage, group, path_name, surfaces, friction, density, path_name in fixed_names, notes)
             if body is not None:
                 found.append(BodyParts(body, group.colliders))
         if surfaces.own:
@@ -131,7 +131,7 @@ def _body(
     surfaces: Surfaces,
     friction: float | None,
     density: float | None,
-    held: bool,
+    fixed_by_name: bool,
     notes: list[str],
 ) -> Body | None:
     """Return the body of a group; None if it has no collider."""
@@ -140,10 +140,10 @@ def _body(
     if not group.colliders:
         notes.append(f"{group.prim.GetPath()}: has no collider, so it is left out")
         return None
-    fixed = group.fixed or held
+    fixed = group.fixed or fixed_by_name
     frames = [split(stage.placed(prim), str(prim.GetPath())) for prim, _ in group.members]
     pose, pieces, inertials = frames[0][0], [], []
-    for (prim, colliders), (own, stretch) in zip(group.members, frames, strict=True):
+    for (prim, colliders), (member_pose, stretch) in zip(group.members, frames, strict=True):
         shapes = []
         for each in colliders:
             found = UsdShade.MaterialBindingAPI(each).ComputeBoundMaterial("physics")[0]
@@ -153,11 +153,11 @@ def _body(
             if mode and mode not in MODES:
                 fail(material, f"frictionCombineMode is {quoted(mode)}", f"needs one of {', '.join(MODES)}")
             surface = surfaces.material(_mu(each, material, friction, notes), MODES.get(mode, ""))
-            matrix = np.linalg.inv(own) @ stage.placed(each)
+            matrix = np.linalg.inv(member_pose) @ stage.placed(each)
             if str(each.GetTypeName()) == "Plane":
-                return _plane(each, group, name, own @ matrix, surface, fixed)
+                return _plane(each, group, name, member_pose @ matrix, surface, fixed)
             shapes.append(Collider(each, piece_of(each, matrix, surface, notes), material))
-        away = np.asarray(np.linalg.inv(pose) @ own) if prim != group.prim else np.eye(4)
+        away = np.asarray(np.linalg.inv(pose) @ member_pose) if prim != group.prim else np.eye(4)
         pieces += [each.piece._replace(pose=away @ each.piece.pose) for each in shapes]
         if not fixed and value_of(prim, "physxRigidBody:disableGravity", False):
             fail(prim, "has no weight (physxRigidBody:disableGravity)", "needs gravity, or a kinematic body")

@@ -64,7 +64,7 @@ class FilePart(NamedTuple):
         return int(NUMBER.unpack(self.read(at, NUMBER.size))[0])
 
 
-def _check(part: FilePart, depth: int) -> None:
+def _check_lengths(part: FilePart, depth: int) -> None:
     """Raise SceneError if a length in a crate or package exceeds the file, or if a package refers to other files."""
     head = part.read(0, min(8, part.length))
     if head == CRATE:
@@ -84,7 +84,7 @@ def _check(part: FilePart, depth: int) -> None:
         if depth == MOST_NESTED:
             raise SceneError(message(part.where, f"is nested more than {MOST_NESTED} packages deep", "unpack it"))
         for entry in _entries(part):
-            _check(entry, depth + 1)
+            _check_lengths(entry, depth + 1)
 
 
 def _check_values(crate: FilePart, begin: int) -> None:
@@ -335,10 +335,13 @@ def _check_package(package: Path, root: Any) -> None:  # noqa: ANN401
 
 
 def _opened(path: Path, open_: Callable[[str], Any]) -> Any:  # noqa: ANN401
-    """Return the result of ``open_`` for a file; raise SceneError if there is no such file, or if it is not USD."""
+    """Return the result of ``open_`` for a file; raise SceneError if there is no such file, or if it is not USD.
+
+    USD allocates as much memory as a file claims to need, so the lengths that it states are checked first.
+    """
     check_ordinary(path, "layer", remedy="check the paths in the file")
     with path.open("rb") as stream:
-        _check(FilePart(stream, 0, stream.seek(0, 2), str(path)), 0)
+        _check_lengths(FilePart(stream, 0, stream.seek(0, 2), str(path)), 0)
     with foreign(str(path), "is no USD"):
         found = open_(str(path))
     if not found:
