@@ -226,7 +226,7 @@ def read(source: Source) -> Scene:
     bodies = []
     for body in model.bodies:
         with located(f"body {quoted(body.name)}"):
-            bodies.append(_built(body, path))
+            bodies.append(body_of(body, path))
     holds = [hold_of(hold) for hold in model.holds]
     return Scene(bodies, friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
 
@@ -262,7 +262,8 @@ def excluded_data(scene: Scene) -> dict[str, Any]:
     return {"excluded": excluded} if excluded else {}
 
 
-def _built(model: BodyModel, path: Path) -> Body:
+def body_of(model: BodyModel, path: Path) -> Body:
+    """Return the body that an entry of a scene file at ``path`` describes."""
     pose: Any = model.pose
     position, rpy_degrees = model.position, model.rpy_degrees
     if model.orientation is not None:
