@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import json
 import os
+import sqlite3
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,7 +18,7 @@ import pytest
 from exchange import CRATE
 
 import holdfast as hf
-from holdfast.agents.confinement import Confinement
+from holdfast.agents.confinement import Confinement, Guard
 from holdfast.base.borders.supervisor import Limits, Supervisor
 
 Call = Callable[..., dict[str, Any]]
@@ -274,3 +277,23 @@ def test_files_are_written_in_their_folder_alone(call: Call, home: Path) -> None
     refused(call("settle", scene=CRATE, save="new.exe"), "suffix")
     assert sorted(each.name for each in (home / "private").iterdir() if each.name.startswith("new")) == []
     assert sorted(each.name for each in (home / "out").iterdir()) == ["away", "link.yaml", "settled.yaml"]
+
+
+def test_what_libraries_open_in_python_is_seen(home: Path) -> None:
+    """As recorded data, whose lists of files anybody may have written, are opened by their own library."""
+    scenes, private = home / "scenes", home / "private"
+    guard = Guard(Confinement(scenes))
+    sqlite3.connect(private / "data.db3").close()
+    assert (private / "secret.txt").read_text() == SECRET  # as long as no scene is read
+    with guard.reading("bag"):
+        (scenes / "cube.yaml").read_bytes()
+        Path(json.__file__).read_bytes()  # modules are imported when they are needed
+        for path in (private / "secret.txt", scenes / "away" / "secret.txt", "/etc/hostname"):
+            with pytest.raises(hf.HoldfastError, match="outside of the folder"):
+                open(path)  # noqa: SIM115
+        for address in (str(private / "data.db3"), f"file:{private}/data.db3?mode=ro", f"file:{private}/%64ata.db3"):
+            with pytest.raises(hf.HoldfastError, match="outside of the folder"):
+                sqlite3.connect(address, uri=address.startswith("file:"))
+        with pytest.raises(hf.HoldfastError, match=r"calls subprocess\.Popen"):
+            subprocess.run([sys.executable, "-c", ""], check=False)
+    sqlite3.connect(private / "data.db3").close()

@@ -110,6 +110,23 @@ def test_errors_reach_the_agent_and_the_server_goes_on(tmp_path: Path) -> None:
 
 
 @needs_mcp
+def test_a_call_that_is_cancelled_ends_at_once() -> None:
+    import anyio
+
+    floor, crate = CRATE["bodies"]
+    pile = [crate | {"name": f"c{k}", "position": [0, 0, 0.15 + 0.3 * k]} for k in range(40)]
+
+    async def asked(client: Any) -> Any:
+        with anyio.move_on_after(2) as scope:
+            await client.call_tool("explain", {"scene": CRATE | {"bodies": [floor, *pile]}, "spacing": 0.002})
+        return scope.cancelled_caught, await client.call_tool("stands", {"scene": CRATE, "picture": False})
+
+    cancelled, right = talk(asked)
+    assert cancelled
+    assert right.structured_content["verdict"] == "stable"  # it would wait for a minute behind the other
+
+
+@needs_mcp
 def test_the_page_shows_a_real_exchange() -> None:
     """``python tests/agents/exchange.py`` writes it anew."""
 

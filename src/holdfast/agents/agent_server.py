@@ -25,7 +25,6 @@ from holdfast.base.errors import HoldfastError, message
 
 ANSWERED_BY = "holdfast.agents.answering:answered"
 MEMORY_LIMIT = 2_000.0  # [MB] of a call, above that of the ready worker
-GRACE = 5.0  # [s] beyond the limit of time, for what a search of limited time does after it
 
 
 class Desk:
@@ -37,7 +36,7 @@ class Desk:
         self._worker = self._new()
 
     def _new(self) -> Supervisor:
-        limits = Limits(self._limits.seconds + GRACE, MEMORY_LIMIT)
+        limits = Limits(self._limits.seconds, MEMORY_LIMIT)
         return Supervisor(ANSWERED_BY, self._limits, limits)
 
     def close(self) -> None:

@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.files import noting_files
@@ -180,7 +181,9 @@ class Guard:
             return
         if event in PROGRAMS:
             raise SceneError(message(self._where, f"its reader calls {event}", "give the scene in another format"))
-        if event == "open" and isinstance(given[0], str | bytes | os.PathLike):
+        if event in ("open", "sqlite3.connect") and isinstance(given[0], str | bytes | os.PathLike):
             path = os.fsdecode(given[0])
+            if event != "open" and path.startswith("file:"):  # an address, as recorded data are opened by
+                path = unquote(path.removeprefix("file:").partition("?")[0])
             if path not in HARMLESS and not any(_is_in(path, each) for each in self._modules):
                 self._note(Path(path))
