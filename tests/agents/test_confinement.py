@@ -240,7 +240,7 @@ def test_names_that_people_use_are_taken(call: Call, name: str) -> None:
     ("arguments", "words"),
     [
         ({}, ["neither is given"]),
-        ({"scene": CRATE, "path": "cube.yaml"}, ["both is given"]),
+        ({"scene": CRATE, "path": "cube.yaml"}, ["both are given"]),
         ({"scene": CRATE, "engin": "limit"}, ["engin: is no argument", "did you mean 'engine'?"]),
         ({"scene": CRATE, "engine": "best"}, ["engine: is 'best'"]),
         ({"scene": CRATE, "picture": "yes"}, ["picture: is 'yes'", "needs true or false"]),

@@ -20,7 +20,7 @@ from urllib.parse import unquote
 
 from holdfast.base.errors import SceneError, message, nearest_of
 from holdfast.base.files import noting_files
-from holdfast.base.text import quoted
+from holdfast.base.text import many, quoted
 from holdfast.scene.scene import Scene
 
 MEGABYTE = 1_000_000  # bytes
@@ -115,14 +115,14 @@ def check_names(names: Iterable[Any], where: str) -> None:
     """Raise SceneError for a name that is too long, has characters that do not show, or is a sentence."""
     for name in names:
         if not isinstance(name, str) or not NAME.fullmatch(name) or len(name) > LONGEST_NAME:
-            size = f" ({len(name):,} characters)" if isinstance(name, str) else ""
+            size = f" ({many(len(name), 'character')})" if isinstance(name, str) else ""
             raise SceneError(message(where, f"is no name: {quoted(name, SHOWN)}{size}", NAME_HELP))
 
 
 def _within(folder: Path, path: str, where: str) -> Path:
     """Return a relative path that stays in the folder, also behind links; raise SceneError for any other."""
     if not path or len(path) > LONGEST_PATH or not path.isprintable():
-        problem = f"is {quoted(path, SHOWN)} ({len(path):,} characters)"
+        problem = f"is {quoted(path, SHOWN)} ({many(len(path), 'character')})"
         raise SceneError(message(where, problem, f"needs a path of 1 to {LONGEST_PATH} printable characters"))
     inside = not os.path.isabs(path) and ".." not in Path(path).parts and "://" not in path
     if not inside or not _is_in(folder / path, folder):

@@ -25,8 +25,8 @@ GIVEN = Path("scene")  # the name of a scene that is given inline, beside whose 
 def scene_of(arguments: SceneArguments, guard: Guard) -> Scene:
     """Return the scene of a call; raise HoldfastError if it is refused."""
     if (arguments.scene is None) == (arguments.path is None):
-        given = "neither" if arguments.scene is None else "both"
-        raise SceneError(message("scene and path", f"{given} is given", "give one: the scene itself, or its file"))
+        given = "neither is" if arguments.scene is None else "both are"
+        raise SceneError(message("scene and path", f"{given} given", "give one: the scene itself, or its file"))
     limits = guard.limits
     if arguments.path is not None:
         path = limits.readable(arguments.path)
