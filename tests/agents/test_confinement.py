@@ -18,7 +18,7 @@ import pytest
 from exchange import CRATE
 
 import holdfast as hf
-from holdfast.agents.confinement import Confinement, Guard
+from holdfast.agents.confinement import Confinement, ReadingGuard
 from holdfast.base.borders.supervisor import Limits, Supervisor
 
 Call = Callable[..., dict[str, Any]]
@@ -282,7 +282,7 @@ def test_files_are_written_in_their_folder_alone(call: Call, home: Path) -> None
 def test_what_libraries_open_in_python_is_seen(home: Path) -> None:
     """As recorded data, whose lists of files anybody may have written, are opened by their own library."""
     scenes, private = home / "scenes", home / "private"
-    guard = Guard(Confinement(scenes))
+    guard = ReadingGuard(Confinement(scenes))
     sqlite3.connect(private / "data.db3").close()
     assert (private / "secret.txt").read_text() == SECRET  # as long as no scene is read
     with guard.reading("bag"):

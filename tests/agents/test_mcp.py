@@ -96,15 +96,19 @@ def test_errors_reach_the_agent_and_the_server_goes_on(tmp_path: Path) -> None:
             await client.call_tool("stands", {"path": "../x.yaml"}),
             await client.call_tool("stand", {"scene": CRATE}),
             await client.call_tool("explain", {"scene": CRATE | {"bodies": [floor, *pile]}, "spacing": 0.002}),
+            await client.call_tool("stands", {"scene": CRATE | {"bodies": [floor, *pile, *pile]}}),
+            await client.call_tool("stands", {"scene": CRATE | {"bodies": [floor, crate | {"name": "a\x1b[31mb"}]}}),
         ]
         return wrong, await client.call_tool("stands", {"scene": CRATE, "picture": False})
 
-    wrong, right = talk(asked, "--folder", tmp_path, "--seconds", 1)
+    wrong, right = talk(asked, "--folder", tmp_path, "--seconds", 1, "--bodies", 50)
     said = [result.content[0].text for result in wrong]
     assert all(result.is_error for result in wrong)
     assert "leads out of the folder" in said[0]
     assert "did you mean 'stands'?" in said[1]
     assert said[2].startswith("explain: no answer within 1 s; ")
+    assert "scene: has 81 bodies; the limit is 50" in said[3]
+    assert "bodies[1].name: is no name: 'a\\x1b[31mb'" in said[4]
     assert right.structured_content["verdict"] == "stable"
     assert [block.type for block in right.content] == ["text", "text"]
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from holdfast.agents.confinement import Confinement, Guard, check_names
+from holdfast.agents.confinement import Confinement, ReadingGuard, check_names
 from holdfast.agents.given_scenes import apart, saved, scene_of
 from holdfast.agents.tools import (
     ExplainArguments,
@@ -62,7 +62,7 @@ class Told:
     picture: Callable[[], bytes] | None
 
 
-_guards: list[Guard] = []  # one, once the worker is warm
+_guards: list[ReadingGuard] = []  # one, once the worker is warm
 
 
 def warm(limits: Confinement) -> None:
@@ -70,7 +70,7 @@ def warm(limits: Confinement) -> None:
     sys.path[:] = [os.path.abspath(each) for each in sys.path if each]  # the folder's files are no modules
     for variable in ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH"):  # further folders of models
         os.environ.pop(variable, None)
-    _guards[:] = [Guard(limits)]
+    _guards[:] = [ReadingGuard(limits)]
     if limits.folder is not None:
         os.chdir(limits.folder)
 

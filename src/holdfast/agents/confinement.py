@@ -139,7 +139,7 @@ def _is_in(path: str | Path, folder: str | Path) -> bool:
         return False
 
 
-class Guard:
+class ReadingGuard:
     """Guards the files of this process while it reads scenes, from its first ``reading`` to its end."""
 
     def __init__(self, limits: Confinement) -> None:

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from holdfast.agents.confinement import Confinement, Guard, check_names
+from holdfast.agents.confinement import Confinement, ReadingGuard, check_names
 from holdfast.agents.tools import SceneArguments
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import quoted
@@ -22,7 +22,7 @@ from holdfast.scene.scene import Scene
 GIVEN = Path("scene")  # the name of a scene that is given inline, beside whose files it lies
 
 
-def scene_of(arguments: SceneArguments, guard: Guard) -> Scene:
+def scene_of(arguments: SceneArguments, guard: ReadingGuard) -> Scene:
     """Return the scene of a call; raise HoldfastError if it is refused."""
     if (arguments.scene is None) == (arguments.path is None):
         given = "neither is" if arguments.scene is None else "both are"
@@ -76,7 +76,7 @@ def _check_plain(data: Any, limits: Confinement, where: str) -> None:  # noqa: A
                     check_names([body[key]], f"{where}: bodies[{number}].{key}")
 
 
-def apart(scene: Scene, thing: str | dict[str, Any], guard: Guard) -> tuple[Scene, Body]:
+def apart(scene: Scene, thing: str | dict[str, Any], guard: ReadingGuard) -> tuple[Scene, Body]:
     """Return the scene without the object that is to be placed, and the object."""
     if isinstance(thing, str):
         check_names([thing], "place: object")
