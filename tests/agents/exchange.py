@@ -60,10 +60,10 @@ def copied(log: str, *command: str) -> None:
 def recorded() -> list[tuple[str, dict[str, Any]]]:
     """The messages of the exchange on the page, each with who sent it: ``>`` the client, ``<`` the server."""
     import anyio
-    from mcp import Client, StdioServerParameters
+    from mcp import Client, StdioServerParameters, stdio_client
 
     async def talk(parameters: StdioServerParameters) -> None:
-        async with Client(parameters, mode="legacy") as client:  # the handshake that most agents speak
+        async with Client(stdio_client(parameters), mode="legacy") as client:  # the handshake that most agents speak
             await client.list_tools()
             asked = {"body": "crate", "point": [-0.05, 0, 0.3], "direction": [1, 0, 0]}
             await client.call_tool("push", {"scene": CRATE, **asked})
@@ -86,6 +86,7 @@ def shortened(message: dict[str, Any]) -> dict[str, Any]:
         for who in ("clientInfo", "serverInfo"):
             if who in part:
                 part[who]["version"] = DOTS
+    result.get("capabilities", {}).pop("experimental", None)  # of the first versions, empty
     for tool in result.get("tools", []):
         tool["inputSchema"] = tool["outputSchema"] = tool["annotations"] = DOTS
     for block in result.get("content", []):

@@ -29,13 +29,13 @@ TIPS = 4 * 9.81 * 0.05 / 0.3  # N
 def talk(asked: Callable[[Any], Awaitable[Any]], *arguments: object) -> Any:
     """What ``asked(client)`` returns, of a client of the server with these arguments."""
     import anyio
-    from mcp import Client, StdioServerParameters
+    from mcp import Client, StdioServerParameters, stdio_client
 
     command, env = exchange.server(*arguments)
 
     async def talking() -> Any:
         parameters = StdioServerParameters(command=command[0], args=command[1:], env=env)
-        async with Client(parameters) as client:
+        async with Client(stdio_client(parameters)) as client:
             return await asked(client)
 
     return anyio.run(talking)
