@@ -86,7 +86,9 @@ def shortened(message: dict[str, Any]) -> dict[str, Any]:
         for who in ("clientInfo", "serverInfo"):
             if who in part:
                 part[who]["version"] = DOTS
-    result.get("capabilities", {}).pop("experimental", None)  # of the first versions, empty
+    result.get("capabilities", {}).pop("experimental", None)  # the first versions have it, empty, and empty params
+    if given == {}:
+        message.pop("params", None)
     for tool in result.get("tools", []):
         tool["inputSchema"] = tool["outputSchema"] = tool["annotations"] = DOTS
     for block in result.get("content", []):
