@@ -54,7 +54,7 @@ ASKED: dict[str, tuple[tuple[object, ...], int, int]] = {
     "convert": (("cube", "other.yaml"), 0, 0),
     "doctor": ((), 0, 0),
 }
-WITHOUT = {"view", "report", "verify", "schema"}  # which answer no question
+WITHOUT = {"view", "report", "verify", "schema", "mcp"}  # which answer no question
 
 
 @pytest.fixture

@@ -63,6 +63,7 @@ COMMANDS = {  # the module and the function of each command, which is imported w
     "convert": ("file_commands:convert", "Read a scene in any known format and write it in another."),
     "verify": ("light_commands:verify", "Check that a certificate proves what it claims."),
     "schema": ("file_commands:print_schema", "Print the JSON schema of scene files, certificates or answers."),
+    "mcp": ("mcp_command:mcp", "Serve the tools stands, push, settle, place and explain to agents."),
     "doctor": ("light_commands:doctor", "Report what is installed and what is missing."),
 }
 

@@ -40,6 +40,11 @@ def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int
 
     If this fails, an existing file is left unchanged. Raises HoldfastError if the size is too small.
     """
+    write_atomically(path, map_png(picture, size=size))
+
+
+def map_png(picture: Picture, *, size: tuple[int, int]) -> bytes:
+    """Return what ``write_png`` writes."""
     if size[0] < _SMALLEST[0] or size[1] < _SMALLEST[1]:
         raise HoldfastError(f"size: {size} is too small for a legible picture; use at least {_SMALLEST}")
     scale = colours.scale_of(forces(picture))
@@ -58,7 +63,7 @@ def write_png(picture: Picture, path: str | os.PathLike[str], *, size: tuple[int
         writer.put(layout.header.left, (70 + 21 * row) * unit, line, 16.0, colour=GREY)
     _annotate(writer, picture, layout, panels)
     _draw_footer(writer, picture, layout, scale)
-    write_atomically(path, writer.png())
+    return writer.png()
 
 
 @dataclass(frozen=True)

@@ -223,7 +223,7 @@ def read(source: Source) -> Scene:
     bodies = []
     for body in model.bodies:
         with located(f"body {quoted(body.name)}"):
-            bodies.append(_built(body, path))
+            bodies.append(body_of(body, path))
     holds = [entries.hold_of(hold) for hold in model.holds]
     return Scene(bodies, entries.friction_of(model.friction), model.gravity, model.name, model.excluded, holds=holds)
 
@@ -263,7 +263,8 @@ def excluded_data(scene: Scene) -> dict[str, Any]:
     return {"excluded": excluded} if excluded else {}
 
 
-def _built(model: BodyModel, path: Path) -> Body:
+def body_of(model: BodyModel, path: Path) -> Body:
+    """Return the body that an entry of a scene file at ``path`` describes."""
     given: dict[str, Any] = {name: getattr(model, name) for name in AS_IN_BODY}
     if model.orientation is not None:
         position = np.array(model.position or (0, 0, 0.0))
