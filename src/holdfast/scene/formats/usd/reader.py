@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection
 from itertools import combinations
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
-from holdfast.scene.formats.usd.stage import Stage, opened
+from holdfast.scene.formats.usd.stage import Stage, opened, stage_of
 from holdfast.scene.formats.usd.usd_bodies import PrimGroup, groups_of, has, touching, unread
 from holdfast.scene.formats.usd.usd_colliders import (
     Collider,
@@ -85,36 +86,75 @@ def read(
     if source.given is not None or len(source.content) > MAX_BYTES:
         raise SceneError(message(str(path), "is not a file by itself", "USD is read from files: save it first"))
     friction, density = checked_defaults(friction, density)
+    surfaces = _surfaces(combine, notes)
+    rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
+    with foreign(str(path), "is no USD"), located(str(path)):
+        stage = opened(path, package, notes)
+        groups = _named(groups_of(stage, rigid, notes))
+        return _scene(stage, groups, path.stem, surfaces, friction, density, fixed, floor, notes)
+
+
+def read_open(
+    whole: Any,  # noqa: ANN401 - a stage of USD
+    *,
+    friction: float | None = None,
+    combine: str | None = None,
+    rigid: bool = False,
+    floor: bool = False,
+) -> tuple[Scene, Stage, dict[str, PrimGroup]]:
+    """Return the scene of a stage that is open in this program, edits included, and the prims of each body by name.
+
+    The options are those of ``read``. What the program composed is trusted: layers may lie anywhere.
+
+    Raises SceneError or GeometryError if the stage leaves out what is needed.
+    """
+    notes, where = list[str](), str(whole.GetRootLayer().identifier)
+    surfaces, (friction, _) = _surfaces(combine, notes), checked_defaults(friction, None)
+    with foreign(where, "is no USD"):
+        stage = stage_of(whole, where, notes)
+        groups = _named(groups_of(stage, rigid, notes))
+        name = PurePath(where).stem
+        return _scene(stage, groups, name, surfaces, friction, None, (), floor, notes), stage, groups
+
+
+def _surfaces(combine: str | None, notes: list[str]) -> Surfaces:
+    """Return the rule by which two coefficients combine, which is noted."""
     if combine is not None:
         checked_word(combine, RULES, "combine")
-    rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
     surfaces = Surfaces(combine or "least", sole=combine is not None)
     notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
-    with foreign(str(path), "is no USD"), located(str(path)):
-        return _scene(opened(path, package, notes), path.stem, surfaces, friction, density, fixed, rigid, floor, notes)
+    return surfaces
 
 
-def _scene(
-    stage: Stage,
-    name: str,
-    surfaces: Surfaces,
-    friction: float | None,
-    density: float | None,
-    fixed: Collection[str],
-    rigid: bool,
-    floor: bool,
-    notes: list[str],
-) -> Scene:
-    """Return the scene of an open stage; the arguments are those of ``read``."""
-    groups = groups_of(stage, rigid, notes)
+def _named(groups: list[PrimGroup]) -> dict[str, PrimGroup]:
+    """Return groups by the names of their bodies: those of their prims, or the paths where names repeat."""
     names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
     count = Counter(names)
     names = [
         name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
     ]
-    held = checked_fixed(fixed, names)
+    named = dict(zip(names, groups, strict=True))
+    for name, group in zip(names, groups, strict=True):
+        if named[name] is not group:
+            fail(group.prim, f"is a body with the name {quoted(name)}, as is another", "give it another display name")
+    return named
+
+
+def _scene(
+    stage: Stage,
+    groups: dict[str, PrimGroup],
+    name: str,
+    surfaces: Surfaces,
+    friction: float | None,
+    density: float | None,
+    fixed: Collection[str],
+    floor: bool,
+    notes: list[str],
+) -> Scene:
+    """Return the scene of an open stage, whose bodies are ``groups``; the other arguments are those of ``read``."""
+    held = checked_fixed(fixed, groups)
     found = []
-    for group, own in zip(groups, names, strict=True):
+    for own, group in groups.items():
         body = _body(stage, group, own, surfaces, friction, density, own in held, notes)
         if body is not None:
             found.append(BodyParts(body, group.colliders))
