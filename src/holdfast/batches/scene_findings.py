@@ -40,15 +40,15 @@ class ScenePolicy:
 
 @dataclass(frozen=True)
 class SceneFinding:
-    """One thing that is wrong, not decided, or worth to know: of the ``bodies``, or of the whole scene without them.
+    """One thing that is wrong, not decided, or worth to know: of a ``body``, or of the whole scene if that is "".
 
-    ``remedy`` are new poses (4, 4) by body, with which these bodies certainly stand and overlap nothing, and ``how``
-    says what they change; both are empty where none is known.
+    ``remedy`` are new poses (4, 4) by body, with which the body certainly stands and overlaps nothing, and ``how`` says
+    what they change; both are empty where none is known.
     """
 
     severity: Severity
     text: str
-    bodies: tuple[str, ...] = ()
+    body: str = ""
     remedy: Mapping[str, Float] = field(default_factory=dict)
     how: str = ""
 
@@ -73,11 +73,11 @@ def findings_of_scene(scene: Scene, policy: ScenePolicy) -> list[SceneFinding]:
         found = [*_overlapping(assembly), *_hovering(assembly, verdict), *_not_standing(verdict)]
         if found:
             remedies = _remedies(scene, policy)
-            found = [_with_remedy(scene, finding, remedies, policy.travel) for finding in found]
+            found = [_with_remedy(finding, remedies, policy.travel) for finding in found]
         if policy.min_force is not None:
             found += _yielding(assembly, verdict, policy.min_force)
     found += [
-        SceneFinding("info", f"{name} is only balanced: it stands, and the least push moves it", (name,))
+        SceneFinding("info", f"{name} is only balanced: it stands, and the least push moves it", name)
         for name in verdict.balanced
     ]
     return found + [SceneFinding("info", note) for note in dict.fromkeys((*scene.notes, *verdict.notes))]
@@ -85,7 +85,9 @@ def findings_of_scene(scene: Scene, policy: ScenePolicy) -> list[SceneFinding]:
 
 def _overlapping(assembly: Assembly) -> Iterator[SceneFinding]:
     for overlap in assembly.overlaps:
-        yield SceneFinding("failure" if overlap.severity == "error" else "warning", overlap.text, overlap.bodies)
+        for name in overlap.bodies:
+            if not assembly.scene.body(name).fixed:
+                yield SceneFinding("failure" if overlap.severity == "error" else "warning", overlap.text, name)
 
 
 def _hovering(assembly: Assembly, verdict: Stability) -> Iterator[SceneFinding]:
@@ -106,7 +108,7 @@ def _hovering(assembly: Assembly, verdict: Stability) -> Iterator[SceneFinding]:
         if gap > allowed:
             text = f"{inside} hovers: it is {1e3 * gap:.3g} mm from {outside}, the nearest, and the tolerance is "
             severity: Severity = "failure" if gap > 2 * allowed else "warning"
-            yield SceneFinding(severity, f"{text}{1e3 * allowed:.2g} mm", (inside,))
+            yield SceneFinding(severity, f"{text}{1e3 * allowed:.2g} mm", inside)
 
 
 def _not_standing(verdict: Stability) -> Iterator[SceneFinding]:
@@ -115,10 +117,10 @@ def _not_standing(verdict: Stability) -> Iterator[SceneFinding]:
         if group.status is Status.UNSTABLE:
             motion = group.verdict.mechanism
             for name in group.bodies if motion is None else motion.moving:
-                yield SceneFinding("failure", f"{name} does not stand: {group.reason}", (name,))
+                yield SceneFinding("failure", f"{name} does not stand: {group.reason}", name)
         elif group.status is not Status.STABLE:
             for name in group.bodies:
-                yield SceneFinding("warning", f"undecided whether {name} stands: {group.reason}", (name,))
+                yield SceneFinding("warning", f"undecided whether {name} stands: {group.reason}", name)
 
 
 def _yielding(assembly: Assembly, verdict: Stability, wanted: float) -> Iterator[SceneFinding]:
@@ -142,9 +144,9 @@ def _yielding(assembly: Assembly, verdict: Stability, wanted: float) -> Iterator
         }
         result, reason = judged(row, GateRules(min_force=wanted))
         if result == FAILED:
-            yield SceneFinding("failure", f"{name} yields: {reason}", (name,))
+            yield SceneFinding("failure", f"{name} yields: {reason}", name)
         elif result != PASSED:
-            yield SceneFinding("warning", f"undecided whether {name} withstands pushes: {reason}", (name,))
+            yield SceneFinding("warning", f"undecided whether {name} withstands pushes: {reason}", name)
 
 
 def _remedies(scene: Scene, policy: ScenePolicy) -> Remedies:
@@ -166,14 +168,13 @@ def _remedies(scene: Scene, policy: ScenePolicy) -> Remedies:
     return Remedies(by_body, dict(zip(settled.names, settled.reasons, strict=True)), settled.reason)
 
 
-def _with_remedy(scene: Scene, finding: SceneFinding, remedies: Remedies, travel: float) -> SceneFinding:
+def _with_remedy(finding: SceneFinding, remedies: Remedies, travel: float) -> SceneFinding:
     """Return a finding with the poses that end it, or with why there are none within ``travel`` [m]."""
-    free = [name for name in finding.bodies if not scene.body(name).fixed]
-    words = "; ".join(f"{name} {remedies.words[name]}" for name in free if name in remedies.words)
-    poses = {name: pose for own in free for name, pose in remedies.poses.get(own, {}).items()}
-    if not poses or not all(name in remedies.poses for name in free):
-        why = words or remedies.reason
+    name = finding.body
+    why = f"{name} {remedies.words[name]}" if name in remedies.words else remedies.reason
+    poses = remedies.poses.get(name, {})
+    if not poses:
         return replace(finding, text=f"{finding.text}; no remedy within {1e3 * travel:g} mm: {why}")
-    others = len(poses.keys() - set(free))
+    others = len(poses.keys() - {name})
     more = f"; moves {others:,} more that touch" if others else ""
-    return replace(finding, remedy=poses, how=f"settle: {words}{more}")
+    return replace(finding, remedy=poses, how=f"settle: {why}{more}")

@@ -121,11 +121,15 @@ def stage_findings(
 ) -> Iterator[tuple[SceneFinding, Any, tuple[Placement, ...]]]:
     """Yield the findings of a stage, each with the prim or the stage where it is, and where prims should be.
 
-    ``given`` are values of all parameters by name. A stage without bodies that can move has no findings; one that
-    cannot be read or asked has one, which says that and why.
+    ``given`` are values of all parameters by name. A stage without rigid bodies has no findings; one that cannot be
+    read or asked, or whose layers are not all there, has one that says so.
     """
     from pxr import Usd
 
+    lost = [str(error) for error in whole.GetCompositionErrors()]
+    if lost:
+        text = f"undecided whether everything stands: {len(lost):,} parts could not be composed, such as {lost[0]}"
+        yield SceneFinding("warning", text), whole, ()
     if not any(has(prim, RIGID) for prim in whole.Traverse(Usd.TraverseInstanceProxies())):
         return
     own = {name.removeprefix("HOLDFAST_").lower(): value for name, value in given.items()}
@@ -150,19 +154,15 @@ def _at_prims(
     groups: Mapping[str, PrimGroup],
     finding: SceneFinding,
 ) -> tuple[SceneFinding, Any, tuple[Placement, ...]]:
-    """Return a finding with its prim and with where its remedy places prims; without these if no layer can say so.
-
-    Of two bodies that overlap, the first that can move counts: the validator cannot mend what is at several prims.
-    """
-    bodies = sorted((scene.body(name) for name in finding.bodies), key=lambda body: body.fixed)
-    at = next((groups[body.name].prim for body in bodies if body.name in groups), whole)
+    """Return a finding with its prim and with where its remedy places prims; without these if no layer can say so."""
+    at = groups[finding.body].prim if finding.body in groups else whole
     wanted = list[Placement]()
     try:
         for name, pose in finding.remedy.items():
             motion = pose @ np.linalg.inv(scene.body(name).pose)
             wanted += placements(stage, [prim for prim, _ in groups[name].members], motion)
     except SceneError as error:
-        return SceneFinding(finding.severity, f"{finding.text}; no remedy: {error}", finding.bodies), at, ()
+        return SceneFinding(finding.severity, f"{finding.text}; no remedy: {error}", finding.body), at, ()
     return finding, at, tuple(wanted)
 
 
