@@ -196,7 +196,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> str:
     info = tmp_path_factory.mktemp("site") / "holdfast_robotics-0.dist-info"
     info.mkdir()
     (info / "entry_points.txt").write_text("\n".join(lines), encoding="utf-8")
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: 0\n", encoding="utf-8")
+    needed = [f"Requires-Dist: {one}" for several in project["optional-dependencies"].values() for one in several]
+    head = ["Metadata-Version: 2.1", f"Name: {project['name']}", "Version: 0", *needed, ""]
+    (info / "METADATA").write_text("\n".join(head), encoding="utf-8")
     return os.pathsep.join([str(info.parent), str(Path(hf.__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
 
 
@@ -223,7 +225,7 @@ def test_the_validators_own_command_finds_the_rule_and_tells_stages_apart(
 def test_a_good_stage_passes_and_fix_mends_another(stages: Path, tmp_path: Path, installed: str) -> None:
     only = ("--no-init-rules", "--rule", "HoldfastChecker")
     good = run(COMMAND, stages / "good_table.usda", *only, PYTHONPATH=installed)
-    assert (good.returncode, good.stdout.strip()) == (0, "No issues found."), good.stderr
+    assert (good.returncode, good.stdout.strip(), good.stderr) == (0, "No issues found.", "")
     broken = tmp_path / "broken.usda"
     hf.save_scene(crates((0, 0.005), (0, 0.105), (1, -0.004)), broken)
     mended = run(COMMAND, broken, *only, "--fix", PYTHONPATH=installed)

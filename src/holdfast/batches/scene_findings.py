@@ -18,6 +18,7 @@ from holdfast.batches.gate import FAILED, PASSED, GateRules, judged
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import robustness_map
 from holdfast.queries.stability import Stability, stability
+from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
 
 Severity = Literal["failure", "warning", "info"]
@@ -106,7 +107,7 @@ def _hovering(assembly: Assembly, verdict: Stability) -> Iterator[SceneFinding]:
         inside, outside, gap = nearest
         allowed = assembly.tolerances.between(assembly.scene.body(inside), assembly.scene.body(outside)).gap
         if gap > allowed:
-            text = f"{inside} hovers: it is {1e3 * gap:.3g} mm from {outside}, the nearest, and the tolerance is "
+            text = f"{inside} hovers: it is {1e3 * gap:.4g} mm from {outside}, the nearest, and the tolerance is "
             severity: Severity = "failure" if gap > 2 * allowed else "warning"
             yield SceneFinding(severity, f"{text}{1e3 * allowed:.2g} mm", inside)
 
@@ -155,9 +156,11 @@ def _remedies(scene: Scene, policy: ScenePolicy) -> Remedies:
         settled = settle(scene, travel=policy.travel, gap=policy.tolerance)
         rested = () if settled.stability is None else settled.stability.groups
         resting = {name for group in rested if group.status is Status.STABLE for name in group.bodies}
-        moved = (settled.moved > LEAST) | (settled.turned_degrees > TURN)
-        names = [name for name, far in zip(settled.names, moved, strict=True) if far and name in resting]
-        poses = {name: settled.scene.body(name).pose for name in names}
+        poses = {
+            name: _new_pose(scene.body(name), settled.scene.body(name), bool(turn > TURN))
+            for name, way, turn in zip(settled.names, settled.moved, settled.turned_degrees, strict=True)
+            if name in resting and (way > LEAST or turn > TURN)
+        }
         after = assemble(scene.moved(poses), gap=policy.tolerance)
         overlapping = {name for overlap in after.overlaps for name in overlap.bodies}
         stands = [g.bodies for g in stability(after).groups if g.status is Status.STABLE]
@@ -166,6 +169,15 @@ def _remedies(scene: Scene, policy: ScenePolicy) -> Remedies:
     groups = [group for group in stands if overlapping.isdisjoint(group)]
     by_body = {name: {n: poses[n] for n in group if n in poses} for group in groups for name in group}
     return Remedies(by_body, dict(zip(settled.names, settled.reasons, strict=True)), settled.reason)
+
+
+def _new_pose(before: Body, after: Body, turns: bool) -> Float:
+    """Return the new pose (4, 4) of a body; unless it turns, only its place changes, without the noise of a motion."""
+    if turns:
+        return after.pose
+    pose = before.pose.copy()
+    pose[:3, 3] += after.com_world - before.com_world
+    return pose
 
 
 def _with_remedy(finding: SceneFinding, remedies: Remedies, travel: float) -> SceneFinding:
