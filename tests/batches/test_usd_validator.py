@@ -131,6 +131,37 @@ def test_a_remedy_keeps_scale_and_order_of_other_operations(tmp_path: Path) -> N
     assert found(asked(whole)) == set()
 
 
+@pytest.mark.parametrize(("up", "at"), [("Z", "0, 0, {}"), ("Y", "0, {}, 0")])
+def test_welded_bodies_move_as_one_and_bodies_below_their_prims_stay(up: str, at: str, tmp_path: Path) -> None:
+    """In centimetres: two crates joined side by side hover by 1 cm; a post that is fixed is a child of one of them."""
+    post = box("post", at.format(20), 10).replace(
+        "float physics:mass", "bool physics:kinematicEnabled = 1\n float physics:mass"
+    )
+    hand = box("a", at.format(6), 10)[:-2] + post + "}\n"
+    joined = 'def PhysicsFixedJoint "weld" {\n rel physics:body0 = </World/a>\n rel physics:body1 = </World/b>\n}\n'
+    path = tmp_path / "welded.usda"
+    path.write_text(text(hand + box("b", at.format(6).replace("0", "10", 1), 10) + joined, 0.01, up), encoding="utf-8")
+    whole = Usd.Stage.Open(str(path))
+    told = asked(whole)
+    assert {prim for _, prim in found(told)} == {"/World/a"}
+    heights = lambda: [  # noqa: E731
+        round(whole.GetPrimAtPath(f"/World/{name}").GetAttribute("xformOp:translate").Get()["XYZ".index(up)], 5)
+        for name in ("a", "b", "a/post")
+    ]
+    assert heights() == [6, 6, 20]
+    place(whole, told[0][2])
+    assert heights() == [5, 5, 21]  # of the post in its parent
+    assert found(asked(whole)) == set()
+
+
+def test_a_stage_in_memory_is_asked_as_it_is() -> None:
+    whole = Usd.Stage.CreateInMemory()
+    whole.GetRootLayer().ImportFromString(text(box("a", "0, 0, 0.06")))
+    assert ("failure", "/World/a") in found(asked(whole))
+    place(whole, asked(whole)[0][2])
+    assert found(asked(whole)) == set()
+
+
 def test_a_stronger_layer_is_an_error_and_not_overlooked(stages: Path) -> None:
     whole = Usd.Stage.Open(str(stages / "hovers_5_mm.usda"))
     wanted = asked(whole)[0][2]

@@ -154,13 +154,20 @@ def _at_prims(
     groups: Mapping[str, PrimGroup],
     finding: SceneFinding,
 ) -> tuple[SceneFinding, Any, tuple[Placement, ...]]:
-    """Return a finding with its prim and with where its remedy places prims; without these if no layer can say so."""
+    """Return a finding with its prim and with where its remedy places prims; without these if no layer can say so.
+
+    Bodies whose prims are below those that move stay where they are.
+    """
     at = groups[finding.body].prim if finding.body in groups else whole
     wanted = list[Placement]()
     try:
         for name, pose in finding.remedy.items():
             motion = pose @ np.linalg.inv(scene.body(name).pose)
             wanted += placements(stage, [prim for prim, _ in groups[name].members], motion)
+        moved = [prim.GetPath() for name in finding.remedy for prim, _ in groups[name].members]
+        others = [prim for name, group in groups.items() if name not in finding.remedy for prim, _ in group.members]
+        below = [prim for prim in others if any(prim.GetPath().HasPrefix(path) for path in moved)]
+        wanted += placements(stage, below, np.eye(4))
     except SceneError as error:
         return SceneFinding(finding.severity, f"{finding.text}; no remedy: {error}", finding.body), at, ()
     return finding, at, tuple(wanted)
