@@ -11,6 +11,7 @@ import numpy as np
 
 from holdfast.applications.settled import LEAST, settle
 from holdfast.assembly.assembly import Assembly, assemble
+from holdfast.assembly.caution import doubts_of_scene
 from holdfast.base.arrays import Float
 from holdfast.base.borders.worker import ANSWERED
 from holdfast.base.errors import HoldfastError, HoldfastWarning
@@ -63,7 +64,7 @@ class Remedies(NamedTuple):
 
 
 def findings_of_scene(scene: Scene, policy: ScenePolicy) -> list[SceneFinding]:
-    """Return all findings about a scene, those of bodies first, then what its reader guessed and left out.
+    """Return all findings about a scene, those of bodies first, then what looks like a mistake, then notes.
 
     Raises HoldfastError if the scene cannot be assembled, or if the policy is out of range.
     """
@@ -81,7 +82,12 @@ def findings_of_scene(scene: Scene, policy: ScenePolicy) -> list[SceneFinding]:
         SceneFinding("info", f"{name} is only balanced: it stands, and the least push moves it", name)
         for name in verdict.balanced
     ]
-    return found + [SceneFinding("info", note) for note in dict.fromkeys((*scene.notes, *verdict.notes))]
+    doubts = doubts_of_scene(scene, assembly.interfaces, assembly.overlaps)
+    for doubt in doubts:
+        name = next((body.name for body in scene.movable if doubt.startswith(f"{body.name}: ")), "")
+        found.append(SceneFinding("warning", f"looks like a mistake: {doubt}", name))
+    notes = dict.fromkeys((*scene.notes, *verdict.notes))
+    return found + [SceneFinding("info", note) for note in notes if note not in doubts]
 
 
 def _overlapping(assembly: Assembly) -> Iterator[SceneFinding]:

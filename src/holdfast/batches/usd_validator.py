@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from holdfast.base.errors import HoldfastError, SceneError
-from holdfast.base.text import one_line
+from holdfast.base.text import listed, one_line
 from holdfast.batches.scene_findings import SceneFinding, ScenePolicy, findings_of_scene
 from holdfast.scene.formats.usd.moved_prims import Placement, place, placements
 from holdfast.scene.formats.usd.reader import read_open
@@ -128,7 +128,7 @@ def stage_findings(
 
     lost = [str(error) for error in whole.GetCompositionErrors()]
     if lost:
-        text = f"undecided whether everything stands: {len(lost):,} parts could not be composed, such as {lost[0]}"
+        text = f"undecided whether everything stands, as not all of it could be composed: {listed(lost, 2)}"
         yield SceneFinding("warning", text), whole, ()
     if not any(has(prim, RIGID) for prim in whole.Traverse(Usd.TraverseInstanceProxies())):
         return
