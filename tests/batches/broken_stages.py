@@ -140,6 +140,10 @@ STAGES: dict[str, tuple[Callable[[Path], None], Expected]] = {
     "leaning_on_nothing": (saved(crates((0, 0.006), pitch=8)), {(FAIL, "/World/crate0"), (WARN, "/World/crate0")}),
     "ladder_slips": (saved(ladder(0.2)), {(FAIL, "/World/board")}),
     "friction_missing": (written(text(box("a", "0, 0, 0.05", bound=False))), {(WARN, "/World/a")}),
+    "collider_missing": (
+        written(text(box("a", "0, 0, 0.05") + box("b", "1, 0, 0.05").replace(', "PhysicsCollisionAPI"', ""))),
+        {(WARN, "/World/b")},
+    ),
     "friction_huge": (written(text(box("a", "0, 0, 0.05"), mu=50)), {(WARN, "/")}),
     "density_huge": (written(text(box("a", "0, 0, 0.01", 0.02))), {(WARN, "/World/a")}),
     "huge_in_millimetres": (

@@ -73,7 +73,7 @@ def test_what_is_suggested_ends_what_was_found(name: str, stages: Path, tmp_path
     for number, (finding, at, wanted) in enumerate(asked(path, **own)):
         if not wanted:
             words = ("undecided whether everything", "looks like a mistake")
-            refused = finding.severity == "info" or finding.text.startswith(words)
+            refused = finding.severity == "info" or finding.text.startswith(words) or "no collider" in finding.text
             assert refused or "; no remedy" in finding.text
             continue
         whole = Usd.Stage.Open(str(path))

@@ -141,6 +141,10 @@ def stage_findings(
     except HoldfastError as error:
         yield SceneFinding("warning", f"undecided whether everything stands: {error}"), _named(whole, error), ()
         return
+    for name, group in groups.items():
+        if not group.colliders and not group.fixed:
+            text = f"undecided whether {one_line(name)} stands: it has no collider, so all else is asked without it"
+            yield SceneFinding("warning", text), group.prim, ()
     told = own["notes"] or any(finding.severity != "info" for finding in found)
     for finding in found:
         if finding.severity != "info" or told:
@@ -175,8 +179,7 @@ def _at_prims(
 
 def _named(whole: Any, error: HoldfastError) -> Any:  # noqa: ANN401 - of types of USD
     """Return the prim whose path an error names, or the stage."""
-    for path in re.findall(r"/[\w/]+", str(error)):
-        prim = whole.GetPrimAtPath(path)
-        if prim:
-            return prim
-    return whole
+    from pxr import Sdf
+
+    paths = [path for path in re.findall(r"/[\w/]+", str(error)) if Sdf.Path.IsValidPathString(path)]
+    return next((prim for path in paths if (prim := whole.GetPrimAtPath(path))), whole)
