@@ -353,3 +353,12 @@ def test_of_two_rules_of_physx_the_later_one_counts() -> None:
     expected = {(a, a): 0.5, (a, b): 0.2, (a, c): 0.7, (b, b): 0.16, (b, c): 0.36, (c, c): 0.9}
     assert {pair: found[frozenset(pair)] for pair in expected} == pytest.approx(expected)
     assert Surfaces("least").material(0.5, "mean") == Surfaces("least").material(0.5)
+
+
+def test_two_bodies_with_one_name_are_refused_by_their_prims(load: Load) -> None:
+    """The path of a prim, which names it where names repeat, may be the display name of another."""
+    twins = 'def Xform "g" {\n' + prim() + "}\n" + prim(at="3, 0, 1")
+    named = prim(name="b", at="6, 0, 1").replace("prepend", 'displayName = "g/a"\n prepend')
+    assert {"a", "g/a"} <= {body.name for body in load(stage(twins)).bodies}
+    with pytest.raises(hf.errors.SceneError, match="is a body with the name 'g/a', as is another"):
+        load(stage(twins + named))

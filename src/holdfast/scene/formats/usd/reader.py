@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from holdfast.scene.formats.references import Packages
 from holdfast.scene.formats.registry import Format
 from holdfast.scene.formats.source import MAX_BYTES, Source
 from holdfast.scene.formats.surfaces import RULES, Surfaces
-from holdfast.scene.formats.usd.stage import Stage, opened
+from holdfast.scene.formats.usd.stage import Stage, opened, stage_of
 from holdfast.scene.formats.usd.usd_bodies import PrimGroup, excluded_pairs, groups_of, has, unread
 from holdfast.scene.formats.usd.usd_colliders import (
     Collider,
@@ -76,36 +77,86 @@ def read(
     if source.given is not None or len(source.content) > MAX_BYTES:
         raise SceneError(message(str(path), "is not a file by itself", "USD is read from files: save it first"))
     friction, density = links.checked_defaults(friction, density)
-    if combine is not None:
-        checked_word(combine, RULES, "combine")
+    surfaces = _surfaces(combine, notes)
     rigid, floor = checked_truth(rigid, "rigid"), checked_truth(floor, "floor")
-    surfaces = Surfaces(combine or "least", sole=combine is not None)
-    notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
     with foreign(str(path), "is no USD"), located(str(path)):
         stage = opened(path, package, notes)
-        groups = groups_of(stage, rigid, notes)
-        names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
-        count = Counter(names)
-        names = [
-            name if count[name] == 1 else str(group.prim.GetPath())[1:]
-            for name, group in zip(names, groups, strict=True)
-        ]
-        fixed_names = links.checked_fixed(fixed, names)
-        found = []
-        for group, path_name in zip(groups, names, strict=True):
-            body = _body(stage, group, path_name, surfaces, friction, density, path_name in fixed_names, notes)
-            if body is not None:
-                found.append(BodyParts(body, group.colliders))
-        if surfaces.own:
-            notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
-        notes += unread(stage)
-        excluded = excluded_pairs(stage, found)
-        bodies = [parts.body for parts in found]
-        remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
-        table = surfaces.table(FLOOR if floor else None)
-        return links.scene_of(
-            links.with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), path.stem, notes, excluded
-        )
+        groups = _named(groups_of(stage, rigid, notes))
+        return _scene(stage, groups, path.stem, surfaces, friction, density, fixed, floor, notes)
+
+
+def read_open(
+    whole: Any,  # noqa: ANN401 - a stage of USD
+    *,
+    friction: float | None = None,
+    combine: str | None = None,
+    rigid: bool = False,
+    floor: bool = False,
+) -> tuple[Scene, Stage, dict[str, PrimGroup]]:
+    """Return the scene of a stage that is open in this program, edits included, and the prims of each body by name.
+
+    The options are those of ``read``. What the program composed is trusted: layers may lie anywhere.
+
+    Raises SceneError or GeometryError if the stage leaves out what is needed.
+    """
+    notes, where = list[str](), str(whole.GetRootLayer().identifier)
+    surfaces, (friction, _) = _surfaces(combine, notes), links.checked_defaults(friction, None)
+    with foreign(where, "is no USD"):
+        stage = stage_of(whole, where, notes)
+        groups = _named(groups_of(stage, rigid, notes))
+        name = PurePath(where).stem
+        return _scene(stage, groups, name, surfaces, friction, None, (), floor, notes), stage, groups
+
+
+def _surfaces(combine: str | None, notes: list[str]) -> Surfaces:
+    """Return the rule by which two coefficients combine, which is noted."""
+    if combine is not None:
+        checked_word(combine, RULES, "combine")
+    surfaces = Surfaces(combine or "least", sole=combine is not None)
+    notes.append(f"friction of a pair: the {surfaces.rule} of both" + ("" if combine else ", as USD does not say"))
+    return surfaces
+
+
+def _named(groups: list[PrimGroup]) -> dict[str, PrimGroup]:
+    """Return groups by the names of their bodies: those of their prims, or the paths where names repeat."""
+    names = [str(group.prim.GetDisplayName() or group.prim.GetName()) for group in groups]
+    count = Counter(names)
+    names = [
+        name if count[name] == 1 else str(group.prim.GetPath())[1:] for name, group in zip(names, groups, strict=True)
+    ]
+    named = dict(zip(names, groups, strict=True))
+    for name, group in zip(names, groups, strict=True):
+        if named[name] is not group:
+            fail(group.prim, f"is a body with the name {quoted(name)}, as is another", "give it another display name")
+    return named
+
+
+def _scene(
+    stage: Stage,
+    groups: dict[str, PrimGroup],
+    name: str,
+    surfaces: Surfaces,
+    friction: float | None,
+    density: float | None,
+    fixed: Collection[str],
+    floor: bool,
+    notes: list[str],
+) -> Scene:
+    """Return the scene of an open stage, whose bodies are ``groups``; the other arguments are those of ``read``."""
+    fixed_names = links.checked_fixed(fixed, groups)
+    found = []
+    for prim_name, group in groups.items():
+        body = _body(stage, group, prim_name, surfaces, friction, density, prim_name in fixed_names, notes)
+        if body is not None:
+            found.append(BodyParts(body, group.colliders))
+    if surfaces.own:
+        notes.append("friction of a pair whose materials have a frictionCombineMode of PhysX: by that")
+    notes += unread(stage)
+    excluded = excluded_pairs(stage, found)
+    bodies = [parts.body for parts in found]
+    remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
+    table = surfaces.table(FLOOR if floor else None)
+    return links.scene_of(links.with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded)
 
 
 def _gravity(stage: Stage, notes: list[str]) -> Float:

@@ -194,27 +194,33 @@ def opened(path: Path, packages: Packages | None, notes: list[str]) -> Stage:
 
     Raises SceneError if it cannot be read, names a layer elsewhere, or has too many layers or prims.
     """
-    from pxr import Usd, UsdGeom, UsdPhysics
+    from pxr import Usd
 
     _check_layers(path, packages)
     _check_composed(path)
-    stage: Any = _opened(path, Usd.Stage.Open)
-    metres = checked_number(UsdGeom.GetStageMetersPerUnit(stage), f"{path}: metersPerUnit", above=0, within=SCALE)
-    kilograms = UsdPhysics.GetStageKilogramsPerUnit(stage)
-    kilograms = checked_number(kilograms, f"{path}: kilogramsPerUnit", above=0, within=SCALE)
-    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
+    return stage_of(_opened(path, Usd.Stage.Open), str(path), notes)
+
+
+def stage_of(whole: Any, where: str, notes: list[str]) -> Stage:  # noqa: ANN401 - a stage of USD, open in the program
+    """Return the prims, units and axes of a stage; ``where`` names it. Raises SceneError if it has too many prims."""
+    from pxr import Usd, UsdGeom, UsdPhysics
+
+    metres = checked_number(UsdGeom.GetStageMetersPerUnit(whole), f"{where}: metersPerUnit", above=0, within=SCALE)
+    kilograms = UsdPhysics.GetStageKilogramsPerUnit(whole)
+    kilograms = checked_number(kilograms, f"{where}: kilogramsPerUnit", above=0, within=SCALE)
+    if not UsdGeom.StageHasAuthoredMetersPerUnit(whole):
         notes.append(f"metersPerUnit is not given: {metres:g}, which USD says then")
     turn = np.eye(4)
-    if str(UsdGeom.GetStageUpAxis(stage)) == "Y":
+    if str(UsdGeom.GetStageUpAxis(whole)) == "Y":
         turn = Y_TO_Z
         notes.append("y is up in the file: turned about x so that z is up")
     prims = []
-    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+    for prim in whole.Traverse(Usd.TraverseInstanceProxies()):
         prims.append(prim)
         if len(prims) > MOST_PRIMS:
             remedy = f"the limit is {MOST_PRIMS:,}, instances counted"
-            raise SceneError(message(str(path), "has too many prims", remedy))
-    return Stage(stage, prims, metres, kilograms, turn)
+            raise SceneError(message(where, "has too many prims", remedy))
+    return Stage(whole, prims, metres, kilograms, turn)
 
 
 def _check_layers(path: Path, packages: Packages | None) -> None:
