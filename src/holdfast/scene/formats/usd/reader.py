@@ -156,7 +156,9 @@ def _scene(
     bodies = [parts.body for parts in found]
     remedy = f"give fixed=[name] ({listed([body.name for body in bodies])}), or floor=True"
     table = surfaces.table(FLOOR if floor else None)
-    return links.scene_of(links.with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded)
+    return links.scene_of(
+        links.with_floor(bodies, floor, "stage", remedy), table, _gravity(stage, notes), name, notes, excluded
+    )
 
 
 def _gravity(stage: Stage, notes: list[str]) -> Float:
