@@ -181,8 +181,8 @@ def _with_gap(options: dict[str, Any], gap: float | None) -> dict[str, Any]:
 
 
 def _scenes(globs: Iterable[str]) -> list[tuple[Any, Any]]:
-    """Return the names and the paths of the scenes that the arguments name."""
-    return [(item.name, item.path) for text in globs for item in inputs_of(text).items]
+    """Return the names and the paths of the scenes that the arguments name, each once although globs may overlap."""
+    return list(dict.fromkeys((item.name, item.path) for text in globs for item in inputs_of(text).items))
 
 
 def _client(scheduler: str | None, files: Mapping[str, Path | None]) -> AbstractContextManager[Any]:

@@ -12,9 +12,7 @@ from holdfast import __version__
 from holdfast.base.files import write_atomically
 from holdfast.base.text import many, one_line
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Finding
-from holdfast.report.description import LONGEST_REASON, ReportTable
-
-SUMMARISED = 100  # largest number of scenes in a summary: GitHub shows no summary of more than 1 MiB
+from holdfast.report.description import LONGEST_REASON, MOST_ROWS, ReportTable
 
 
 def counted(findings: Sequence[Finding]) -> str:
@@ -65,10 +63,10 @@ def write_summary(findings: Sequence[Finding], path: str | os.PathLike[str]) -> 
     The table is HTML, in which a name from a scene can be no markup.
     """
     others = [finding for finding in findings if finding.result != PASSED]
-    rows = [(each.result, each.scene, each.reason, each.remedy) for each in others[:SUMMARISED]]
+    rows = [(each.result, each.scene, each.reason, each.remedy) for each in others[:MOST_ROWS]]
     parts = [f"### holdfast check: {counted(findings)}"]
     if rows:
         parts.append(ReportTable(("result", "scene", "reason", "what helps"), rows).html())
-    if len(others) > SUMMARISED:
-        parts.append(f"and {many(len(others) - SUMMARISED, 'scene')} more")
+    if len(others) > MOST_ROWS:
+        parts.append(f"and {many(len(others) - MOST_ROWS, 'scene')} more")
     write_atomically(path, ("\n\n".join(parts) + "\n").encode())
