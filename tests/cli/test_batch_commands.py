@@ -61,7 +61,7 @@ def test_a_batch_is_told_and_reported_on_one_page(folder: Path, call: Call) -> N
 def test_the_page_says_what_gives_way_first(tmp_path: Path, call: Call) -> None:
     hf.save_scene(raised(0.0), tmp_path / "cube.yaml")
     pushes = tmp_path / "pushes.csv"
-    pushes.write_text("body,x,y,z,dx,dy,dz\ncube,-0.05,0,0.001,1,0,0\n")
+    pushes.write_text("body, x, y, z, dx, dy, dz\ncube, -0.05, 0, 0.001, 1, 0, 0\n")
     call("batch", tmp_path / "cube.yaml", "--out", tmp_path / "out", "--ask", f"push:{pushes}", "--workers", 1)
     assert call("report", tmp_path / "out")[0] == 0
     assert "<td>slip: cube</td>" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

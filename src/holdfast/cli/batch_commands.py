@@ -34,7 +34,7 @@ WORDS: dict[Result, str] = {FAILED: "unstable", UNDECIDED: "undecided"}  # verdi
 Globs = Annotated[
     list[str], typer.Argument(metavar="GLOB...", help="scene files, folders, quoted globs (** too), .csv, .parquet")
 ]
-Options = Annotated[Path | None, typer.Option(help='JSON: {"engine": ..., "assemble": {...}, "map": {...}, ...}')]
+Options = Annotated[Path | None, typer.Option(help='JSON: {"engine": ..., "load": {"friction": 0.5}, "map": {...}}')]
 Workers = Annotated[int | None, typer.Option(help="processes; default: one for each core")]
 Seconds = Annotated[float, typer.Option(help="longest time of a scene in s")]
 Megabytes = Annotated[float, typer.Option(help="most memory of a scene in MB")]
