@@ -86,6 +86,7 @@ def test_a_check_says_what_fails(
     junit = tmp_path / "junit.xml"
     found, out, _ = call("check", tmp_path / "cube.yaml", *given, "--junit", junit, "--workers", 1)
     assert found == code, out
+    assert re.search(r"^next: `holdfast (assess|map) .*cube.yaml` shows", out, re.MULTILINE)
     (case,) = Xml.parse(junit).getroot().iter("testcase")
     assert [child.tag for child in case] == ([] if result is None else [result])
 

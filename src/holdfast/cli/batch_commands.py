@@ -154,6 +154,8 @@ def check(
         for each in verdicts:
             if each.result in WORDS:
                 out.say(f"{each.scene}: {each.reason}", label=f"{each.result}:")
+        for remedy in [each.remedy for each in verdicts if each.remedy][:1]:
+            out.say(remedy, label="next:")
         out.say(said)
     raise typer.Exit(EXIT[verdict])
 
