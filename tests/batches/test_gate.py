@@ -103,6 +103,7 @@ def test_bodies_that_come_and_go_are_told() -> None:
         (row(crushed=["carton"]), GateRules(stands=True), "what lies on them"),
         (row(outcome="time", status=None), GateRules(), "--seconds"),
         (row(outcome="memory", status=None), GateRules(), "--megabytes"),
+        (row(outcome="error", status=None, problem="no friction; give friction=, for all"), GateRules(), "--options"),
     ],
 )
 def test_a_scene_that_does_not_pass_is_told_what_helps(given: dict[str, Any], rules: GateRules, helps: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ PASSED: Final = "passed"
 FAILED: Final = "failed"
 UNDECIDED: Final = "undecided"
 RENEW = "if this is meant, make a new baseline: `holdfast check ... --out DIR`"
+READERS = """what a reader asks for is given by --options FILE, as {"load": {"friction": 0.5}}"""
 MORE = {"time": "give it longer, --seconds", "memory": "give it more, --megabytes"}  # by the outcome of a scene
 
 
@@ -125,7 +127,8 @@ def remedy(row: Row, rules: GateRules) -> str:
     if judged(row, rules)[0] == PASSED:
         return RENEW  # all that is wrong is a change
     if row["outcome"] != ANSWERED:
-        return MORE.get(row["outcome"], "")  # an error of holdfast says itself what helps
+        asks = re.search(r"\bgive \w+=", row["problem"] or "")  # an error says itself what helps, but for Python
+        return READERS if asks else MORE.get(row["outcome"], "")
     path = row.get("path") or row["scene"]
     file = shlex.quote(f"./{path}" if path.startswith("-") else path)
     if row["status"] != "stable":
