@@ -162,11 +162,11 @@ def test_nothing_that_a_scene_says_is_a_command_of_a_workflow(checkout: Path) ->
         ("check scenes", {"push": "nan"}),
         ("check scenes", {"tolerance": '0.1" --out "pwned'}),
         ("check scenes", {"tolerance": "nan"}),
-        ("install holdfast", {"extras": "usd]; touch pwned #"}),
-        ("install holdfast", {"extras": "usd] @ https://x.example/y #"}),
-        ("install holdfast", {"version": "1.0 --pre"}),
-        ("install holdfast", {"python": "no such python"}),
-        ("install holdfast", {"python": "--version"}),
+        ("install holdfast-robotics", {"extras": "usd]; touch pwned #"}),
+        ("install holdfast-robotics", {"extras": "usd] @ https://x.example/y #"}),
+        ("install holdfast-robotics", {"version": "1.0 --pre"}),
+        ("install holdfast-robotics", {"python": "no such python"}),
+        ("install holdfast-robotics", {"python": "--version"}),
     ],
 )
 def test_bad_inputs_are_told(checkout: Path, name: str, inputs: dict[str, str]) -> None:
@@ -202,7 +202,7 @@ if sys.argv[1:3] == ["-m", "venv"]:
 """
     python.write_text(program, encoding="utf-8")
     python.chmod(0o755)
-    step = stepped("install holdfast", tmp_path / "checkout", python=str(python), **inputs)
+    step = stepped("install holdfast-robotics", tmp_path / "checkout", python=str(python), **inputs)
     assert step.code == 0, step.log
     assert noted.read_text(encoding="utf-8").splitlines()[-2:] == ["--", wanted]
 
