@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from holdfast.base.errors import SceneError
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, GateRules, Scenes, findings, judged
 
 ROW = {"scene": "a", "outcome": "answered", "problem": None, "status": "stable", "reason": "rests", "seconds": 0.5}
@@ -87,3 +88,38 @@ def test_bodies_that_come_and_go_are_told() -> None:
     scenes = Scenes({"a": ROW}, {"a": {"jug": BODY}})
     (found,) = findings(scenes, GateRules(), Scenes({"a": ROW}, {"a": {"cup": BODY}}))
     assert found.reason == "changed: new: jug, gone: cup"
+
+
+@pytest.mark.parametrize(
+    ("given", "rules", "helps"),
+    [
+        (row(status="unstable"), GateRules(stands=True), "`holdfast assess a` shows why"),
+        (
+            row(status="unstable", path="-my scene's.yaml"),
+            GateRules(stands=True),
+            """assess './-my scene'"'"'s.yaml'`""",
+        ),
+        (row(), GateRules(min_force=5.1), "`holdfast map a` shows where"),
+        (row(crushed=["carton"]), GateRules(stands=True), "what lies on them"),
+        (row(outcome="time", status=None), GateRules(), "--seconds"),
+        (row(outcome="memory", status=None), GateRules(), "--megabytes"),
+        (row(outcome="error", status=None, problem="no friction; give friction=, for all"), GateRules(), "--options"),
+    ],
+)
+def test_a_scene_that_does_not_pass_is_told_what_helps(given: dict[str, Any], rules: GateRules, helps: str) -> None:
+    (found,) = findings(Scenes({"a": given}), rules)
+    assert helps in found.remedy
+    (passing,) = findings(Scenes({"a": row()}), GateRules(stands=True))
+    assert passing.remedy == ""
+
+
+def test_what_only_changed_may_become_the_baseline() -> None:
+    before = Scenes({"a": row(weakest=9.0), "b": ROW})
+    assert ["baseline" in each.remedy for each in findings(Scenes({"a": ROW}), GateRules(), before)] == [True, True]
+
+
+@pytest.mark.parametrize("number", [math.nan, -1.0, math.inf])
+def test_a_rule_that_would_pass_everything_is_refused(number: float) -> None:
+    for name in ("min_force", "distance", "angle", "force"):
+        with pytest.raises(SceneError, match="needs a finite number >= 0"):
+            GateRules(**{name: number})

@@ -61,7 +61,7 @@ def test_a_batch_is_told_and_reported_on_one_page(folder: Path, call: Call) -> N
 def test_the_page_says_what_gives_way_first(tmp_path: Path, call: Call) -> None:
     hf.save_scene(raised(0.0), tmp_path / "cube.yaml")
     pushes = tmp_path / "pushes.csv"
-    pushes.write_text("body,x,y,z,dx,dy,dz\ncube,-0.05,0,0.001,1,0,0\n")
+    pushes.write_text("body, x, y, z, dx, dy, dz\ncube, -0.05, 0, 0.001, 1, 0, 0\n")
     call("batch", tmp_path / "cube.yaml", "--out", tmp_path / "out", "--ask", f"push:{pushes}", "--workers", 1)
     assert call("report", tmp_path / "out")[0] == 0
     assert "<td>slip: cube</td>" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
@@ -86,7 +86,8 @@ def test_a_check_says_what_fails(
     junit = tmp_path / "junit.xml"
     found, out, _ = call("check", tmp_path / "cube.yaml", *given, "--junit", junit, "--workers", 1)
     assert found == code, out
-    (case,) = Xml.parse(junit).getroot()
+    assert re.search(r"^next: `holdfast (assess|map) .*cube.yaml` shows", out, re.MULTILINE)
+    (case,) = Xml.parse(junit).getroot().iter("testcase")
     assert [child.tag for child in case] == ([] if result is None else [result])
 
 
@@ -100,9 +101,50 @@ def test_a_check_says_what_changed_since_the_baseline(tmp_path: Path, call: Call
     assert call("check", scene, "--baseline", old, "--out", new, "--distance", 2e-5)[0] == 0
 
 
+def test_a_file_that_two_globs_name_is_asked_once(folder: Path, call: Call) -> None:
+    code, out, _ = call("check", folder / "in" / "stack.yaml", folder / "in" / "s*.yaml", "--stands", "--workers", 1)
+    assert (code, out) == (0, "1 passed, 0 failed, 0 undecided\n")
+
+
+def test_junit_is_what_schemas_ask_for_and_says_what_helps(folder: Path, call: Call) -> None:
+    """Windy Road's schema of Ant's reports wants all of this in this order; Jenkins' junit-10 takes it, too."""
+    hf.save_scene(raised(1.0), folder / "in" / "it's.yaml")
+    junit, summary = folder / "junit.xml", folder / "summary.md"
+    files = ("--junit", junit, "--summary", summary)
+    assert call("check", folder / "in", "--stands", *files, "--seconds", 20, "--workers", 1)[0] == 1
+    root = Xml.parse(junit).getroot()
+    (suite,) = root
+    assert (root.tag, suite.tag, root.attrib) == ("testsuites", "testsuite", {})
+    assert suite.attrib.keys() == {
+        *("name", "package", "id", "timestamp", "hostname", "tests", "failures", "errors", "skipped", "time")
+    }
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d", suite.attrib["timestamp"])
+    assert [suite.attrib[name] for name in ("tests", "failures", "errors", "skipped")] == ["4", "2", "0", "0"]
+    assert [child.tag for child in suite] == ["properties", *["testcase"] * 4, "system-out", "system-err"]
+    found = {case.attrib["name"].rpartition("/")[2]: case for case in suite.iter("testcase")}
+    assert found.keys() == {f"{HOSTILE}.yaml", "stack.yaml", "broken.yaml", "it's.yaml"}
+    assert all(case.attrib.keys() == {"classname", "name", "time"} for case in found.values())
+    assert sum(float(case.attrib["time"]) for case in found.values()) == pytest.approx(
+        float(suite.attrib["time"]), abs=3e-3
+    )
+    (failure,) = found["it's.yaml"]
+    assert failure.tag == "failure"
+    reason, helps = str(failure.text).splitlines()
+    assert failure.attrib == {"type": "failed", "message": reason}
+    assert "unstable" in reason
+    assert "in/it'\"'\"'s.yaml'` shows why" in helps
+    told = summary.read_text(encoding="utf-8")
+    assert told.startswith("### holdfast check: 2 passed, 2 failed, 0 undecided\n\n<table>")
+    assert told.count("<tr>") == 3
+    assert "<script" not in told
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (("check", "cube.yaml", "--min-force", "nan"), "--min-force: is nan"),
+        (("check", "cube.yaml", "--min-force", -1), "--min-force: is -1"),
+        (("check", "cube.yaml", "--stands", "--change", "nan"), "--change: is nan"),
         (("check", "cube.yaml"), "there is nothing to check"),
         (("check", "cube.yaml", "--stands"), "names no scene file"),
         (("check", "cube.yaml", "--baseline", "nowhere"), "folder of a batch"),

@@ -17,6 +17,7 @@ from holdfast.base.rigid import pose_from
 from holdfast.cli.main import run
 from holdfast.plugins import Format, Source, register_format
 from holdfast.scene.formats import source as formats_source
+from holdfast.scene.formats.registry import is_scene
 
 READABLE = r"can be read: .*holdfast scene \(\.yaml, \.yml, \.json.*\), block assembly \(\.json"
 
@@ -275,3 +276,28 @@ def test_a_missing_extra_is_named_with_the_way_to_get_it(register: Any, tmp_path
 def test_a_format_that_makes_no_sense_is_refused(register: Any, arguments: dict[str, Any], match: str) -> None:
     with pytest.raises(hf.HoldfastError, match=match):
         register(**{"name": "toy", "suffixes": (".toy",), "read": named("toy"), **arguments})
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "scene"),
+    [
+        ("a.yaml", "format: holdfast-scene/1\nbodies: []\n", True),
+        ("a.yaml", "format: holdfast-scene/9\n", True),
+        ("a.json", '{"format": "holdfast-scene/1", ', True),  # damaged
+        ("a.yml", "directives: []\n", True),
+        ("a.yml", "on: &x push\njobs: *x\n", False),
+        ("a.yaml", "{{ if .Values }}: [\n", False),
+        ("a.json", "{}", False),
+        ("a.json", "", False),
+        ("a.xml", "<mujoco model='m'><worldbody/></mujoco>", True),
+        ("a.xml", "<mujocoinclude/>", False),
+        ("a.xml", "<package/>", False),
+        ("a.urdf", "<package/>", True),
+        ("a.usda", "", True),
+        ("none.yaml", None, True),
+    ],
+)
+def test_files_of_other_programs_are_no_scenes(tmp_path: Path, name: str, text: str | None, scene: bool) -> None:
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    assert is_scene(tmp_path / name) == scene

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
+import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
+from holdfast.base.arrays import checked_number
 from holdfast.base.borders.worker import ANSWERED
 from holdfast.base.public import number
 from holdfast.base.text import listed
@@ -20,6 +23,9 @@ Result = Literal["passed", "failed", "undecided"]
 PASSED: Final = "passed"
 FAILED: Final = "failed"
 UNDECIDED: Final = "undecided"
+RENEW = "if this is meant, make a new baseline: `holdfast check ... --out DIR`"
+READERS = """what a reader asks for is given by --options FILE, as {"load": {"friction": 0.5}}"""
+MORE = {"time": "give it longer, --seconds", "memory": "give it more, --megabytes"}  # by the outcome of a scene
 
 
 @dataclass(frozen=True)
@@ -27,7 +33,7 @@ class GateRules:
     """The requirements: a scene must stand if ``stands``, and withstand pushes of ``min_force`` [N] unless it is None.
 
     Compared with a baseline, a body may have moved by ``distance`` [m] and turned by ``angle`` [deg], and the weakest
-    push may have changed by the share ``force``.
+    push may have changed by the share ``force``. Raises SceneError for a number that is negative or not finite.
     """
 
     stands: bool = False
@@ -36,14 +42,21 @@ class GateRules:
     angle: float = 1e-4
     force: float = 0.01
 
+    def __post_init__(self) -> None:
+        given = {"--min-force": self.min_force, "--distance": self.distance}
+        for flag, value in (given | {"--turn-degrees": self.angle, "--change": self.force}).items():
+            if value is not None:  # NaN would pass everything
+                checked_number(value, flag, minimum=0)
+
 
 class Finding(NamedTuple):
-    """The result of a scene, the reason, and the time that its answers took [s]."""
+    """The result of a scene, the reason, the time that its answers took [s], and what helps unless it passes."""
 
     scene: str
     result: Result
     reason: str
     seconds: float = 0.0
+    remedy: str = ""
 
 
 @dataclass(frozen=True)
@@ -71,11 +84,11 @@ def findings(scenes: Scenes, rules: GateRules, baseline: Scenes | None = None) -
             changed += moves(scenes.bodies.get(name, {}), baseline.bodies.get(name, {}), rules)
             if changed:
                 result, reason = FAILED, "; ".join(filter(None, [reason, f"changed: {', '.join(changed)}"]))
-        yield Finding(name, result, reason, row["seconds"] or 0.0)
+        yield Finding(name, result, reason, row["seconds"] or 0.0, "" if result == PASSED else remedy(row, rules))
     if baseline is not None:
         for name in baseline.rows:
             if name not in scenes.rows:
-                yield Finding(name, FAILED, "is missing: only the baseline has it")
+                yield Finding(name, FAILED, "is missing: only the baseline has it", remedy=RENEW)
 
 
 def judged(row: Row, rules: GateRules) -> tuple[Result, str]:
@@ -107,6 +120,22 @@ def judged(row: Row, rules: GateRules) -> tuple[Result, str]:
     if lower < wanted:
         return UNDECIDED, f"only {number(lower, 'N')} is certain, {number(wanted, 'N')} is wanted"
     return PASSED, ""
+
+
+def remedy(row: Row, rules: GateRules) -> str:
+    """Return what helps a scene that does not pass: the command that shows why, or one that mends it."""
+    if judged(row, rules)[0] == PASSED:
+        return RENEW  # all that is wrong is a change
+    if row["outcome"] != ANSWERED:
+        asks = re.search(r"\bgive \w+=", row["problem"] or "")  # an error says itself what helps, but for Python
+        return READERS if asks else MORE.get(row["outcome"], "")
+    path = row.get("path") or row["scene"]
+    file = shlex.quote(f"./{path}" if path.startswith("-") else path)
+    if row["status"] != "stable":
+        return f"`holdfast assess {file}` shows why, `holdfast settle {file}` where it would come to rest"
+    if row.get("crushed"):
+        return f"`holdfast assess {file}` shows what lies on them"
+    return f"`holdfast map {file}` shows where it is weak, `holdfast firmer` moves bodies to where it bears more"
 
 
 def changes(row: Row, before: Row, rules: GateRules) -> Iterator[str]:

@@ -40,7 +40,7 @@ def csv_rows(content: bytes, where: str) -> Iterator[tuple[int, Row]]:
         raise HoldfastError(message(f"{where}, line {line}", problem, "save it as UTF-8")) from cause
     lines = csv.reader(io.StringIO(text, newline=""))
     try:
-        names = next(lines, [])
+        names = [name.strip() for name in next(lines, [])]
         yield 1, dict.fromkeys(names)
         for values in lines:
             if values:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,16 +12,20 @@ from typing import Annotated, Any
 
 import typer
 
+from holdfast.base.arrays import checked_number
 from holdfast.base.envelope import EXIT, envelope, enveloped, verdict_of
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
-from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Finding, GateRules, Result, Scenes, findings
+from holdfast.base.text import many
+from holdfast.batches.gate import FAILED, UNDECIDED, Finding, GateRules, Result, Scenes, findings
 from holdfast.batches.inputs import inputs_of
 from holdfast.batches.result import read_batch
 from holdfast.batches.run import Resources
 from holdfast.batches.run import batch as run_batch
 from holdfast.cli.output import AsJson, out, print_json, progress
-from holdfast.report.batch_report import write_junit, write_report
+from holdfast.report.batch_report import write_report
+from holdfast.report.gate_report import counted, write_junit, write_summary
+from holdfast.scene.formats.registry import is_scene
 
 MOST_BYTES = 1_000_000  # of a file of options
 PAGE = "report.html"
@@ -30,7 +34,7 @@ WORDS: dict[Result, str] = {FAILED: "unstable", UNDECIDED: "undecided"}  # verdi
 Globs = Annotated[
     list[str], typer.Argument(metavar="GLOB...", help="scene files, folders, quoted globs (** too), .csv, .parquet")
 ]
-Options = Annotated[Path | None, typer.Option(help='JSON: {"engine": ..., "assemble": {...}, "map": {...}, ...}')]
+Options = Annotated[Path | None, typer.Option(help='JSON: {"engine": ..., "load": {"friction": 0.5}, "map": {...}}')]
 Workers = Annotated[int | None, typer.Option(help="processes; default: one for each core")]
 Seconds = Annotated[float, typer.Option(help="longest time of a scene in s")]
 Megabytes = Annotated[float, typer.Option(help="most memory of a scene in MB")]
@@ -108,6 +112,11 @@ def check(
     change: Annotated[float, typer.Option(help="baseline: share by which the weakest push may change")] = 0.01,
     folder: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="keep the tables here")] = None,
     junit: Annotated[Path | None, typer.Option(help="write the findings as JUnit XML to this file")] = None,
+    summary: Annotated[Path | None, typer.Option(help="write them as a table for the page of a CI run")] = None,
+    scenes_only: Annotated[
+        bool, typer.Option("--scenes-only", help="pass over YAML, JSON and XML files that are no scenes")
+    ] = False,
+    gap: Annotated[float | None, typer.Option(help="surfaces touch if they are this near, in m; as of assess")] = None,
     options: Options = None,
     workers: Workers = None,
     seconds: Seconds = 60.0,
@@ -126,25 +135,28 @@ def check(
     with ExitStack() as stack:
         before = None if baseline is None else Scenes.of(read_batch(baseline))
         place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder
-        named, ask = _scenes(scenes), ["stability", *pushes]
+        named, others = _sorted_out(_scenes(scenes), scenes_only)
+        ask, given, limits = ["stability", *pushes], _with_gap(_read(options), gap), Resources(megabytes)
         with progress():
-            limits = Resources(megabytes)
-            run_batch(named, ask, out=place, workers=workers, options=_read(options), seconds=seconds, resources=limits)
+            run_batch(named, ask, out=place, workers=workers, options=given, seconds=seconds, resources=limits)
         verdicts = list(findings(Scenes.of(read_batch(place)), rules, before))
         answers = {row["details"]["scene"]: row for row in read_batch(place).data()} if as_json else {}
-    if junit is not None:
-        write_junit(verdicts, junit)
+    for path, write in ((junit, write_junit), (summary, write_summary)):
+        if path is not None:
+            write(verdicts, path)
     counts: Counter[str] = Counter(each.result for each in verdicts)
     verdict = next((word for result, word in WORDS.items() if counts[result]), "stable")
-    summary = ", ".join(f"{counts[name]:,} {name}" for name in (PASSED, FAILED, UNDECIDED))
+    said = counted(verdicts) + (f"; passed over {many(others, 'file')} without a scene" if others else "")
     if as_json:
         rows = [_checked(each, answers) for each in verdicts]
-        print_json(envelope("check", verdict=verdict, reason=summary, rows=rows, details={"counts": dict(counts)}))
+        print_json(envelope("check", verdict=verdict, reason=said, rows=rows, details={"counts": dict(counts)}))
     else:
         for each in verdicts:
-            if each.result != PASSED:
+            if each.result in WORDS:
                 out.say(f"{each.scene}: {each.reason}", label=f"{each.result}:")
-        out.say(summary)
+        for remedy in [each.remedy for each in verdicts if each.remedy][:1]:
+            out.say(remedy, label="next:")
+        out.say(said)
     raise typer.Exit(EXIT[verdict])
 
 
@@ -156,9 +168,23 @@ def _checked(finding: Finding, answers: Mapping[str, dict[str, Any]]) -> dict[st
     return answer | {"reason": finding.reason or answer["reason"], "details": answer["details"] | result}
 
 
+def _sorted_out(named: Sequence[tuple[str, str]], scenes_only: bool) -> tuple[list[tuple[str, str]], int]:
+    """Return those of the named files that are checked, and the number of the others."""
+    kept = [(name, path) for name, path in named if not scenes_only or is_scene(path)]
+    return kept, len(named) - len(kept)
+
+
+def _with_gap(options: dict[str, Any], gap: float | None) -> dict[str, Any]:
+    """Return options of a batch with this gap [m] for ``assemble``."""
+    own = options.get("assemble", {})
+    if gap is None or not isinstance(own, Mapping):  # the latter is refused with all other options
+        return options
+    return options | {"assemble": {**own, "gap": checked_number(gap, "--gap", minimum=0)}}
+
+
 def _scenes(globs: Iterable[str]) -> list[tuple[Any, Any]]:
-    """Return the names and the paths of the scenes that the arguments name."""
-    return [(item.name, item.path) for text in globs for item in inputs_of(text).items]
+    """Return the names and the paths of the scenes that the arguments name, each once although globs may overlap."""
+    return list(dict.fromkeys((item.name, item.path) for text in globs for item in inputs_of(text).items))
 
 
 def _client(scheduler: str | None, files: Mapping[str, Path | None]) -> AbstractContextManager[Any]:

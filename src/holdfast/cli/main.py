@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 import re
 import sys
 import traceback
 import warnings
+from collections.abc import Sequence
 from functools import partial
 from importlib import import_module
+from itertools import takewhile
 from typing import Annotated, Any
 
 import typer
@@ -111,6 +114,8 @@ class Command(TyperCommand):
         If words are left over after an option that may be repeated, the error says to repeat it before each of them. If
         a vector has too few numbers, it says how many it needs.
         """
+        if any(each.nargs == -1 for each in self.params):
+            _refuse_files_as_options(args)
         several = {flag: each.nargs for each in self.params for flag in each.opts if each.nargs > 1}
         spread: list[str] = []
         for arg in args:
@@ -136,6 +141,16 @@ class Command(TyperCommand):
                     f"{error.message.removesuffix('.')}; needs {vector.nargs} numbers: {vector.opts[0]} {form}"
                 )
             raise
+
+
+def _refuse_files_as_options(args: Sequence[str]) -> None:
+    """Raise HoldfastError for a file whose name would be taken for an option: a wildcard or a hook may name it."""
+    for arg in takewhile(lambda arg: arg != "--", args):
+        if arg.startswith("-") and os.path.lexists(arg):
+            problem = "is a file here, and reads like an option"
+            raise HoldfastError(
+                message(quoted(arg), problem, "put -- before the names of files, or ./ before this one")
+            )
 
 
 class Commands(TyperGroup):

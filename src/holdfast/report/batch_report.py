@@ -1,4 +1,4 @@
-"""The report of a batch as one page that opens offline, and the findings of a check as JUnit XML."""
+"""The report of a batch as one page that opens offline."""
 
 from __future__ import annotations
 
@@ -9,22 +9,20 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from heapq import nsmallest
 from typing import Any
-from xml.etree import ElementTree as Xml
 
 from holdfast.base.borders.worker import ANSWERED, OUTCOMES
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
 from holdfast.base.public import number
-from holdfast.base.text import escaped, listed, many, one_line
+from holdfast.base.text import escaped, listed, many
 from holdfast.batches.folder import about, reading
-from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Finding
 from holdfast.batches.result import BatchTables
 from holdfast.batches.tables import Row
 from holdfast.drawing.html_page import template
 from holdfast.drawing.render import thumbnail
 from holdfast.drawing.svg import bar, histogram
 from holdfast.queries.result import gives_way
-from holdfast.report.description import LONGEST_REASON, ReportTable
+from holdfast.report.description import ReportTable
 from holdfast.report.map_picture import solids_of
 from holdfast.scene.formats.registry import load_scene
 
@@ -161,19 +159,3 @@ def kind_of(reason: str) -> str:
     """Return the kind of a reason: its beginning, without numbers and lists."""
     bare = re.sub(r"-?\d+(\.\d+)?(e-?\d+)?", "#", reason)
     return re.sub(r"([\w#]+)(, [\w#]+)+", r"\1", bare)[:ALIKE]
-
-
-def write_junit(findings: Sequence[Finding], path: str | os.PathLike[str]) -> None:
-    """Write one test case for each finding: a failure if the scene failed, an error if it is undecided."""
-    failed, unknown = (sum(f.result == result for f in findings) for result in (FAILED, UNDECIDED))
-    counts = {"tests": len(findings), "failures": failed, "errors": unknown}
-    suite = Xml.Element("testsuite", {"name": "holdfast check", **{key: str(n) for key, n in counts.items()}})
-    for finding in findings:
-        case = {"classname": "holdfast", "name": one_line(finding.scene), "time": f"{finding.seconds:.3f}"}
-        element = Xml.SubElement(suite, "testcase", case)
-        if finding.result != PASSED:
-            kind = "failure" if finding.result == FAILED else "error"
-            reason = one_line(finding.reason, LONGEST_REASON)
-            Xml.SubElement(element, kind, {"type": finding.result, "message": reason}).text = reason
-    Xml.indent(suite)
-    write_atomically(path, Xml.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")

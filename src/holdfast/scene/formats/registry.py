@@ -18,7 +18,7 @@ from holdfast.base.files import checked_path, write_atomically
 from holdfast.base.names import Registry
 from holdfast.scene.formats import FORMATS
 from holdfast.scene.formats.links import on_the_floor
-from holdfast.scene.formats.source import Source
+from holdfast.scene.formats.source import SUFFIXES, Source
 from holdfast.scene.hold import refuse_holds
 from holdfast.scene.scene import Scene
 
@@ -30,6 +30,8 @@ STANDS = {
     "density": "it has none: write `density: 700` or `mass: 0.3` at the body in the file",
     "floor": "it has none: add `{name: floor, shape: {type: halfspace}, fixed: true}` to the bodies in the file",
 }
+SHARED = (*SUFFIXES, ".xml")  # suffixes of scenes that most files with them have for another reason
+MARKS = (b"holdfast-scene/", b"<mujoco>", b"<mujoco ", b"<sdf ", b"<robot ")  # in the head of a scene, even if damaged
 
 
 @dataclass(frozen=True)
@@ -183,6 +185,24 @@ def format_of(source: Source) -> Format:
         problem += f"; {' and '.join(only)} can be written, not read"
     known = ", ".join([*map(str, own), *(f"{each.name} ({', '.join(each.suffixes)})" for each in others)])
     raise SceneError(message(str(source.path), problem, f"can be read: {known}"))
+
+
+def is_scene(path: str | Path) -> bool:
+    """Return whether a file is to be read as a scene: False for YAML, JSON and XML of other programs.
+
+    True, too, for what cannot be read and for damaged files that name a format, so that their errors are seen.
+    """
+    try:
+        source = Source(Path(path))
+        if source.suffix not in SHARED or any(mark in source.head for mark in MARKS):
+            return True
+    except SceneError:
+        return True
+    try:
+        format_of(source)
+    except SceneError:
+        return False
+    return True
 
 
 def _keywords(function: Callable[..., Any]) -> tuple[str, ...]:
