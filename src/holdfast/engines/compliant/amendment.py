@@ -12,7 +12,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,17 +20,14 @@ from holdfast.base.arrays import Bool, Float, Int
 from holdfast.base.text import listed
 from holdfast.elastic.system import PathOutcome
 from holdfast.engines.answers import Answers, only_balanced
+from holdfast.engines.compliant.balanced import Neutral
 from holdfast.engines.compliant.grid import Grid, open_pair
 from holdfast.engines.compliant.load_bearing import HUGE, rests_alone
 from holdfast.engines.compliant.refinement import Bounded
-from holdfast.engines.contract import Accuracy, ForcesOnly
+from holdfast.engines.contract import Accuracy, ForcesOnly, State
 from holdfast.engines.mechanism import NAMED, Mechanism
 from holdfast.engines.verdict import Status
 from holdfast.native import core
-
-if TYPE_CHECKING:
-    from holdfast.engines.compliant.engine import RestingState
-
 
 MATTERS = 0.05  # relative change of an answer above which a note tells of an amendment
 
@@ -55,6 +52,22 @@ class LoadQuestion:
         return not isinstance(self.accuracy, ForcesOnly)
 
 
+class ElasticRest(Protocol):
+    """An assembly at rest on elastic contacts, as amendments see it."""
+
+    @property
+    def grid(self) -> Grid:
+        """The grid from which answers are taken."""
+
+    @property
+    def neutral(self) -> Neutral | None:
+        """The motions that no contact resists, of bodies that are only balanced; None if nothing may have any."""
+
+    @property
+    def without_idle(self) -> State | None:
+        """The same state without contacts that are open and carry nothing at rest; None if there are none."""
+
+
 @dataclass(frozen=True, eq=False)
 class Amendment(ABC):
     """One amendment of the answers about an assembly at rest, ``state``.
@@ -62,7 +75,7 @@ class Amendment(ABC):
     ``name`` says in the words of an explanation what it looks at, and ``why`` what it does and for which reason.
     """
 
-    state: RestingState
+    state: ElasticRest
 
     name: ClassVar[str]
     why: ClassVar[str]
