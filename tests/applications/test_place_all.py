@@ -11,6 +11,7 @@ import pytest
 
 import holdfast as hf
 from bench.suites.placement_several import APART, by_rule, least_push, load
+from holdfast.applications.placement.conditions import with_own
 from holdfast.applications.placement.level_places import LevelPlace
 from holdfast.applications.placement.result import PlacedObject
 from holdfast.applications.placement.several import RULES, Try, bottom_left, highest_support
@@ -105,6 +106,16 @@ def test_friction_of_objects_that_are_not_there_yet() -> None:
     assert p.assembly.scene.mu("cup", "tray") == 0.3
     with pytest.raises(hf.errors.SceneError, match="unknown name"):
         hf.place_all(TRAY, THINGS[:1], engine="graph", friction=friction)
+
+
+def test_one_number_is_the_friction_of_all_objects_that_the_scene_does_not_pair() -> None:
+    p = hf.place_all(TRAY, THINGS[:2], search=hf.Search(solves=25), engine="graph", friction=0.4)
+    assert p.left == ()
+    assert {p.assembly.scene.mu(*pair) for pair in combinations(("cup", "tin", "tray"), 2)} == {0.4}
+    known = hf.Friction(default=0.5, pairs={("tin", "cup"): 0.1})
+    for objects in (THINGS[:2], THINGS[1::-1]):
+        table = with_own(known, [*TRAY.bodies, *objects], objects, 0.4)
+        assert dict(table.pairs) == {("cup", "tin"): 0.1, ("cup", "tray"): 0.4, ("tin", "tray"): 0.4}
 
 
 def test_a_scene_that_does_not_stand_is_refused() -> None:

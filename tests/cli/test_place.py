@@ -67,6 +67,12 @@ def test_a_body_of_another_file(place: Any) -> None:
     assert "touches cube" in out
 
 
+def test_one_friction_of_several_objects(place: Any) -> None:
+    code, out, err = place("cube", "blocks.yaml:a", "blocks.yaml:b", "--object-friction", 0.4, "--solves", 3, "--json")
+    assert (code, err) == (0, "")
+    assert {row["body"] for row in json.loads(out)["rows"]} == {"a", "b"}
+
+
 def test_exit_codes_and_reasons(place: Any) -> None:
     code, out, _ = place("falls.yaml", "brick.stl", "--mass", 1)
     assert code == 1

@@ -100,7 +100,7 @@ def with_own(table: Friction, bodies: Sequence[Body], objects: Sequence[Body], m
     coefficient = checked_number(mu, "plan_placement: friction", minimum=0, within=FRICTION)
     materials = {body.name: body.material for body in bodies}
     own = {
-        (one.name, other.name): coefficient
+        (min(one.name, other.name), max(one.name, other.name)): coefficient  # two objects are a pair once
         for one in objects
         for other in bodies
         if other is not one and number_between(table.pairs, one.name, other.name, materials) is None
