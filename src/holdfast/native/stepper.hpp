@@ -216,6 +216,7 @@ inline bool set_out(const Elastic& m, Work& work, Stepper& stepper, const Fronts
     lead(work, stepper, s);
     now.step = s / now.slope;
     now.shortened = 0;
+    now.corner = false;
     return true;
 }
 
