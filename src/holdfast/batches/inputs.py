@@ -52,11 +52,15 @@ def csv_rows(content: bytes, where: str) -> Iterator[tuple[int, Row]]:
 
 @dataclass(frozen=True)
 class Input:
-    """A scene with its ``name``: a file at ``path``, or a ``scene`` that was given as a value."""
+    """A scene with its ``name``: a file at ``path``, or a ``scene`` that was given as a value.
+
+    ``state`` are the positions (nq,) at which the model in the file is looked at, if these are given.
+    """
 
     name: str
     path: str | None = None
     scene: Scene | None = None
+    state: tuple[float, ...] | None = None
 
     @staticmethod
     def file(path: str, name: str = "") -> Input:

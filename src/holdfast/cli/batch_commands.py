@@ -15,11 +15,13 @@ import typer
 from holdfast.base.envelope import EXIT, envelope, enveloped, verdict_of
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
+from holdfast.base.text import listed
 from holdfast.batches.gate import FAILED, PASSED, UNDECIDED, Finding, GateRules, Result, Scenes, findings
 from holdfast.batches.inputs import inputs_of
 from holdfast.batches.result import read_batch
 from holdfast.batches.run import Resources
 from holdfast.batches.run import batch as run_batch
+from holdfast.batches.states import ModelStates, states_of
 from holdfast.cli.output import AsJson, out, print_json, progress
 from holdfast.report.batch_report import write_junit, write_report
 
@@ -35,19 +37,28 @@ Workers = Annotated[int | None, typer.Option(help="processes; default: one for e
 Seconds = Annotated[float, typer.Option(help="longest time of a scene in s")]
 Megabytes = Annotated[float, typer.Option(help="most memory of a scene in MB")]
 Scheduler = Annotated[str | None, typer.Option(help="address of a Dask scheduler, such as tls://host:8786")]
+States = Annotated[
+    Path | None,
+    typer.Option(help="states of the only scene, a MuJoCo model: .npy, .npz, .csv, .hdf5; each is a scene"),
+]
+Every = Annotated[bool, typer.Option("--every-state", help="HDF5: all states of each demonstration, not its first")]
 Certificate = Annotated[Path | None, typer.Option(help="PEM file for tls://")]
 
 
 def batch(
     scenes: Globs,
     folder: Annotated[Path, typer.Option("--out", metavar="DIR", help="folder of the tables; resumes what is there")],
-    ask: Annotated[str, typer.Option(help="stability, map, transport, push:FILE, with commas between")] = "stability",
+    ask: Annotated[
+        str, typer.Option(help="stability, settle, map, transport, push:FILE, with commas between")
+    ] = "stability",
     options: Options = None,
     workers: Workers = None,
     seconds: Seconds = 60.0,
     megabytes: Megabytes = Resources.megabytes,
     shard_size: Annotated[int, typer.Option(help="scenes in a file of each table")] = Resources.shard_size,
     shard: Annotated[str | None, typer.Option(metavar="I/N", help="only each N-th shard from I on: arrays")] = None,
+    states: States = None,
+    every: Every = False,
     retry: Annotated[str, typer.Option(help="outcomes to ask again: error, time, memory, crash")] = "",
     scheduler: Scheduler = None,
     tls_ca: Certificate = None,
@@ -60,7 +71,9 @@ def batch(
     The same command resumes a batch that was stopped. The exit code is 0 if every scene was answered, whatever the
     answers, and 3 if some were not: their rows say why.
     """
-    named, again = _scenes(scenes), tuple(filter(None, retry.split(",")))
+    again, own = tuple(filter(None, retry.split(","))), _read(options)
+    named = _scenes(scenes)
+    given = None if states is None else states_of(named, states, own.get("load", {}), every=every)
     files = {"tls_ca_file": tls_ca, "tls_client_cert": tls_cert, "tls_client_key": tls_key}
     with progress(), _client(scheduler, files) as where:
         result = run_batch(
@@ -68,10 +81,11 @@ def batch(
             ask.split(","),
             out=folder,
             workers=workers,
-            options=_read(options),
+            options=own,
             seconds=seconds,
             retry=again,
             resources=Resources(megabytes, where, shard, shard_size),
+            states=given,
         )
     if as_json:
         print_json(enveloped(result, rows=list(read_batch(folder).data())))
@@ -108,6 +122,12 @@ def check(
     change: Annotated[float, typer.Option(help="baseline: share by which the weakest push may change")] = 0.01,
     folder: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="keep the tables here")] = None,
     junit: Annotated[Path | None, typer.Option(help="write the findings as JUnit XML to this file")] = None,
+    states: States = None,
+    every: Every = False,
+    fix: Annotated[
+        Path | None, typer.Option(help="write the file of --states with settled states for those that do not stand")
+    ] = None,
+    travel: Annotated[float | None, typer.Option(help="a state settles by at most this in m; default: 0.03")] = None,
     options: Options = None,
     workers: Workers = None,
     seconds: Seconds = 60.0,
@@ -116,8 +136,9 @@ def check(
 ) -> None:
     """Check that many scenes stand or withstand pushes, and what changed since a baseline.
 
-    The exit code is 0 if all scenes pass; 1 if some fail, or changed by more than the tolerances; 2 for bad input; 3 if
-    none fails and some are undecided.
+    With --states every state of a model is a scene, and for those that do not stand it is said what hovers, sinks and
+    falls, and how far they would settle. The exit code is 0 if all scenes pass; 1 if some fail, or changed by more than
+    the tolerances; 2 for bad input; 3 if none fails and some are undecided.
     """
     if not stands and min_force is None and baseline is None:
         raise HoldfastError(message("check", "there is nothing to check", "give --stands, --min-force or --baseline"))
@@ -125,27 +146,59 @@ def check(
     rules = GateRules(stands, min_force, distance, turn_degrees, change)
     with ExitStack() as stack:
         before = None if baseline is None else Scenes.of(read_batch(baseline))
+        named, own = _scenes(scenes), _read(options)
+        given = None if states is None else states_of(named, states, own.get("load", {}), every=every)
         place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder
-        named, ask = _scenes(scenes), ["stability", *pushes]
+        limits, ask = Resources(megabytes), ["stability", *_settling(given, fix, travel, own), *pushes]
+        how: dict[str, Any] = {"workers": workers, "options": own, "seconds": seconds, "states": given}
         with progress():
-            limits = Resources(megabytes)
-            run_batch(named, ask, out=place, workers=workers, options=_read(options), seconds=seconds, resources=limits)
-        verdicts = list(findings(Scenes.of(read_batch(place)), rules, before))
-        answers = {row["details"]["scene"]: row for row in read_batch(place).data()} if as_json else {}
+            run_batch(named, ask, out=place, resources=limits, **how)
+        tables = read_batch(place)
+        verdicts = list(findings(Scenes.of(tables), rules, before))
+        answers = {row["details"]["scene"]: row for row in tables.data()} if as_json else {}
+        fixed, left = given.fix(tables, fix) if given is not None and fix is not None else ([], [])
     if junit is not None:
         write_junit(verdicts, junit)
     counts: Counter[str] = Counter(each.result for each in verdicts)
     verdict = next((word for result, word in WORDS.items() if counts[result]), "stable")
     summary = ", ".join(f"{counts[name]:,} {name}" for name in (PASSED, FAILED, UNDECIDED))
+    notes = _notes(given, fix, fixed, left)
     if as_json:
         rows = [_checked(each, answers) for each in verdicts]
-        print_json(envelope("check", verdict=verdict, reason=summary, rows=rows, details={"counts": dict(counts)}))
+        details: dict[str, Any] = {"counts": dict(counts)}
+        details |= {} if fix is None else {"written": str(fix), "fixed": fixed, "left": left}
+        print_json(envelope("check", verdict=verdict, reason=summary, rows=rows, details=details, notes=notes))
     else:
-        for each in verdicts:
-            if each.result != PASSED:
-                out.say(f"{each.scene}: {each.reason}", label=f"{each.result}:")
+        for each in (each for each in verdicts if each.result != PASSED):
+            out.say(f"{each.scene}: {each.reason}", label=f"{each.result}:")
         out.say(summary)
+        for note in notes:
+            out.say(note, label="note:", style="yellow")
     raise typer.Exit(EXIT[verdict])
+
+
+def _settling(given: ModelStates | None, fix: Path | None, travel: float | None, options: dict[str, Any]) -> list[str]:
+    """Return the further question about states, with its options; raise HoldfastError for options that need states."""
+    if given is None:
+        for name, value in (("--fix", fix), ("--travel", travel)):
+            if value is not None:
+                raise HoldfastError(message(name, "is about states", "give --states FILE"))
+        return []
+    if fix is not None:
+        given.check_target(fix)
+    if travel is not None:
+        options["settle"] = dict(options.get("settle", {})) | {"travel": travel}
+    return ["settle"]
+
+
+def _notes(given: ModelStates | None, fix: Path | None, fixed: list[str], left: list[str]) -> list[str]:
+    """Return notes on states: the later ones of demonstrations, which were not looked at, and the file written."""
+    later = 0 if given is None else given.rows.later
+    notes = [f"the first state of each demonstration; {later:,} later ones: --every-state"] if later else []
+    if fix is not None:
+        names = f": {listed(left)}" if left else ""
+        notes.append(f"wrote {fix}: {len(fixed):,} settled, {len(left):,} left though they do not stand{names}")
+    return notes
 
 
 def _checked(finding: Finding, answers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
