@@ -44,7 +44,7 @@ def raised(*heights: float) -> Floats:
 
 
 def rows_of(model: Path, states: Any, out: Path, ask: tuple[str, ...] = ("stability",)) -> list[dict[str, Any]]:
-    hf.batch(model, ask, out=out, states=states, workers=1)
+    hf.batch({model: states}, ask, out=out, workers=1)
     return list(hf.read_batch(out).rows())
 
 
@@ -118,7 +118,7 @@ def test_settled_states_are_written_in_the_same_layout(tmp_path: Path, blocks: P
     source, target = tmp_path / f"states{suffix}", tmp_path / f"settled{suffix}"
     written(source, states)
     given = states_of(blocks, source, {})
-    hf.batch(blocks, ("stability", "settle"), out=tmp_path / "out", states=source, workers=1)
+    hf.batch({blocks: source}, ("stability", "settle"), out=tmp_path / "out", workers=1)
     settled, left = given.fix(hf.read_batch(tmp_path / "out"), target)
     prefix = "demo_" if suffix == ".hdf5" else ""
     assert (settled, left) == ([f"{prefix}9"], [f"{prefix}10"])
@@ -145,7 +145,7 @@ def test_bodies_of_other_joints_are_refused_when_settled_states_are_written(tmp_
     text = f'<mujoco><worldbody>{world}<geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>'
     (tmp_path / "a.xml").write_text(text)
     np.save(tmp_path / "s.npy", [[0, 0, 0.01, 1, 0, 0, 0.0]])
-    hf.batch(tmp_path / "a.xml", ("stability", "settle"), out=tmp_path / "out", states=tmp_path / "s.npy", workers=1)
+    hf.batch({tmp_path / "a.xml": tmp_path / "s.npy"}, ("stability", "settle"), out=tmp_path / "out", workers=1)
     given = states_of(tmp_path / "a.xml", tmp_path / "s.npy", {})
     with pytest.raises(hf.HoldfastError, match="'a' moves by other joints than a free one"):
         given.fix(hf.read_batch(tmp_path / "out"), tmp_path / "f.npy")
@@ -153,8 +153,8 @@ def test_bodies_of_other_joints_are_refused_when_settled_states_are_written(tmp_
 
 
 def test_states_that_were_answered_are_kept_and_a_changed_one_is_asked_again(tmp_path: Path, blocks: Path) -> None:
-    assert hf.batch(blocks, out=tmp_path / "out", states=raised(0.0, 0.11), workers=1).asked == 2
-    again = hf.batch(blocks, out=tmp_path / "out", states=raised(0.0, 0.12), workers=1)
+    assert hf.batch({blocks: raised(0.0, 0.11)}, out=tmp_path / "out", workers=1).asked == 2
+    again = hf.batch({blocks: raised(0.0, 0.12)}, out=tmp_path / "out", workers=1)
     assert (again.asked, again.kept) == (1, 1)
 
 
@@ -214,7 +214,7 @@ def test_a_bad_file_is_one_clear_error(tmp_path: Path, blocks: Path, name: str, 
     elif content is not None:
         content(path)
     with pytest.raises(hf.HoldfastError, match=words) as told:
-        hf.batch(blocks, out=tmp_path / "out", states=path, workers=1)
+        hf.batch({blocks: path}, out=tmp_path / "out", workers=1)
     assert "\n" not in str(told.value)
     assert not (tmp_path / "out" / "scenes").exists()
 
@@ -236,9 +236,9 @@ def test_several_arrays_need_a_known_name(tmp_path: Path, blocks: Path) -> None:
 )
 def test_states_need_one_model(tmp_path: Path, blocks: Path, scenes: Any, load: dict[str, Any], words: str) -> None:
     hf.save_scene(hf.shipped_scene("cube"), tmp_path / "cube.yaml")
-    named = [tmp_path / each for each in scenes] if isinstance(scenes, list) else tmp_path / scenes
+    models = [tmp_path / each for each in scenes] if isinstance(scenes, list) else [tmp_path / scenes]
     with pytest.raises(hf.HoldfastError, match=words):
-        hf.batch(named, out=tmp_path / "out", states=raised(0.0), options={"load": load}, workers=1)
+        hf.batch(dict.fromkeys(models, raised(0.0)), out=tmp_path / "out", options={"load": load}, workers=1)
 
 
 def test_hostile_hdf5_is_refused(tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ from holdfast.batches.folder import EarlierAnswers, Folder, ShardShare, opened
 from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, csv_rows, inputs_of
 from holdfast.batches.job import BatchQuestion, Digests, Job, Push, key_of_files, key_of_value
 from holdfast.batches.result import BatchReport, counted
-from holdfast.batches.states import ModelStates, StatesGiven, states_of
+from holdfast.batches.states import ModelStates, states_of
 from holdfast.batches.tables import TABLES, Journal, Record, Row, name_of
 from holdfast.batches.workers import answered_here, answered_there
 from holdfast.queries.map import robustness_map
@@ -171,7 +171,6 @@ def batch(
     seconds: float = 60.0,
     retry: Iterable[str] = (),
     resources: Resources | None = None,
-    states: StatesGiven | ModelStates | None = None,
 ) -> BatchReport:
     """Answer the same question about every scene in worker processes, and write the answers to tables in a folder.
 
@@ -179,9 +178,9 @@ def batch(
     iterable of paths, Scene objects, or pairs of a name and one of them. It is consumed one by one; names must be
     unique.
 
-    With ``states``, ``scenes`` is one MuJoCo model, and each of its states is a scene of its own, named by its number
-    or its demonstration: an array (n, w), or a .npy, .npz, .csv or .hdf5 file, of rows of qpos, of qpos and qvel, or of
-    time, qpos and qvel (docs/howto/start_states.md).
+    ``{model: states}`` asks about many states of one MuJoCo model. Each is a scene of its own, named by its number or
+    its demonstration. ``states`` is an array (n, w), or a .npy, .npz, .csv or .hdf5 file, of rows of qpos, of qpos and
+    qvel, or of time, qpos and qvel (docs/howto/start_states.md).
 
     ``ask`` are ``"stability"``, ``"settle"`` (with stability, only scenes that do not stand are brought to rest),
     ``"map"``, ``"transport"`` and ``"push:FILE"``, where the CSV file has the columns body, x, y, z [m], dx, dy, dz
@@ -216,11 +215,9 @@ def batch(
             )
     again = frozenset(names)
     part, path = _part(means.shard), checked_path(out, "folder of a batch")
-    if states is None:
-        given = inputs_of(scenes)
-    else:
-        found = states if isinstance(states, ModelStates) else states_of(scenes, states, asked.of("load"))
-        given = found.inputs()
+    if isinstance(scenes, Mapping):
+        scenes = states_of(list(scenes), next(iter(scenes.values()), ()), asked.of("load"))
+    given = scenes.inputs() if isinstance(scenes, ModelStates) else inputs_of(scenes)
     start = time.monotonic()
     with ExitStack() as stack, lines(_say):
         folder = opened(path, asked, means.shard_size, part, stack)

@@ -77,7 +77,7 @@ def batch(
     files = {"tls_ca_file": tls_ca, "tls_client_cert": tls_cert, "tls_client_key": tls_key}
     with progress(), _client(scheduler, files) as where:
         result = run_batch(
-            named,
+            named if given is None else given,
             ask.split(","),
             out=folder,
             workers=workers,
@@ -85,7 +85,6 @@ def batch(
             seconds=seconds,
             retry=again,
             resources=Resources(megabytes, where, shard, shard_size),
-            states=given,
         )
     if as_json:
         print_json(enveloped(result, rows=list(read_batch(folder).data())))
@@ -150,9 +149,9 @@ def check(
         given = None if states is None else states_of(named, states, own.get("load", {}), every=every)
         place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder
         limits, ask = Resources(megabytes), ["stability", *_settling(given, fix, travel, own), *pushes]
-        how: dict[str, Any] = {"workers": workers, "options": own, "seconds": seconds, "states": given}
+        about = named if given is None else given
         with progress():
-            run_batch(named, ask, out=place, resources=limits, **how)
+            run_batch(about, ask, out=place, workers=workers, options=own, seconds=seconds, resources=limits)
         tables = read_batch(place)
         verdicts = list(findings(Scenes.of(tables), rules, before))
         answers = {row["details"]["scene"]: row for row in tables.data()} if as_json else {}
