@@ -74,3 +74,8 @@ milliseconds = 1e3 * (time.process_time() - start) / len(valid)
 print(f"{sum(valid)} of {len(valid)} layouts stand, {milliseconds:.1f} ms of a core each")
 for k in [k for k, stands in enumerate(valid) if not stands][:4]:
     print(f"layout {k}: {reasons[k]}")
+
+# a layout that stands, to look at more closely
+first = valid.index(True)
+assembly = validator.assembly.moved({name: poses[first] for name, poses in drawn.items()})
+print(f"layout {first}: {len(assembly.interfaces)} contacts, {hf.stability(assembly).status}")
