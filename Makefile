@@ -35,7 +35,7 @@ $(VENV)/.ready: $(VENV)/.demo
 # What the tests compare with. compas_lmgc90 without what its metadata asks for: a viewer that the simulation does not use.
 # It has no wheels for Python 3.14 yet; tests of what is missing skip and say so
 $(VENV)/.bench: $(VENV)/.ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,bench,usd,ros,rerun]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,bench,usd,ros,rerun,states]'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -c constraints.txt \
 	  'compas_lmgc90; python_version < "3.14"'
 	@touch $@

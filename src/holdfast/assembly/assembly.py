@@ -27,7 +27,7 @@ from holdfast.base.memory import Memory
 from holdfast.base.public import Record, Summary, in_notebook, number
 from holdfast.base.ranges import ANGLE, FRICTION, TOLERANCE
 from holdfast.base.text import listed, quoted
-from holdfast.base.values import shortened
+from holdfast.base.values import altered, shortened
 from holdfast.contacts.contact_search import FoundContacts, search
 from holdfast.contacts.interface import Interface
 from holdfast.contacts.neighbours import components
@@ -340,6 +340,21 @@ class Assembly(Record):
         were prepared for unchanged groups of bodies are reused. Raises HoldfastError if the interfaces were given.
         """
         return self._sought(self.scene.moved(poses), "moved")
+
+    def at(self, poses: Mapping[str, ArrayLike], notes: tuple[str, ...], *, allow_large: bool = False) -> Assembly:
+        """Return the assembly with some bodies at other poses as if it were the first of this scene.
+
+        Unlike ``moved`` it notes and warns what ``assemble`` does, with ``notes`` in place of those of this scene.
+        """
+        scene = altered(self.scene.moved(poses), notes=notes)
+        check_copies(scene)
+        if not allow_large:
+            warn_of_huge(scene.movable)
+        warn_of_centres(scene.movable)
+        if not self.tolerances.by_pair:
+            warn_of_gap(scene.movable, self.tolerances.gap)
+        made = _search(scene, self.tolerances.on(scene), (), before=self.found)
+        return self.heir(replace(made, scene=with_notes(scene, doubts_of_scene(scene, made.interfaces, made.overlaps))))
 
     def tilted(self, tilt_degrees: ArrayLike) -> Assembly:
         """Return the assembly, with its contacts, on a carrier that is tilted; see ``Scene.tilted``."""

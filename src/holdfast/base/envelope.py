@@ -216,9 +216,9 @@ QUESTIONS: dict[str, EnvelopeLayout] = {
     "scene": EnvelopeLayout(
         "scene",
         "force? acceleration? lower? body? mode? moving?",
-        "scene path? outcome engine? moving? crushed? seconds? result?",
+        "scene path? outcome engine? moving? crushed? hovers? sinks? settled? seconds? result?",
     ),
-    "check": EnvelopeLayout("check", details="counts"),
+    "check": EnvelopeLayout("check", details="counts written? fixed? left?"),
     "convert": EnvelopeLayout("convert", details="written bodies movable"),
     "doctor": EnvelopeLayout("doctor", details="holdfast python system executable cores packages"),
 }

@@ -79,6 +79,8 @@ def findings(scenes: Scenes, rules: GateRules, baseline: Scenes | None = None) -
     """Yield the finding of every scene, and of every scene that only the baseline has."""
     for name, row in scenes.rows.items():
         result, reason = judged(row, rules)
+        if result != PASSED and row.get("settled_reason"):
+            reason = "; ".join([reason, *faults(row, scenes.bodies.get(name, {}))])
         if baseline is not None and name in baseline.rows:
             changed = list(changes(row, baseline.rows[name], rules))
             changed += moves(scenes.bodies.get(name, {}), baseline.bodies.get(name, {}), rules)
@@ -136,6 +138,23 @@ def remedy(row: Row, rules: GateRules) -> str:
     if row.get("crushed"):
         return f"`holdfast assess {file}` shows what lies on them"
     return f"`holdfast map {file}` shows where it is weak, `holdfast firmer` moves bodies to where it bears more"
+
+
+def faults(row: Row, bodies: Mapping[str, Row]) -> Iterator[str]:
+    """Yield what hovers and sinks in a scene, and where it settles."""
+    for name, body in bodies.items():
+        if body["hovers"] is not None:
+            yield f"{name} hovers {_length(body['hovers'])} above {body['above'] or 'nothing'}"
+        if body["sinks"] is not None:
+            yield f"{name} sinks {_length(body['sinks'])} into {body['into']}"
+    if row["settled"] == "stable":
+        yield f"settles by {_length(row['moved'])}"
+    else:
+        yield f"does not settle: {row['settled_reason']}"
+
+
+def _length(metres: float) -> str:
+    return f"{1e3 * metres:.3g} mm"
 
 
 def changes(row: Row, before: Row, rules: GateRules) -> Iterator[str]:

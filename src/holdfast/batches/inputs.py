@@ -6,11 +6,11 @@ import csv
 import glob
 import io
 import os
-from collections.abc import Iterable, Iterator, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sized
 from dataclasses import dataclass
 from itertools import islice, zip_longest
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from holdfast.base.errors import HoldfastError, installing, message
 from holdfast.base.files import check_ordinary, read_ordinary
@@ -23,8 +23,6 @@ MANIFESTS = (".csv", ".parquet")
 COLUMN, NAMES = "scene", "name"  # columns of a manifest: the paths of scenes, and optionally their names
 MOST_BYTES = 1_000_000_000  # largest size of a manifest, and of a file of a batch
 MAGIC = frozenset("*?[")
-
-Scenes: TypeAlias = "str | os.PathLike[str] | Iterable[str | os.PathLike[str] | Scene | tuple[str, Any]]"
 
 
 def csv_rows(content: bytes, where: str) -> Iterator[tuple[int, Row]]:
@@ -52,11 +50,15 @@ def csv_rows(content: bytes, where: str) -> Iterator[tuple[int, Row]]:
 
 @dataclass(frozen=True)
 class Input:
-    """A scene with its ``name``: a file at ``path``, or a ``scene`` that was given as a value."""
+    """A scene with its ``name``: a file at ``path``, or a ``scene`` that was given as a value.
+
+    ``state`` are the positions (nq,) at which the model in the file is looked at, if these are given.
+    """
 
     name: str
     path: str | None = None
     scene: Scene | None = None
+    state: tuple[float, ...] | None = None
 
     @staticmethod
     def file(path: str, name: str = "") -> Input:
@@ -78,6 +80,17 @@ class Inputs:
 
     items: Iterator[Input]
     count: int | None
+
+
+class ManyInputs(Protocol):
+    """What yields inputs itself, such as the states of a model."""
+
+    def inputs(self) -> Inputs:
+        """Return the inputs."""
+
+
+Named: TypeAlias = "str | os.PathLike[str] | Scene | tuple[str, Any]"
+Scenes: TypeAlias = "str | os.PathLike[str] | Iterable[Named] | Mapping[Any, Any] | ManyInputs"
 
 
 def inputs_of(scenes: Scenes) -> Inputs:

@@ -74,8 +74,9 @@ class BatchQuestion:
 class Job:
     """One scene of a batch: its ``number`` and ``name``, the question, and the scene as a file or a value.
 
-    ``path`` is the path as it was given, ``place`` the absolute path. ``key`` is a digest of all that decides the
-    answer, by which an earlier one is found again. That of a value is known at once, that of a file once it was read.
+    ``path`` is the path as it was given, ``place`` the absolute path, ``state`` as in Input. ``key`` is a digest of all
+    that decides the answer, by which an earlier one is found again. That of a value is known at once, that of a file
+    once it was read.
     """
 
     number: int
@@ -86,6 +87,7 @@ class Job:
     place: str = ""
     scene: Scene | None = None
     key: str = ""
+    state: tuple[float, ...] | None = None
 
 
 class Digests:
@@ -150,7 +152,8 @@ def signature(path: Path) -> Signature:
 
 def _key_of(job: Job, parts: Sequence[Sequence[str]]) -> str:
     pushes = [[push.body, *push.point, *push.direction] for push in job.pushes]
-    whole = [VERSION, __version__, job.question.text, pushes, parts]
+    whole: list[Any] = [VERSION, __version__, job.question.text, pushes, parts]
+    whole += [] if job.state is None else [job.state]
     return hashlib.sha256(json.dumps(whole).encode()).hexdigest()
 
 

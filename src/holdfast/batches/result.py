@@ -108,8 +108,12 @@ class BatchTables:
 
         Its rows are the weakest push and the least acceleration, as far as these were asked.
         """
-        for row in self.rows():
-            yield scene_data(row)
+        for shard in self.folder.shards():
+            bodies: dict[str, list[Row]] = {}
+            for row in self.folder.rows("bodies", shard):
+                bodies.setdefault(row["scene"], []).append(row)
+            for row in self.folder.rows("scenes", shard):
+                yield scene_data(row, bodies.get(row["scene"], ()))
 
     def arrow(self, table: str = "scenes") -> Any:  # noqa: ANN401 - a pyarrow.Table, which has no types
         """Return a table as a pyarrow.Table, with units and meanings in the metadata of its fields."""
@@ -127,8 +131,8 @@ class BatchTables:
         return _imported("polars").from_arrow(self.arrow(table))
 
 
-def scene_data(row: Row) -> dict[str, Any]:
-    """Return a row of the table of scenes in the layout ``holdfast-answer/1``."""
+def scene_data(row: Row, bodies: Sequence[Row] = ()) -> dict[str, Any]:
+    """Return a row of the table of scenes, with those of its ``bodies``, in the layout ``holdfast-answer/1``."""
     answered, engine = row["outcome"] == ANSWERED, row["engine"]
     rows = []
     if row["weakest_lower"] is not None:
@@ -144,9 +148,35 @@ def scene_data(row: Row) -> dict[str, Any]:
         claim=engine_of(engine).claim.value if engine in ENGINES else None,
         rows=to_dict(rows),
         details={name: row[name] for name in ("scene", "path", "outcome", "engine", "seconds")}
-        | {name: row[name] or [] for name in ("moving", "crushed")},
+        | {name: row[name] or [] for name in ("moving", "crushed")}
+        | to_dict(_faults(row, bodies)),
         notes=[*(row["notes"] or ()), *(row["warnings"] or ())],
     )
+
+
+def _faults(row: Row, bodies: Sequence[Row]) -> dict[str, Any]:
+    """Return what hovers and sinks in a scene, and where it settles, as far as that was asked; old tables lack it."""
+    hovers = [
+        {"body": body["body"], "height": body["hovers"], "above": body["above"]}
+        for body in bodies
+        if body.get("hovers") is not None
+    ]
+    sinks = [
+        {"body": body["body"], "depth": body["sinks"], "into": body["into"]}
+        for body in bodies
+        if body.get("sinks") is not None
+    ]
+    found: dict[str, Any] = {"hovers": hovers, "sinks": sinks}
+    if row.get("settled_reason") is not None:
+        names = ("body", "moved", "turned_degrees")
+        went = [
+            {name: body[name] for name in names} | {"reason": body["settled_reason"]}
+            for body in bodies
+            if body["moved"] is not None
+        ]
+        found["settled"] = {"verdict": row["settled"], "reason": row["settled_reason"], "moved": row["moved"]}
+        found["settled"] |= {"bodies": went}
+    return found
 
 
 def read_batch(folder: str | os.PathLike[str]) -> BatchTables:

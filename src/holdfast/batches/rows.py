@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import Assembly, assemble
@@ -15,7 +14,9 @@ from holdfast.base.arrays import Float
 from holdfast.base.borders.worker import ANSWERED, ERROR, MEMORY
 from holdfast.base.errors import HoldfastError, HoldfastWarning
 from holdfast.base.files import noting_files
+from holdfast.batches.at_rest import add_faults, add_rest, pose_row
 from holdfast.batches.job import Digests, Job, Push, Touched, key_of_files
+from holdfast.batches.states import scenes_of
 from holdfast.batches.tables import TABLES, Row, Tables
 from holdfast.engines.answers import Answers
 from holdfast.engines.verdict import Status
@@ -27,6 +28,7 @@ from holdfast.scene.scene import Scene
 from holdfast.scene.shipped import shipped_scene
 
 Tell = Callable[[Tables], None]
+_digests = Digests()  # of files that all states of a model share
 
 
 def answered(job: Job, tell: Tell) -> Tables:
@@ -72,7 +74,8 @@ def _ask(job: Job, report: Callable[[], None], tables: Tables) -> None:
     """
     scenes, question = tables["scenes"][0], job.question
     scene = _read(job, report, scenes)
-    assembly = assemble(scene, **question.of("assemble"))
+    options = question.of("assemble")
+    assembly = assemble(scene, **options) if job.state is None else scenes_of(job).assembly(scene, options)
     scenes |= {
         "bodies": len(assembly.movable),
         "fixed": len(assembly.fixed),
@@ -81,17 +84,22 @@ def _ask(job: Job, report: Callable[[], None], tables: Tables) -> None:
         "overlaps": len(assembly.overlaps),
         "mass": float(assembly.mass.sum()),
     }
-    tables["bodies"] = [_body(assembly, k) for k in range(len(assembly.bodies))]
+    tables["bodies"] = bodies = [_body(assembly, k) for k in range(len(assembly.bodies))]
     tables["interfaces"] = _interfaces(assembly)
     for verb in question.verbs:
         report()
         match verb:
             case "stability":
                 _add_verdict(stability(assembly, **question.of(verb)), tables)
+                add_faults(assembly, tables["bodies"])
+            case "settle":
+                if not (scenes.get("status") == Status.STABLE and all(row.get("sinks") is None for row in bodies)):
+                    add_rest(scene, question.of(verb), tables)
+                else:
+                    scenes |= {"settled": scenes["status"], "settled_reason": "stands as it is", "moved": 0.0}
             case "map":
                 surfaces = robustness_map(assembly, **question.of(verb))
-                bodies = surfaces.body.tolist()
-                tables["pushes"] += _push_rows("map", surfaces, bodies, -surfaces.normals)
+                tables["pushes"] += _push_rows("map", surfaces, surfaces.body.tolist(), -surfaces.normals)
             case "transport":
                 limits = transport_limits(assembly, **question.of(verb))
                 rows = _columns(limits.answers, "acceleration")
@@ -115,13 +123,16 @@ def _read(job: Job, report: Callable[[], None], scenes: Row) -> Scene:
         scenes |= {"key": job.key, "files": []}
         report()
         return job.scene
-    touched = Touched()
+    touched = Touched() if job.state is None else scenes_of(job).touched
     try:
-        with noting_files(touched.note):
-            scene = load_scene(job.place, **job.question.of("load"))
+        if job.state is None:
+            with noting_files(touched.note):
+                scene = load_scene(job.place, **job.question.of("load"))
+        else:
+            scene = scenes_of(job).scene(job)
     finally:
         files = touched.relative_to(job.place)
-        scenes |= {"key": key_of_files(job, files, Digests()), "files": list(files)}
+        scenes |= {"key": key_of_files(job, files, _digests), "files": list(files)}
         report()
     try:
         touched.check()
@@ -133,14 +144,12 @@ def _read(job: Job, report: Callable[[], None], scenes: Row) -> Scene:
 
 def _body(assembly: Assembly, k: int) -> Row:
     body = assembly.bodies[k]
-    x, y, z = (float(v) for v in body.pose[:3, 3])
-    qx, qy, qz, qw = (float(v) for v in Rotation.from_matrix(body.pose[:3, :3]).as_quat(canonical=True))
     number = assembly.index[body.name]
     return {
         "body": body.name,
         "fixed": body.fixed,
         "mass": None if body.mass is None else float(body.mass),
-        **{"x": x, "y": y, "z": z, "qx": qx, "qy": qy, "qz": qz, "qw": qw},
+        **pose_row(body.pose),
         "group": None if body.fixed else int(assembly.group_of[number]),
     }
 

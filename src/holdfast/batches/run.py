@@ -14,6 +14,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from holdfast.applications.settled import settle
 from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import assemble
 from holdfast.base.arrays import checked_items, checked_mapping, checked_number, checked_whole
@@ -28,6 +29,7 @@ from holdfast.batches.folder import EarlierAnswers, Folder, ShardShare, opened
 from holdfast.batches.inputs import Input, Inputs, Scenes, as_text, csv_rows, inputs_of
 from holdfast.batches.job import BatchQuestion, Digests, Job, Push, key_of_files, key_of_value
 from holdfast.batches.result import BatchReport, counted
+from holdfast.batches.states import ModelStates, states_of
 from holdfast.batches.tables import TABLES, Journal, Record, Row, name_of
 from holdfast.batches.workers import answered_here, answered_there
 from holdfast.queries.map import robustness_map
@@ -38,10 +40,11 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
-VERBS = ("stability", "map", "transport", "push")
+VERBS = ("stability", "settle", "map", "transport", "push")
 ASKED: Mapping[str, Callable[..., Any]] = {
     "assemble": assemble,
     "stability": stability,
+    "settle": settle,
     "push": robustness,
     "map": robustness_map,
     "transport": transport_limits,
@@ -50,6 +53,7 @@ ASKED: Mapping[str, Callable[..., Any]] = {
 # transport are an option.
 GIVEN = ("assembly", "scene", "body", "points", "directions", "standing", "loads", "imperfect", "interfaces")
 ENGINE = "engine"
+KNOWN = "needs stability, settle, map, transport or push:FILE"
 MOST_BYTES = 500_000_000  # largest size of a file of pushes
 PUSH_COLUMNS = ("body", "x", "y", "z", "dx", "dy", "dz")
 MOST_IN_SHARD = 1_000_000  # more scenes for one process mean a mistake
@@ -59,23 +63,23 @@ MOST_WORKERS, MOST_PARTS = 4096, 1_000_000  # more processes or parts of a batch
 def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> BatchQuestion:
     """Return the question for the arguments ``ask`` and ``options`` of a batch.
 
-    ``ask`` is one of stability, map, transport and push:FILE, or several of them. ``options`` maps "load", "assemble"
-    and verbs to keyword arguments, and "engine" to the engine of all verbs. Raises HoldfastError if a verb or an option
-    is unknown.
+    ``ask`` is one of stability, settle, map, transport and push:FILE, or several of them. ``options`` maps "load",
+    "assemble" and verbs to keyword arguments, and "engine" to the engine of all verbs. Raises HoldfastError if a verb
+    or an option is unknown.
     """
-    words = [ask] if isinstance(ask, str) else checked_items(ask, "ask", "stability, map, transport or push:FILE")
+    words = [ask] if isinstance(ask, str) else checked_items(ask, "ask", KNOWN.removeprefix("needs "))
     pushes: tuple[Push, ...] = ()
     verbs = []
     for word in words:
         verb, colon, file = word.partition(":") if isinstance(word, str) else ("", "", "")
         if verb not in VERBS or bool(colon) != (verb == "push"):
-            remedy = "needs stability, map, transport or push:FILE"
+            remedy = KNOWN
             raise HoldfastError(message("ask", f"{quoted(word)} is unknown", remedy))
         if verb == "push":
             pushes += read_pushes(Path(file))
         verbs.append(verb)
     if not verbs:
-        raise HoldfastError(message("ask", "is empty", "needs stability, map, transport or push:FILE"))
+        raise HoldfastError(message("ask", "is empty", KNOWN))
     given = {} if options is None else options
     return BatchQuestion(tuple(verb for verb in VERBS if verb in verbs), _options(given), pushes)
 
@@ -174,11 +178,15 @@ def batch(
     iterable of paths, Scene objects, or pairs of a name and one of them. It is consumed one by one; names must be
     unique.
 
-    ``ask`` are ``"stability"``, ``"map"``, ``"transport"`` and ``"push:FILE"``, where the CSV file has the columns
-    body, x, y, z [m], dx, dy, dz (world frame) and, if pushes differ between scenes, scene. ``options`` maps
-    ``"load"``, ``"assemble"``, ``"stability"``, ``"map"``, ``"transport"`` and ``"push"`` to keyword arguments of the
-    functions that they call, and ``"engine"`` to the engine of all. Rows equal the answers of single calls, bit for
-    bit.
+    ``{model: states}`` asks about many states of one MuJoCo model. Each is a scene of its own, named by its number or
+    its demonstration. ``states`` is an array (n, w), or a .npy, .npz, .csv or .hdf5 file, of rows of qpos, of qpos and
+    qvel, or of time, qpos and qvel (docs/howto/start_states.md).
+
+    ``ask`` are ``"stability"``, ``"settle"`` (with stability, only scenes that do not stand are brought to rest),
+    ``"map"``, ``"transport"`` and ``"push:FILE"``, where the CSV file has the columns body, x, y, z [m], dx, dy, dz
+    (world frame) and, if pushes differ between scenes, scene. ``options`` maps ``"load"``, ``"assemble"`` and the names
+    of questions to keyword arguments of the functions that they call, and ``"engine"`` to the engine of all. Rows equal
+    the answers of single calls, bit for bit.
 
     ``out`` is the folder for the tables, in shards (docs/howto/batch.md). The same call resumes a batch that was
     stopped for any reason: a scene is computed again only if one of its files, the question or the version has changed,
@@ -206,7 +214,10 @@ def batch(
                 message("batch: retry", f"{quoted(name)} is no outcome", f"known: {', '.join(OUTCOMES)}")
             )
     again = frozenset(names)
-    given, part, path = inputs_of(scenes), _part(means.shard), checked_path(out, "folder of a batch")
+    part, path = _part(means.shard), checked_path(out, "folder of a batch")
+    if isinstance(scenes, Mapping):
+        scenes = states_of(list(scenes), next(iter(scenes.values()), ()), batch_question.of("load"))
+    given = scenes.inputs() if isinstance(scenes, ModelStates) else inputs_of(scenes)
     start = time.monotonic()
     with ExitStack() as stack, lines(_say):
         folder = opened(path, batch_question, means.shard_size, part, stack)
@@ -283,7 +294,7 @@ class Driver:
     def _job(self, number: int, item: Input) -> Job:
         """Return the job of one input, with the pushes on its scene alone: workers need not get all of a batch."""
         question = BatchQuestion(self.question.verbs, self.question.options)
-        job = Job(number, item.name, question, self.question.pushes_on(item.name), scene=item.scene)
+        job = Job(number, item.name, question, self.question.pushes_on(item.name), scene=item.scene, state=item.state)
         if item.path is None:
             return replace(job, key=key_of_value(job))
         return replace(job, path=as_text(item.path), place=os.path.abspath(item.path))

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -16,12 +16,13 @@ from holdfast.base.arrays import checked_number
 from holdfast.base.envelope import EXIT, envelope, enveloped, verdict_of
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
-from holdfast.base.text import many
+from holdfast.base.text import listed, many
 from holdfast.batches.gate import FAILED, UNDECIDED, Finding, GateRules, Result, Scenes, findings
 from holdfast.batches.inputs import inputs_of
 from holdfast.batches.result import read_batch
 from holdfast.batches.run import Resources
 from holdfast.batches.run import batch as run_batch
+from holdfast.batches.states import ModelStates, states_of
 from holdfast.cli.output import AsJson, out, print_json, progress
 from holdfast.report.batch_report import write_report
 from holdfast.report.gate_report import counted, write_junit, write_summary
@@ -39,19 +40,28 @@ Workers = Annotated[int | None, typer.Option(help="processes; default: one for e
 Seconds = Annotated[float, typer.Option(help="longest time of a scene in s")]
 Megabytes = Annotated[float, typer.Option(help="most memory of a scene in MB")]
 Scheduler = Annotated[str | None, typer.Option(help="address of a Dask scheduler, such as tls://host:8786")]
+States = Annotated[
+    Path | None,
+    typer.Option(help="states of the only scene, a MuJoCo model: .npy, .npz, .csv, .hdf5; each is a scene"),
+]
+Every = Annotated[bool, typer.Option("--every-state", help="HDF5: all states of each demonstration, not its first")]
 Certificate = Annotated[Path | None, typer.Option(help="PEM file for tls://")]
 
 
 def batch(
     scenes: Globs,
     folder: Annotated[Path, typer.Option("--out", metavar="DIR", help="folder of the tables; resumes what is there")],
-    ask: Annotated[str, typer.Option(help="stability, map, transport, push:FILE, with commas between")] = "stability",
+    ask: Annotated[
+        str, typer.Option(help="stability, settle, map, transport, push:FILE, with commas between")
+    ] = "stability",
     options: Options = None,
     workers: Workers = None,
     seconds: Seconds = 60.0,
     megabytes: Megabytes = Resources.megabytes,
     shard_size: Annotated[int, typer.Option(help="scenes in a file of each table")] = Resources.shard_size,
     shard: Annotated[str | None, typer.Option(metavar="I/N", help="only each N-th shard from I on: arrays")] = None,
+    states: States = None,
+    every: Every = False,
     retry: Annotated[str, typer.Option(help="outcomes to ask again: error, time, memory, crash")] = "",
     scheduler: Scheduler = None,
     tls_ca: Certificate = None,
@@ -64,15 +74,17 @@ def batch(
     The same command resumes a batch that was stopped. The exit code is 0 if every scene was answered, whatever the
     answers, and 3 if some were not: their rows say why.
     """
-    named, again = _scenes(scenes), tuple(filter(None, retry.split(",")))
+    again, own = tuple(filter(None, retry.split(","))), _read(options)
+    named = _scenes(scenes)
+    given = None if states is None else states_of(named, states, own.get("load", {}), every=every)
     files = {"tls_ca_file": tls_ca, "tls_client_cert": tls_cert, "tls_client_key": tls_key}
     with progress(), _client(scheduler, files) as where:
         result = run_batch(
-            named,
+            named if given is None else given,
             ask.split(","),
             out=folder,
             workers=workers,
-            options=_read(options),
+            options=own,
             seconds=seconds,
             retry=again,
             resources=Resources(megabytes, where, shard, shard_size),
@@ -117,6 +129,12 @@ def check(
         bool, typer.Option("--scenes-only", help="pass over YAML, JSON and XML files that are no scenes")
     ] = False,
     gap: Annotated[float | None, typer.Option(help="surfaces touch if they are this near, in m; as of assess")] = None,
+    states: States = None,
+    every: Every = False,
+    fix: Annotated[
+        Path | None, typer.Option(help="write the file of --states with settled states for those that do not stand")
+    ] = None,
+    travel: Annotated[float | None, typer.Option(help="a state settles by at most this in m; default: 0.03")] = None,
     options: Options = None,
     workers: Workers = None,
     seconds: Seconds = 60.0,
@@ -125,8 +143,9 @@ def check(
 ) -> None:
     """Check that many scenes stand or withstand pushes, and what changed since a baseline.
 
-    The exit code is 0 if all scenes pass; 1 if some fail, or changed by more than the tolerances; 2 for bad input; 3 if
-    none fails and some are undecided.
+    With --states every state of a model is a scene, and for those that do not stand it is said what hovers, sinks and
+    falls, and how far they would settle. The exit code is 0 if all scenes pass; 1 if some fail, or changed by more than
+    the tolerances; 2 for bad input; 3 if none fails and some are undecided.
     """
     if not stands and min_force is None and baseline is None:
         raise HoldfastError(message("check", "there is nothing to check", "give --stands, --min-force or --baseline"))
@@ -134,22 +153,40 @@ def check(
     rules = GateRules(stands, min_force, distance, turn_degrees, change)
     with ExitStack() as stack:
         before = None if baseline is None else Scenes.of(read_batch(baseline))
-        place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder
         named, others = _sorted_out(_scenes(scenes), scenes_only)
-        ask, given, limits = ["stability", *pushes], _with_gap(_read(options), gap), Resources(megabytes)
+        own = _with_gap(_read(options), gap)
+        given = None if states is None else states_of(named, states, own.get("load", {}), every=every)
+        place = Path(stack.enter_context(TemporaryDirectory())) / "batch" if folder is None else folder
+        limits, ask = Resources(megabytes), ["stability", *_settling(given, fix, travel, own), *pushes]
+        about = named if given is None else given
         with progress():
-            run_batch(named, ask, out=place, workers=workers, options=given, seconds=seconds, resources=limits)
-        verdicts = list(findings(Scenes.of(read_batch(place)), rules, before))
-        answers = {row["details"]["scene"]: row for row in read_batch(place).data()} if as_json else {}
+            run_batch(about, ask, out=place, workers=workers, options=own, seconds=seconds, resources=limits)
+        tables = read_batch(place)
+        verdicts = list(findings(Scenes.of(tables), rules, before))
+        answers = {row["details"]["scene"]: row for row in tables.data()} if as_json else {}
+        fixed, left = given.fix(tables, fix) if given is not None and fix is not None else ([], [])
     for path, write in ((junit, write_junit), (summary, write_summary)):
         if path is not None:
             write(verdicts, path)
+    said = counted(verdicts) + (f"; passed over {many(others, 'file')} without a scene" if others else "")
+    written = {} if fix is None else {"written": str(fix), "fixed": fixed, "left": left}
+    _tell_checks(verdicts, said, _notes(given, fix, fixed, left), written, answers if as_json else None)
+
+
+def _tell_checks(
+    verdicts: Sequence[Finding],
+    said: str,
+    notes: Sequence[str],
+    details: dict[str, Any],
+    answers: Mapping[str, dict[str, Any]] | None,
+) -> NoReturn:
+    """Print what was found in words or, with the ``answers`` by the names of scenes, in JSON; exit by the verdict."""
     counts: Counter[str] = Counter(each.result for each in verdicts)
     verdict = next((word for result, word in WORDS.items() if counts[result]), "stable")
-    said = counted(verdicts) + (f"; passed over {many(others, 'file')} without a scene" if others else "")
-    if as_json:
+    if answers is not None:
         rows = [_checked(each, answers) for each in verdicts]
-        print_json(envelope("check", verdict=verdict, reason=said, rows=rows, details={"counts": dict(counts)}))
+        details = {"counts": dict(counts)} | details
+        print_json(envelope("check", verdict=verdict, reason=said, rows=rows, details=details, notes=notes))
     else:
         for each in verdicts:
             if each.result in WORDS:
@@ -157,7 +194,33 @@ def check(
         for remedy in [each.remedy for each in verdicts if each.remedy][:1]:
             out.say(remedy, label="next:")
         out.say(said)
+        for note in notes:
+            out.say(note, label="note:", style="yellow")
     raise typer.Exit(EXIT[verdict])
+
+
+def _settling(given: ModelStates | None, fix: Path | None, travel: float | None, options: dict[str, Any]) -> list[str]:
+    """Return the further question about states, with its options; raise HoldfastError for options that need states."""
+    if given is None:
+        for name, value in (("--fix", fix), ("--travel", travel)):
+            if value is not None:
+                raise HoldfastError(message(name, "is about states", "give --states FILE"))
+        return []
+    if fix is not None:
+        given.check_target(fix)
+    if travel is not None:
+        options["settle"] = dict(options.get("settle", {})) | {"travel": travel}
+    return ["settle"]
+
+
+def _notes(given: ModelStates | None, fix: Path | None, fixed: list[str], left: list[str]) -> list[str]:
+    """Return notes on states: the later ones of demonstrations, which were not looked at, and the file written."""
+    later = 0 if given is None else given.rows.later
+    notes = [f"the first state of each demonstration; {later:,} later ones: --every-state"] if later else []
+    if fix is not None:
+        names = f": {listed(left)}" if left else ""
+        notes.append(f"wrote {fix}: {len(fixed):,} settled, {len(left):,} left though they do not stand{names}")
+    return notes
 
 
 def _checked(finding: Finding, answers: Mapping[str, dict[str, Any]]) -> dict[str, Any]:

@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from holdfast.base.arrays import Float, checked_truth
+from holdfast.base.arrays import checked_truth
 from holdfast.base.errors import SceneError, located, message
 from holdfast.base.text import listed, quoted
 from holdfast.scene.body import Body
 from holdfast.scene.formats.joints import Motors, Torques, never_touching
 from holdfast.scene.formats.links import BodyParts, BodyPiece, kept_apart, unique
 from holdfast.scene.formats.mjcf import mobility
-from holdfast.scene.formats.mjcf.mobility import IN_PARENT, JOINT, STILL, WRAP_JOINT, BodyOwners
+from holdfast.scene.formats.mjcf.mobility import FREE, IN_PARENT, JOINT, STILL, WRAP_JOINT, BodyOwners
 from holdfast.scene.formats.mjcf.rules import MESH, PLANE, GeomRules, kind_of, pose_of, solid_of
-from holdfast.scene.formats.simulators.simulated import body_of, relative
+from holdfast.scene.formats.simulators.simulated import body_of
 from holdfast.scene.friction import Friction
 from holdfast.scene.halfspace import HalfSpace
 from holdfast.scene.scene import Scene
@@ -120,6 +120,13 @@ def _groups(model: Any, owners: BodyOwners, rules: GeomRules) -> tuple[list[Geom
     return [group._replace(name=name) for group, name in zip(found, names, strict=True)], empty
 
 
+def free_joints(model: Any, data: Any, *, rigid: bool) -> dict[str, list[int]]:  # noqa: ANN401
+    """Return the numbers of the free joints that move with each movable body of ``from_mujoco``, by its name."""
+    groups, _ = _groups(model, mobility.find_groups(model, data, rigid=rigid), GeomRules(model))
+    joints = {int(model.jnt_bodyid[j]): j for j in range(int(model.njnt)) if model.jnt_type[j] == FREE}
+    return {g.name: [joints[b] for b in g.bodies if b in joints] for g in groups if not g.fixed}
+
+
 def _fixed_groups(model: Any, rules: GeomRules, b: int, geoms: list[int], moving: list[int]) -> list[list[int]]:  # noqa: ANN401
     """Divide the geoms of a fixed body among bodies of the scene.
 
@@ -144,18 +151,17 @@ def _body(model: Any, data: Any, group: GeomGroup, rules: GeomRules, motors: Mot
     if not group.geoms:
         return motors.ball(group.name, home, mobility.inertia_of(model, data, group.bodies))
     if group.fixed and len(group.geoms) == 1 and group.bodies[0] == 0:
-        geom = _collider(model, data, group.geoms[0], home, rules)
+        geom = _collider(model, data, group.geoms[0], 0, rules)
         return body_of(group.name, home @ geom.pose, [geom._replace(pose=np.eye(4))])
-    geoms = [_collider(model, data, g, home, rules) for g in group.geoms]
+    geoms = [_collider(model, data, g, group.bodies[0], rules) for g in group.geoms]
     return body_of(group.name, home, geoms, None if group.fixed else mobility.inertia_of(model, data, group.bodies))
 
 
-def _collider(model: Any, data: Any, g: int, home: Float, rules: GeomRules) -> BodyPiece:  # noqa: ANN401
-    """Return a geom in the frame ``home`` of its body of the scene."""
-    pose = pose_of(model, g)
-    frame = mobility.frame_of(data, int(model.geom_bodyid[g]))
-    if not np.array_equal(frame, home):
-        pose = relative(frame @ pose, home)
+def _collider(model: Any, data: Any, g: int, home: int, rules: GeomRules) -> BodyPiece:  # noqa: ANN401
+    """Return a geom in the frame of the body of the model, ``home``, whose frame its body of the scene has."""
+    pose, b = pose_of(model, g), int(model.geom_bodyid[g])
+    if b != home:
+        pose = mobility.carried(model, data, b, home) @ pose
     plane = model.geom_type[g] == PLANE
     shape = HalfSpace() if plane else solid_of(model, g)
     return BodyPiece(shape, pose, rules.materials[rules.of[g]], g)

@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 from xml.etree import ElementTree as Xml
 
 from holdfast.base.borders.foreign import foreign
@@ -24,9 +24,9 @@ from holdfast.base.errors import HoldfastError, HoldfastWarning, SceneError, mes
 from holdfast.base.files import check_ordinary
 from holdfast.base.text import quoted
 from holdfast.scene.formats.source import Source
-from holdfast.scene.scene import Scene
 from holdfast.scene.xml import root_name
 
+T = TypeVar("T")
 LIMITS = Limits(seconds=30.0, megabytes=2_000.0)
 ROOT = "mujoco"
 ELEMENTS, MADE = "elements", "made"
@@ -49,7 +49,7 @@ DECLARED = re.compile(r"<!\s*(DOCTYPE|ENTITY)", re.IGNORECASE)
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:")
 
 
-def read_apart(read: Callable[..., Scene], source: Source, options: Mapping[str, Any]) -> Scene:
+def read_apart(read: Callable[..., T], source: Source, options: Mapping[str, Any]) -> T:
     """Return ``read(source, **options)``, called in a process of its own; ``read`` is a function of a module.
 
     Raises what it raises, and SceneError if it needs more memory or time than LIMITS, or ends its process. A worker
@@ -65,19 +65,18 @@ def read_apart(read: Callable[..., Scene], source: Source, options: Mapping[str,
         warn(text)
     if isinstance(found, HoldfastError):
         raise found
-    scene: Scene = found
-    return scene
+    return cast(T, found)
 
 
 def read_in_worker(
     item: tuple[str, str, Path, bytes | None, dict[str, Any]], _: Callable[[Any], None]
-) -> tuple[Scene | HoldfastError, list[str]]:
-    """Read a file in the worker; return the scene, or the error, and the texts of warnings."""
+) -> tuple[Any, list[str]]:
+    """Read a file in the worker; return what was read, or the error, and the texts of warnings."""
     module, name, path, given, options = item
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            found: Scene | HoldfastError = getattr(import_module(module), name)(Source(path, given), **options)
+            found = getattr(import_module(module), name)(Source(path, given), **options)
         except HoldfastError as error:
             found = type(error)(str(error))
     return found, [str(each.message) for each in caught if isinstance(each.message, HoldfastWarning)]

@@ -267,14 +267,26 @@ def frame_of(data: Any, b: int) -> Float:  # noqa: ANN401
     return pose
 
 
+def carried(model: Any, data: Any, b: int, home: int) -> Float:  # noqa: ANN401
+    """Return the pose (4, 4) of a body in the frame of the body ``home`` that carries it.
+
+    Where no joint is between the two it is that of the model, to the last digit the same in every state, so that the
+    shapes of all states are one.
+    """
+    pose, at = np.eye(4), b
+    while at not in (home, STILL) and not model.body_jntnum[at]:
+        pose = pose_from(np.array(model.body_pos[at]), np.array(model.body_quat[at])) @ pose
+        at = int(model.body_parentid[at])
+    return pose if at == home else relative(frame_of(data, b), frame_of(data, home))
+
+
 def inertia_of(model: Any, data: Any, bodies: Sequence[int]) -> Inertial:  # noqa: ANN401
     """Return the inertia of several bodies that move as one, in the frame of the first of them."""
-    home = frame_of(data, bodies[0])
     each = []
     for b in bodies:
         to_first = pose_from(np.array(model.body_ipos[b]), np.array(model.body_iquat[b]))
         if b != bodies[0]:
-            to_first = relative(frame_of(data, b), home) @ to_first
+            to_first = carried(model, data, b, bodies[0]) @ to_first
         each.append(Inertial(float(model.body_mass[b]), np.zeros(3), np.diag(model.body_inertia[b])).seen(to_first))
     return together(each)
 

@@ -71,32 +71,76 @@ def read(
     The files to which the model refers must be in its own folder, or in the folder ``within``. Raises SceneError with
     MuJoCo's message for a model that MuJoCo refuses.
     """
-    options, path = {name: value for name, value in locals().items() if name != "source"}, source.path
+    options = {name: value for name, value in locals().items() if name != "source"}
+    model_options = {name: value for name, value in options.items() if name not in ("key", "qpos", "within")}
+    files = files_named(source, within)
+    if to_be_read_apart(source, files):
+        return read_apart(read, source, options)
+    return CompiledModel(source, files, **model_options).scene(key, qpos)
+
+
+def files_named(source: Source, within: str | os.PathLike[str] | None) -> list[Path]:
+    """Return the files that a model names; raise SceneError if one is missing, outside of ``within`` or hostile."""
+    path = source.path
     folder = path.parent if within is None else checked_path(within, "within")
     if parsed(source.text, str(path)).tag != ROOT:
         raise SceneError(message(str(path), "its root is not <mujoco>", "needs an MJCF model"))
-    files = files_of(source.text, path, folder)
+    return files_of(source.text, path, folder)
+
+
+def to_be_read_apart(source: Source, files: Sequence[Path]) -> bool:
+    """Tell whether a model needs a process of its own, as MuJoCo makes much of a few words; a worker is one."""
     models = [source, *(Source(each) for each in files if each.suffix.lower() == ".xml")]
-    if not is_limited() and any(MAKES.search(each.text) for each in models):
-        return read_apart(read, source, options)
-    mujoco = import_module("mujoco")
-    with _warnings(mujoco) as heard:
-        with foreign(str(path), "MuJoCo refuses it", "correct the model"):
+    return not is_limited() and any(MAKES.search(each.text) for each in models)
+
+
+class CompiledModel:
+    """A model that MuJoCo has compiled, whose scene in any state is made without reading its files again.
+
+    ``files`` are those that it names. Its options are those of ``read``, without key and qpos, and ``within``, which
+    ``files_named`` takes. ``model`` is the mujoco.MjModel, ``data`` the mujoco.MjData of the last scene.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        files: list[Path],
+        *,
+        rigid: bool = False,
+        hold_torques: Torques = False,
+        free: bool | Collection[str] = False,
+        pose: ArrayLike | None = None,
+        poses: Mapping[str, ArrayLike] | None = None,
+        floor: bool = False,
+    ) -> None:
+        self.path = source.path
+        self._options: dict[str, Any] = {"rigid": rigid, "hold_torques": hold_torques}
+        self._mujoco = mujoco = import_module("mujoco")
+        where = str(self.path)
+        with _warnings(mujoco) as self._heard, foreign(where, "MuJoCo refuses it", "correct the model"):
             spec = _spec_of(mujoco, source, files)
-            with located(str(path)):
+            with located(where):
                 unseen = _weighing_unseen(spec)
-                spec, notes, single = placed(mujoco, spec, free, pose, poses, floor)
-            model = spec.compile()
-            data = mujoco.MjData(model)
-            with located(str(path)):
-                _pose(mujoco, model, data, key, qpos)
-            mujoco.mj_forward(model, data)
-        with located(str(path)):
-            name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
-            name = path.stem if name in UNNAMED else name
-            scene = from_mujoco(model, data, rigid=rigid, hold_torques=hold_torques, name=name)
-            scene = renamed(scene, single)
-    return replace(scene, notes=(*notes, *unseen, *scene.notes, *(f"MuJoCo warns: {text}" for text in heard)))
+                spec, notes, self.renamed = placed(mujoco, spec, free, pose, poses, floor)
+            self.model = spec.compile()
+            self.data = mujoco.MjData(self.model)
+        self._notes = (*notes, *unseen)
+
+    def scene(self, key: str | int | None = None, qpos: ArrayLike | None = None) -> Scene:
+        """Return the scene at the model's initial positions, at those of the keyframe ``key``, or at ``qpos`` (nq,)."""
+        mujoco, model, data, where = self._mujoco, self.model, self.data, str(self.path)
+        with _warnings(mujoco) as heard:
+            with foreign(where, "MuJoCo refuses it", "correct the model"):
+                mujoco.mj_resetData(model, data)
+                with located(where):
+                    _pose(mujoco, model, data, key, qpos)
+                mujoco.mj_forward(model, data)
+            with located(where):
+                name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
+                name = self.path.stem if name in UNNAMED else name
+                scene = renamed(from_mujoco(model, data, name=name, **self._options), self.renamed)
+        warned = (f"MuJoCo warns: {text}" for text in dict.fromkeys((*self._heard, *heard)))
+        return replace(scene, notes=(*self._notes, *scene.notes, *warned))
 
 
 @contextmanager
@@ -132,7 +176,10 @@ def _spec_of(mujoco: Any, source: Source, files: list[Path]) -> Any:  # noqa: AN
     if spec.modelname in UNNAMED:
         spec.modelname = source.path.stem
     for room in UNUSED:
-        setattr(spec, room, -1)
+        try:
+            setattr(spec, room, -1)
+        except TypeError:  # unsigned in older versions
+            setattr(spec, room, 2**64 - 1)
     spec.memory = MOST_BYTES  # whatever the file says: enough for thousands of geoms, and none of it is used in advance
     for coloured in (*spec.geoms, *spec.sites, *spec.tendons, *spec.flexes):
         coloured.material = ""
