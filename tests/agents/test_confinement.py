@@ -154,6 +154,17 @@ def test_files_of_mjcf_elsewhere_are_refused(call: Call, name: str) -> None:
     refused(call("stands", path=name), "outside")
 
 
+def test_mjcf_of_the_folder_is_read_by_a_process_that_has_not_yet_imported_mujoco(home: Path) -> None:
+    pytest.importorskip("mujoco")
+    body = '<body pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .1"/></body>'
+    floor = '<geom name="floor" type="plane" size="1 1 1"/>'
+    (home / "scenes" / "box.xml").write_text(f"<mujoco><worldbody>{floor}{body}</worldbody></mujoco>")
+    limits = Confinement(folder=home / "scenes")
+    with Supervisor("holdfast.agents.answering:answered", limits, Limits(60, 2000)) as worker:
+        told = worker.ask(("stands", {"path": "box.xml", "picture": False})).value
+    assert told["data"]["verdict"] == "stable", told
+
+
 @pytest.mark.parametrize("name", ["up.usda", "absolute.usda"])
 def test_layers_elsewhere_are_refused(call: Call, home: Path, name: str) -> None:
     pytest.importorskip("pxr")

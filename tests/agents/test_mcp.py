@@ -5,8 +5,10 @@ from __future__ import annotations
 import base64
 import json
 import os
+import re
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Awaitable, Callable
 from importlib.util import find_spec
@@ -128,6 +130,15 @@ def test_a_call_that_is_cancelled_ends_at_once() -> None:
     cancelled, right = talk(asked)
     assert cancelled
     assert right.structured_content["verdict"] == "stable"  # it would wait for a minute behind the other
+
+
+@needs_mcp
+def test_the_line_that_tries_the_server_runs_as_it_stands() -> None:
+    (line,) = re.findall(r"```sh\n(.*?)```", exchange.PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    ready = f'holdfast() {{ "{sys.executable}" -m holdfast "$@"; }}\n'
+    done = subprocess.run(["bash", "-c", ready + line], capture_output=True, text=True, check=True)
+    assert '"serverInfo":{"name":"holdfast"' in done.stdout
+    assert len(done.stdout.splitlines()) == 1
 
 
 @needs_mcp

@@ -34,6 +34,7 @@ def test_a_check_names_what_hovers_and_writes_settled_states(folder: Path, call:
     assert "bowl sinks 2 mm into floor; settles by 2 mm" in out
     assert "1 passed, 1 failed, 1 undecided" in out
     assert "2 settled, 0 left" in out
+    assert "model.xml --qpos Q,Q,...` shows why" in " ".join(out.split())  # the model alone stands
     assert "hovers 110 mm" in (folder / "j.xml").read_text()
     code, out, _ = call(
         "check", folder / "model.xml", "--states", folder / "f.npy", "--stands", "--workers", 1, "--json"
@@ -78,3 +79,10 @@ def test_bad_input_is_told(folder: Path, call: Call, arguments: tuple[str, ...],
     code, _, err = call("check", folder / "model.xml", "--stands", "--workers", 1, *named)
     assert code == 2
     assert words in err
+
+
+def test_a_pickle_is_refused_with_a_line_of_python_that_can_be_copied(folder: Path, call: Call) -> None:
+    np.save(folder / "p.npy", np.array([{}], dtype=object))
+    code, _, err = call("check", folder / "model.xml", "--stands", "--states", folder / "p.npy")
+    assert code == 2
+    assert "numpy.savez('states.npz', array)" in " ".join(err.split())

@@ -70,6 +70,7 @@ def warm(limits: Confinement) -> None:
     sys.path[:] = [os.path.abspath(each) for each in sys.path if each]  # the folder's files are no modules
     for variable in ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH"):  # further folders of models
         os.environ.pop(variable, None)
+    os.environ["MUJOCO_GL"] = "disable"  # to look for a display, the import of MuJoCo would start a program
     _guards[:] = [ReadingGuard(limits)]
     if limits.folder is not None:
         os.chdir(limits.folder)

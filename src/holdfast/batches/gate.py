@@ -133,6 +133,8 @@ def remedy(row: Row, rules: GateRules) -> str:
         return READERS if asks else MORE.get(row["outcome"], "")
     path = row.get("path") or row["scene"]
     file = shlex.quote(f"./{path}" if path.startswith("-") else path)
+    if row.get("settled_reason"):  # a state of --states: the model alone has another pose
+        file += " --qpos Q,Q,..."
     if row["status"] != "stable":
         return f"`holdfast assess {file}` shows why, `holdfast settle {file}` where it would come to rest"
     if row.get("crushed"):

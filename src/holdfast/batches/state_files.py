@@ -32,7 +32,7 @@ NAMES = ("states", "qpos", "init_states")  # of arrays and datasets, the first o
 DEMOS = "data"  # the group of demonstrations in HDF5
 APART = Limits(seconds=120.0, megabytes=4_000.0)  # of the process that reads HDF5
 PLAIN = "biuf"  # kinds of numbers
-UNPICKLED = "pickles may run code: write its array with numpy.savez('states.npz', states=...)"
+UNPICKLED = "pickles may run code: write its array with numpy.savez('states.npz', array)"
 WHAT = "file of states"
 
 
