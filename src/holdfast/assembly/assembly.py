@@ -16,7 +16,7 @@ from holdfast.assembly.caution import (
     check_copies,
     check_units,
     doubts_of_scene,
-    warn_of_centres,
+    warn_of_bodies,
     warn_of_gap,
     warn_of_huge,
     warn_of_overlaps,
@@ -348,11 +348,8 @@ class Assembly(Record):
         """
         scene = altered(self.scene.moved(poses), notes=notes)
         check_copies(scene)
-        if not allow_large:
-            warn_of_huge(scene.movable)
-        warn_of_centres(scene.movable)
-        if not self.tolerances.by_pair:
-            warn_of_gap(scene.movable, self.tolerances.gap)
+        gap = None if self.tolerances.by_pair else self.tolerances.gap
+        warn_of_bodies(scene.movable, gap, allow_large=allow_large)
         made = _search(scene, self.tolerances.on(scene), (), before=self.found)
         return self.heir(replace(made, scene=with_notes(scene, doubts_of_scene(scene, made.interfaces, made.overlaps))))
 
@@ -483,10 +480,7 @@ def assemble(
     tolerances = tolerances_of(scene, gap, angle_degrees, sigma)
     if not checked_truth(allow_large, "assemble: allow_large"):
         check_units(scene.movable)
-        warn_of_huge(scene.movable)
-    warn_of_centres(scene.movable)
-    if not tolerances.by_pair:
-        warn_of_gap(scene.movable, tolerances.gap)
+    warn_of_bodies(scene.movable, None if tolerances.by_pair else tolerances.gap, allow_large=allow_large)
     if interfaces is not None:
         scene = with_notes(scene, doubts_of_scene(scene))
         return Assembly(scene, _given(scene, interfaces), tolerances, detected=False)

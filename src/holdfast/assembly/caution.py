@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
@@ -127,6 +127,15 @@ def _dense(body: Body) -> str:
     what = "heavier than any material" if density > HEAVIEST else "lighter than air"
     amount = f"{body.mass:,.6g} kg in {1e3 * volume:,.3g} litres, {density:,.3g} kg/m³"
     return f"{amount}, is {what}: are these kilograms and metres?"
+
+
+def warn_of_bodies(bodies: Collection[Body], gap: float | None, *, allow_large: bool) -> None:
+    """Warn of huge bodies, unless allowed, of odd centres of mass, and of bodies thinner than the ``gap`` [m]."""
+    if not allow_large:
+        warn_of_huge(bodies)
+    warn_of_centres(bodies)
+    if gap is not None:
+        warn_of_gap(bodies, gap)
 
 
 def warn_of_huge(bodies: Iterable[Body]) -> None:

@@ -100,7 +100,7 @@ def doctor(as_json: AsJson = False) -> None:
     for extra, packages in facts["packages"].items():
         for name, version in packages.items():
             table.add_row(extra, name, version or f"missing: {installing(extra)}")
-    out.print(table)
+    out.print(table, width=120, crop=False)  # commands that install what is missing are whole in any terminal
 
 
 def examined() -> dict[str, Any]:
