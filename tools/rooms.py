@@ -20,7 +20,7 @@ from matplotlib.path import Path as Curve
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "holdfast"
-SIDE = {"elastic": -1, "drawing": -1, "settling": 1, "conic": 1, "agents": 1}  # columns of the rooms beside the main stair
+SIDE = {"elastic": -1, "drawing": -1, "settling": 1, "conic": 1, "agents": 1}  # columns of rooms beside the stair
 WIDE, HIGH, ACROSS = 3.5, 0.66, 4.6  # width and height of a box, distance of columns; floors are 1 apart
 TINTS = {2: "#e9edf2", 5: "#dbe8f6", 8: "#dcefe0", 10: "#fbeccd", 14: "#f6dede"}  # up to this floor
 
