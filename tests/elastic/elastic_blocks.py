@@ -79,6 +79,9 @@ class Walk:
         self.event = Event(core.advance(self.model, self.work, self.stepper, self.fronts))
         return self.event
 
+    def set_out(self) -> bool:
+        return core.set_out(self.model, self.work, self.stepper, self.fronts)
+
     def cross(self) -> Event:
         return Event(core.cross_change(self.model, self.work, self.stepper, self.fronts))
 

@@ -99,6 +99,40 @@ def test_a_step_that_fails_where_no_node_changes_is_shortened_until_it_is_stuck(
     assert [walk.step() for _ in range(4)] == [*[Event.SHORTENED] * 3, Event.STUCK]
 
 
+def test_a_path_is_set_out_towards_the_state_that_a_small_load_leads_to() -> None:
+    """Sideways the base gives by s and tilts by s over the moment of its springs, 1/4: the centre moves by 5 s."""
+    walk = Walk(2.0, push(X))
+    walk.stepper.tangent[:] = 0, 1, 0, 0, 0, 0
+    assert walk.set_out()
+    length = np.hypot(5, 4)
+    np.testing.assert_allclose(walk.stepper.tangent, np.array([5, 0, 0, 0, 4, 0]) / length, atol=1e-6)
+    assert walk.stepper.now.slope == pytest.approx(1 / length, rel=1e-6)
+    assert walk.stepper.now.step == pytest.approx(0.1 * length, rel=1e-6)
+    assert walk.step() is Event.ADVANCED
+    assert walk.stepper.now.s == pytest.approx(0.1, rel=1e-6)
+
+
+def test_a_path_is_set_out_once_and_from_its_beginning() -> None:
+    walk = Walk(2.0, push(X))
+    assert walk.set_out()
+    assert not walk.set_out()
+    walk = Walk(2.0, push(X))
+    assert walk.step() is Event.ADVANCED
+    assert not walk.set_out()
+
+
+@pytest.mark.parametrize(
+    ("mu", "changed"),
+    [(0.05, {}), (2.0, {"slope": -1.0}), (2.0, {"elastic": 0.02})],
+    ids=["slides at half of that load", "falls from the beginning", "far"],
+)
+def test_a_path_is_not_set_out_where_its_state_may_be_another(mu: float, changed: dict[str, float]) -> None:
+    walk = Walk(mu, push(X))
+    for name, value in changed.items():
+        setattr(walk.stepper.now, name, value)
+    assert not walk.set_out()
+
+
 def test_behind_a_change_of_one_node_the_path_goes_on() -> None:
     walk = Walk(0.2, push((1.0, 0.2, 0.0), 0.3))
     assert walk.cross() is Event.NODE_CHANGED

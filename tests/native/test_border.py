@@ -159,6 +159,7 @@ CALLS: dict[str, Callable[[], Arguments]] = {
     "begin": lambda: elastic(stepper=stepper(), start=q(), load=push()),
     "advance": lambda: elastic(stepper=stepper()),
     "cross_change": lambda: elastic(stepper=stepper()),
+    "set_out": lambda: elastic(stepper=stepper()),
     "land": lambda: bare(work=core.Work(bricks().model, None), stepper=stepper(), s=0.0, sign=1.0),
     "turn": lambda: {"work": core.Work(bricks().model, None), "sign": 1.0, "orientation": 1.0, "tangent": q()},
     "torn": lambda: {

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table as RichTable
 
 from holdfast import __version__
 from holdfast.base.envelope import envelope
@@ -96,11 +95,12 @@ def doctor(as_json: AsJson = False) -> None:
     out.say(
         f"holdfast {facts['holdfast']}, Python {facts['python']}, {facts['system']}, {many(facts['cores'], 'core')}"
     )
-    table = RichTable("needed for", "package", "version", box=None, pad_edge=False)
+    rows = [("needed for", "package", "version")]
     for extra, packages in facts["packages"].items():
-        for name, version in packages.items():
-            table.add_row(extra, name, version or f"missing: {installing(extra)}")
-    out.print(table, width=120, crop=False)  # commands that install what is missing are whole in any terminal
+        rows += [(extra, name, version or f"missing: {installing(extra)}") for name, version in packages.items()]
+    first, second = (max(len(row[k]) for row in rows) for k in range(2))
+    for extra, name, version in rows:  # not as a table: one is cut at the width of the terminal
+        out.print(f"{extra:{first}}  {name:{second}}  {version}", soft_wrap=True)
 
 
 def examined() -> dict[str, Any]:

@@ -250,6 +250,14 @@ void bind_steps(nb::module_& m) {
         },
         "model"_a, "work"_a, "stepper"_a, "fronts"_a.none(), nogil());
     m.def(
+        "set_out",
+        [](const Elastic& model, Work& work, Stepper& stepper, const std::optional<Fronts>& fronts) {
+            const Fronts* chosen = checked(model, work, stepper, fronts);
+            Breath breath;
+            return set_out(model, work, stepper, chosen, breath);
+        },
+        "model"_a, "work"_a, "stepper"_a, "fronts"_a.none(), nogil());
+    m.def(
         "cross_change",
         [](const Elastic& model, Work& work, Stepper& stepper, const std::optional<Fronts>& fronts) {
             const Fronts* chosen = checked(model, work, stepper, fronts);
