@@ -32,12 +32,12 @@ def test_transport_says_one_number_in_its_head_table_picture_and_json() -> None:
     assert found.lower[row] < found.lower[int(np.argmin(found.acceleration))]  # here the two directions differ
     value, degrees = number(found.lower[row]), f"{3.6 * row:.4g}°"
     told = text_of(transport_report(found))
-    assert f"proved to hold up to {value} m/s² in every direction, the least towards {degrees}" in told
+    assert f"estimated to hold up to {value} m/s² in every direction, the least towards {degrees}" in told
     (arc,) = [line.split() for line in told.splitlines() if "topple: vase" in line and "from" not in line]
     assert arc[4:6] == [value, degrees]
     lines = polar_picture([found]).curves[0].lines
-    assert f"proved to hold up to {value} in every direction, the least at {degrees}" in lines
-    assert f"proved to hold up to {value} m/s²" in repr(found)
+    assert f"estimated to hold up to {value} in every direction, the least at {degrees}" in lines
+    assert f"estimated to hold up to {value} m/s²" in repr(found)
     data = json.loads(json.dumps(found.to_dict()))
     assert data["holds"] == {"lower": found.lower[row], "row": row, "direction": found.directions[row].tolist()}
 
@@ -45,7 +45,7 @@ def test_transport_says_one_number_in_its_head_table_picture_and_json() -> None:
 def test_a_map_says_what_holds_everywhere() -> None:
     found = hf.robustness_map(shelf(), spacing=0.03)
     row = int(np.argmin(found.lower))
-    held = f"proved to hold up to {number(found.lower[row], 'N')}"
+    held = f"estimated to hold up to {number(found.lower[row], 'N')}"
     assert f"{held} at every point, the least on {found.body[row]} at (" in text_of(map_report(found))
     assert f"{held} everywhere" in picture_of(found).subtitle
     holds = found.to_dict()["holds"]

@@ -162,7 +162,7 @@ inline Around slides_evenly(const Bed& bed, const Six& rest, const Six& load, do
 // Tell how a contact gives way under ``rest`` plus a growing multiple of ``load``, and write when to ``out``: θ, a θ
 // that is certainly not too large and one that is not too small, and the motion with which it slides or, if it tips,
 // the number of the edge of the hull, that of another one that it reaches at once, or -1, and how fast it does so, over
-// the first. From θ = ``until`` on, something else gives way: NEVER says that this contact does not before.
+// the first; then 1 if between two places on the way experience was believed (RISES), not a bound, else 0. From θ = ``until`` on, something else gives way: NEVER says that this contact does not before.
 inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double until, Scratch& s, double* out) {
     for (int i = 0; i < 6; ++i) {
         if (!std::isfinite(rest[i]) || !std::isfinite(load[i])) return UNKNOWN;
@@ -187,9 +187,10 @@ inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double u
             rate = behind;
         }
     }
-    const auto write = [out](double at, double low, double high, double a, double b, double c) {
-        const double all[] = {at, low, high, a, b, c};
-        std::copy_n(all, 6, out);
+    bool believed = false;
+    const auto write = [out, &believed](double at, double low, double high, double a, double b, double c) {
+        const double all[] = {at, low, high, a, b, c, believed ? 1.0 : 0.0};
+        std::copy_n(all, 7, out);
     };
     const double end = edge < 0 ? tips : sooner_than(tips, SHORT);
     const double lifted = std::min(lifts_at(bed, rest, load, s), end);
@@ -227,6 +228,7 @@ inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double u
         if (!sure && step > FINEST && std::max(before, share) > 1 - RISES * std::min(step, 1.0)) {
             step /= 2;
         } else {
+            believed |= !sure && step > 0.0;
             low = at;
             before = share;
             squares = most;
@@ -238,6 +240,7 @@ inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double u
               rate != 0.0 ? slower / rate : 0.0);
         return edge < 0 ? NEVER : TIPS;
     }
+    const double below = low;
     double at = high;
     for (int round = 0; round < 60; ++round) {  // Newton's method between two places of which one holds
         const double slope = slope_at(bed, rest, load, share, s);
@@ -250,7 +253,10 @@ inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double u
         if (share < 0.0) return UNKNOWN;
         (share > 1.0 ? high : low) = at;
     }
-    const double around = 10 * CERTAIN * at * (1 - at);
+    const double around = 10 * CERTAIN * at * (1 - at), most = s.p[0] * s.q[0] + s.p[1] * s.q[1] + s.p[2] * s.q[2];
+    // that friction does not run out, come back and run out again
+    believed |= at - around > below &&
+                !(most_between(bed, rest, load, below, at - around, std::max(squares, most)) < 1.0);
     write(at, std::max(at - around, 0.0), std::min(at + around, tips), s.m[0], s.m[1], s.m[2]);
     return SLIDES;
 }

@@ -111,18 +111,18 @@ void bind_trees(nanobind::module_& m) {
             expect(loads.size(1) == 6 && until.size() == loads.size(), "loads of six numbers, and an end for each");
             for (double end : until) expect(!(end < 0.0), "ends that are not negative");
             const Six at_rest = six(rest);
-            std::pair<Array<double, 2>, Array<Int>> found{Array<double, 2>({loads.size(), 6}),
+            std::pair<Array<double, 2>, Array<Int>> found{Array<double, 2>({loads.size(), 7}),
                                                           Array<Int>({loads.size()})};
             Scratch s;
             for (Int k = 0; k < loads.size(); ++k) {
                 s.m = {};  // so that no answer depends on the load before
-                double* out = found.first.numbers.data() + 6 * k;
+                double* out = found.first.numbers.data() + 7 * k;
                 found.second.numbers[k] = first_exit(bed, at_rest, six(loads[k]), until[k], s, out);
             }
             return found;
         },
         "bed"_a, "rest"_a, "loads"_a, "until"_a, nogil(),
-        "Return what ``first_exit`` finds of each of the loads (n, 6): (n, 6) numbers, and the kinds (n,).");
+        "Return what ``first_exit`` finds of each of the loads (n, 6): (n, 7) numbers, and the kinds (n,).");
     m.def(
         "share_at_rest",
         [](const Bed& bed, In rest) {

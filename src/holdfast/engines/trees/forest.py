@@ -72,7 +72,8 @@ class Exit(NamedTuple):
 
     ``bridge`` (n,) is the number of the contact that gives way, -1 for none, and ``twist`` (n, 6) the motion of all
     that is behind it, about the world's origin. It ``slides`` (n,) or tips, and is ``tied`` (n,) if another contact, or
-    another edge, gives way at once.
+    another edge, gives way at once. A row is ``proved`` (n,) unless experience was believed between two places on its
+    way, where a bed has lifted in part (native/first_exit.hpp).
     """
 
     factor: Float
@@ -82,11 +83,11 @@ class Exit(NamedTuple):
     twist: Float
     slides: Bool
     tied: Bool
+    proved: Bool
 
     def rows(self, which: Bool) -> Exit:
         """Return the rows ``which`` (n,) names."""
-        at = self.bridge[which], self.twist[which], self.slides[which], self.tied[which]
-        return Exit(self.factor[which], self.lower[which], self.upper[which], *at)
+        return Exit(*(column[which] for column in self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +212,8 @@ class Forest:
         count = W.shape[1]
         wrenches = np.ascontiguousarray(W.T).reshape(count, len(W) // 6, 6)
         at, low, high = np.ones((3, count))
-        bridge, twist, (slides, tied) = np.full(count, -1), np.zeros((count, 6)), np.zeros((2, count), dtype=bool)
+        bridge, twist = np.full(count, -1), np.zeros((count, 6))
+        slides, tied, believed = np.zeros((3, count), dtype=bool)
         for number, one in enumerate(self.bridges):
             rows = np.flatnonzero((wrenches[:, one.beyond] != 0).any(axis=(1, 2)) & ~np.isnan(at))
             if not len(rows):
@@ -229,12 +231,14 @@ class Forest:
             tied[rows] = np.where(sooner, (kinds == core.TIPS) & (out[:, 4] >= 0), tied[rows]) | close
             bridge[rows[sooner]], slides[rows[sooner]] = number, kinds[sooner] == core.SLIDES
             ends = sooner & ((kinds == core.SLIDES) | (kinds == core.TIPS))
-            twist[rows[ends]] = one.twists(kinds[ends] == core.SLIDES, out[ends, 3:])
+            twist[rows[ends]] = one.twists(kinds[ends] == core.SLIDES, out[ends, 3:6])
+            believed[rows] |= out[:, 6] > 0
             for theta, new in zip((at, low, high), x.T, strict=True):
                 theta[rows] = np.minimum(theta[rows], new)  # not known if one is not
         with np.errstate(divide="ignore"):
             factor, lower, upper = (theta / (1 - theta) for theta in (at, low, high))
-        return Exit(factor, lower, upper, np.where(np.isfinite(factor), bridge, -1), twist, slides, tied)
+        bridge = np.where(np.isfinite(factor), bridge, -1)
+        return Exit(factor, lower, upper, bridge, twist, slides, tied, ~believed)
 
     def how_each_ends(self, found: Exit, W: Float) -> tuple[str, ...]:
         """Say in a text for each of the loads W (6J, n) which contact gives way, and what it carries just before."""

@@ -279,7 +279,7 @@ class TreeState:
             lower=found.lower,
             status=[Status.FINITE if one else Status.INFINITE for one in finite],
             mechanism=self._mechanisms(found),
-            lower_bound=Bound.PROVED,
+            lower_bound=Bound.PROVED if found.proved.all() else Bound.ESTIMATED,
             steps=(Step(NAME, WHY, found.factor, found.lower, said),),
         )
 
