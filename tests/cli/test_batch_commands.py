@@ -38,7 +38,18 @@ def folder(tmp_path: Path) -> Path:
 def test_a_batch_is_told_and_reported_on_one_page(folder: Path, call: Call) -> None:
     options = folder / "options.json"
     options.write_text(json.dumps({"engine": "limit", "transport": {"directions": [[1, 0, 0]]}}))
-    arguments = ("--out", folder / "out", "--ask", "stability,transport", "--options", options, "--workers", 1)
+    arguments = (
+        "--out",
+        folder / "out",
+        "--ask",
+        "stability",
+        "--ask",
+        "transport",
+        "--options",
+        options,
+        "--workers",
+        1,
+    )
     code, out, _ = call("batch", folder / "in", *arguments)
     assert code == 3
     assert "3 scenes: 2 answered, 1 error, 2 stable" in out.replace("\n", " ")
@@ -47,6 +58,7 @@ def test_a_batch_is_told_and_reported_on_one_page(folder: Path, call: Call) -> N
     told = json.loads(out)
     assert (code, told["verdict"], told["details"]["asked"], told["details"]["kept"]) == (3, "undecided", 0, 3)
     assert sorted(str(row["verdict"]) for row in told["rows"]) == ["stable", "stable", "undecided"]
+    assert [len(row["rows"]) for row in told["rows"] if row["verdict"] == "stable"] == [1, 1]  # accelerations along x
     assert call("report", folder / "out")[0] == 0
     page = (folder / "out" / "report.html").read_text(encoding="utf-8")
     assert "<script" not in page
@@ -159,3 +171,15 @@ def test_bad_input_is_told(
     code, _, err = call(*arguments)
     assert code == 2
     assert words in err
+
+
+def test_a_check_prints_what_readers_guessed_with_the_number_of_scenes(tmp_path: Path, call: Call) -> None:
+    link = '<link name="l"><collision name="c"><geometry><box><size>1 1 0.1</size></box></geometry></collision></link>'
+    for name, height in (("near", 0.1), ("far", 2.0)):
+        above = f'<model name="up"><pose>0 0 {height} 0 0 0</pose>{link}</model>'
+        world = f'<world name="w"><model name="floor"><static>true</static>{link}</model>{above}</world>'
+        (tmp_path / f"{name}.sdf").write_text(f'<sdf version="1.9">{world}</sdf>')
+    code, out, _ = call("check", tmp_path / "*.sdf", "--stands", "--workers", 1)
+    said = " ".join(out.split())
+    assert code == 1
+    assert "note: link up::l: mass 1 kg, which SDF says where a file says none (2 scenes)" in said

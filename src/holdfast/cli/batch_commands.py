@@ -44,6 +44,7 @@ States = Annotated[
     Path | None,
     typer.Option(help="states of the only scene, a MuJoCo model: .npy, .npz, .csv, .hdf5; each is a scene"),
 ]
+MOST_NOTES = 8  # of readers, that a check prints
 Every = Annotated[bool, typer.Option("--every-state", help="HDF5: all states of each demonstration, not its first")]
 Certificate = Annotated[Path | None, typer.Option(help="PEM file for tls://")]
 
@@ -52,8 +53,8 @@ def batch(
     scenes: Globs,
     folder: Annotated[Path, typer.Option("--out", metavar="DIR", help="folder of the tables; resumes what is there")],
     ask: Annotated[
-        str, typer.Option(help="stability, settle, map, transport, push:FILE, with commas between")
-    ] = "stability",
+        list[str] | None, typer.Option(help="stability (default), settle, map, transport, push:FILE; commas between")
+    ] = None,
     options: Options = None,
     workers: Workers = None,
     seconds: Seconds = 60.0,
@@ -81,7 +82,7 @@ def batch(
     with progress(), _client(scheduler, files) as where:
         result = run_batch(
             named if given is None else given,
-            ask.split(","),
+            ",".join(ask or ["stability"]).split(","),
             out=folder,
             workers=workers,
             options=own,
@@ -163,14 +164,19 @@ def check(
             run_batch(about, ask, out=place, workers=workers, options=own, seconds=seconds, resources=limits)
         tables = read_batch(place)
         verdicts = list(findings(Scenes.of(tables), rules, before))
-        answers = {row["details"]["scene"]: row for row in tables.data()} if as_json else {}
+        answers = {row["details"]["scene"]: row for row in tables.data()}
         fixed, left = given.fix(tables, fix) if given is not None and fix is not None else ([], [])
     for path, write in ((junit, write_junit), (summary, write_summary)):
         if path is not None:
             write(verdicts, path)
     said = counted(verdicts) + (f"; passed over {many(others, 'file')} without a scene" if others else "")
     written = {} if fix is None else {"written": str(fix), "fixed": fixed, "left": left}
-    _tell_checks(verdicts, said, _notes(given, fix, fixed, left), written, answers if as_json else None)
+    notes = _notes(given, fix, fixed, left)
+    if not as_json:  # where each scene has its own
+        told = Counter(note for answer in answers.values() for note in answer["notes"])
+        notes += [f"{note} ({many(count, 'scene')})" for note, count in told.most_common(MOST_NOTES)]
+        notes += [f"{many(len(told) - MOST_NOTES, 'further note')}: --json"] if len(told) > MOST_NOTES else []
+    _tell_checks(verdicts, said, notes, written, answers if as_json else None)
 
 
 def _tell_checks(

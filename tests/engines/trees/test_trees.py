@@ -45,7 +45,7 @@ def test_a_block_tips_or_slides_as_by_hand() -> None:
 
 @pytest.mark.parametrize(("height", "mode"), [(0.12, "slip"), (0.19, "topple")])
 def test_where_friction_is_looked_at_in_places_alone_nothing_is_called_proved(height: float, mode: str) -> None:
-    """Pushed off its middle a block also turns, and between two places on the way nothing but experience bounds that."""
+    """Pushed off its middle a block also turns, and between two places on the way only experience bounds that."""
     found = hf.robustness(tower((0.1, 0.2, 2.0), mu=0.4), "b0", (-0.05, 0.01, height), (1, 0, 0))
     assert found.answers.mechanism[0].mode == mode
     assert str(found.lower_bound) == "estimated"

@@ -87,7 +87,8 @@ class Exit(NamedTuple):
 
     def rows(self, which: Bool) -> Exit:
         """Return the rows ``which`` (n,) names."""
-        return Exit(*(column[which] for column in self))
+        at = self.bridge[which], self.twist[which], self.slides[which], self.tied[which], self.proved[which]
+        return Exit(self.factor[which], self.lower[which], self.upper[which], *at)
 
 
 @dataclass(frozen=True, eq=False)
