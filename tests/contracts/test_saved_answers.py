@@ -1,4 +1,4 @@
-"""Answers that 1.0.0rc1 and a later day saved are read: each tells what it told when it was saved.
+"""Answers that 1.0.0rc1 and 1.0.0 saved are read: each tells what it told when it was saved.
 
 ``told.json`` holds for each file what the answer showed and told as plain data. Answers of 1.0.0rc1 lack columns that
 it had and no version has any more.
