@@ -17,7 +17,7 @@ if getattr(sys, "argv", [])[:1] == ["-m"] and sys.path[0] == os.getcwd() != os.p
 from holdfast.base.names import homes_in_stub, names_of_stub
 from holdfast.base.painters import painters_come_from
 
-__version__ = "1.0.0rc1"
+__version__ = "1.0.0"
 
 
 def _elsewhere(name: str) -> str | None:
