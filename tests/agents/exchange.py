@@ -18,7 +18,7 @@ from typing import Any
 PAGE = Path(__file__).parents[2] / "docs" / "howto" / "agents.md"
 BEGIN, END = "<!-- exchange -->\n", "<!-- end of exchange -->"
 DOTS = "..."
-WIDTH = 130  # characters of a line of the page
+WIDTH = 116  # characters of a line of the page
 CRATE: dict[str, Any] = {
     "format": "holdfast-scene/1",
     "name": "crate",
@@ -75,29 +75,26 @@ def recorded() -> list[tuple[str, dict[str, Any]]]:
         parameters = [__file__, "copy", str(log), *command]
         anyio.run(talk, StdioServerParameters(command=sys.executable, args=parameters, env=env))
         lines = log.read_text(encoding="utf-8").splitlines()
-    return [(line[0], shortened(json.loads(line[1:]))) for line in lines]
+    messages = [(line[0], json.loads(line[1:])) for line in lines]
+    calls = {message["id"] for _, message in messages if message.get("method") == "tools/call"}
+    return [(mark, shortened(message)) for mark, message in messages if message.get("id") in calls]
 
 
 def shortened(message: dict[str, Any]) -> dict[str, Any]:
     """A message without what is long or changes with versions."""
-    result, given = message.get("result", {}), message.get("params", {})
-    for part in (given, result):
+    result = message.get("result", {})
+    for part in (message.get("params", {}), result):
         part.pop("_meta", None)
-        for who in ("clientInfo", "serverInfo"):
-            if who in part:
-                part[who]["version"] = DOTS
-    result.get("capabilities", {}).pop("experimental", None)  # the first versions have it, empty, and empty params
-    if given == {}:
-        message.pop("params", None)
-    for tool in result.get("tools", []):
-        tool["inputSchema"] = tool["outputSchema"] = tool["annotations"] = DOTS
+    answer = result.get("structuredContent", {})
+    if "details" in answer:
+        answer["details"] = DOTS
+    for row in answer.get("rows", []):
+        row["mechanism"] = DOTS
     for block in result.get("content", []):
         if block["type"] == "image":
             block["data"] = block["data"][:16] + DOTS
         elif block["text"].startswith('{"version"'):
             block["text"] = '{"version": "holdfast-answer/1", ' + DOTS
-    if "instructions" in result:
-        result["instructions"] = result["instructions"].partition(". ")[0] + DOTS
     return message
 
 
