@@ -47,7 +47,7 @@ class Claim(StrEnum):
 class Bound(StrEnum):
     """How a bound of the true answer is known."""
 
-    PROVED = auto()  # a certificate proves it in exact arithmetic, whatever a solver or rounding may have done
+    PROVED = auto()  # by exact arithmetic, whatever a solver or rounding did; on trees, by a bound of the whole way
     ESTIMATED = auto()  # it follows from an estimate of all errors, with a margin
     NONE = auto()  # the value is not a bound of the true answer
 
