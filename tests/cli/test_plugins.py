@@ -172,3 +172,13 @@ def test_in_python_it_is_loaded_once_and_workers_have_the_same_version(
     assert sys.modules["counted"].times == 1
     with pytest.raises(hf.HoldfastError, match=r"a worker has counted:count of package counted .*, and not counted 9"):
         warm(Job(0, "", BatchQuestion(("stability",), plugins={"counted": "counted 9"})))
+
+
+def test_a_scene_file_cannot_name_one(holdfast: Run, tmp_path: Path) -> None:
+    hf.save_scene(hf.shipped_scene("cube"), tmp_path / "home" / "cube.yaml")
+    with (tmp_path / "home" / "cube.yaml").open("a") as file:
+        file.write("plugins: [boxes]\n")
+    done = holdfast("assess", "cube.yaml")
+    assert done.returncode == 2
+    assert "plugins" in done.stderr
+    assert "loaded" not in done.stderr
