@@ -235,6 +235,13 @@ class Mesh(Record):
 
     Raises GeometryError if there are no triangles or a face has an invalid index. ``Body`` and ``Part`` take a
     trimesh.Trimesh as it is.
+
+    For example:
+
+    >>> corners = [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]
+    >>> wedge = hf.Mesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    >>> round(hf.Body("wedge", wedge, density=1000).mass, 4)  # 0.1³ / 6 · 1000 kg
+    0.1667
     """
 
     vertices: Float = column("V 3")
