@@ -1,3 +1,4 @@
+from holdfast.base.plugins import load_plugin as load_plugin
 from holdfast.engines.answers import Answers as Answers
 from holdfast.engines.contract import EXACT as EXACT
 from holdfast.engines.contract import Accuracy as Accuracy

@@ -20,7 +20,7 @@ from bench.figures.pages import pages
 from holdfast.cli.main import run
 
 ROOT = Path(__file__).parents[2]
-OWN = {"howto/bring_a_scene", "howto/in_a_loop", "explanation/near_hardware"}
+OWN = {"howto/bring_a_scene", "howto/in_a_loop", "howto/own_format", "howto/own_engine", "explanation/near_hardware"}
 KINDS = ("python", "bash", "text")
 NEEDS = {"viser": "hf.view("} | {name: f"import {name}" for name in ("jax", "mujoco", "rerun", "torch")}
 BLOCK = re.compile(r"(?:`(?P<file>(?!hf\.)[\w.]+)`[^\n]*:\n\n)?```(?P<kind>[^\n]*)\n(?P<text>.*?)```", re.DOTALL)

@@ -40,7 +40,7 @@ UPWARD = 0.01  # cosine of the largest angle between up and the normal of a cont
 
 
 class Fall(Record):
-    """A body that moved beyond the travel, with its unit ``direction`` (3,), world frame, and ``distance`` [m]."""
+    """A body that moved further than allowed, with its unit ``direction`` (3,), world frame, and ``distance`` [m]."""
 
     body: str
     direction: Float = column("3")

@@ -280,7 +280,10 @@ def entries_by_bodies(nodes: ContactNodes, blocks: Float) -> Entries:
 
 
 def dense_by_bodies(count: int, nodes: ContactNodes, blocks: Float) -> Float:
-    """Return the matrix of ``by_bodies`` as a dense array (6J, 3I)."""
+    """Return the matrix (6J, 3I) from forces at nodes to wrenches on bodies, dense; see ``by_bodies``.
+
+    ``blocks`` (I, 3, 2, 6) are the wrenches of unit forces at each node on its bodies b and a; ``count`` is J.
+    """
     found = np.zeros((count + 1, 6, len(nodes), 3))  # the last row collects fixed bodies, whose number FIXED is -1
     node = np.arange(len(nodes))
     for side, body in enumerate((nodes.b, nodes.a)):

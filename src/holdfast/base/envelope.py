@@ -220,7 +220,7 @@ QUESTIONS: dict[str, EnvelopeLayout] = {
     ),
     "check": EnvelopeLayout("check", details="counts written? fixed? left?"),
     "convert": EnvelopeLayout("convert", details="written bodies movable"),
-    "doctor": EnvelopeLayout("doctor", details="holdfast python system executable cores packages"),
+    "doctor": EnvelopeLayout("doctor", details="holdfast python system executable cores packages plugins"),
 }
 OF_SCENES = ("batch", "check")  # whose rows are envelopes of the question "scene"
 

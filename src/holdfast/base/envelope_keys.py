@@ -210,4 +210,5 @@ DETAIL: dict[str, tuple[Any, str]] = {
     "executable": (str, "the Python that runs"),
     "cores": (int, "cores that may be used"),
     "packages": (Table, "versions of packages by extra; null if missing"),
+    "plugins": (Table, "installed plug-ins by name, off unless named: the module, its package and version"),
 }

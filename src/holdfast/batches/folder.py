@@ -174,9 +174,10 @@ def opened(path: Path, question: BatchQuestion, shard_size: int, part: ShardShar
     _make_folder(path / JOURNAL)
     _lock(path, part, stack)
     storage = tables.PARQUET if tables.has_pyarrow() else tables.LINES
-    new = {"format": VERSION, "version": __version__, **json.loads(question.text), "shard_size": shard_size}
+    asked = {"plugins": {}} | json.loads(question.text)
+    new = {"format": VERSION, "version": __version__, **asked, "shard_size": shard_size}
     if (path / ABOUT).exists():
-        old = about(path)
+        old = {"plugins": {}} | about(path)
         storage = tables.storage_named(old["storage"])
         for key, value in new.items():
             if old.get(key) != value:

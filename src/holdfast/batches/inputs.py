@@ -83,7 +83,7 @@ class Inputs:
 
 
 class ManyInputs(Protocol):
-    """What yields inputs itself, such as the states of a model."""
+    """An object that lists the inputs of a batch itself, such as all states of a model file."""
 
     def inputs(self) -> Inputs:
         """Return the inputs."""

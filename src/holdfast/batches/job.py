@@ -7,7 +7,7 @@ import json
 import os
 import stat
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,12 +42,14 @@ class BatchQuestion:
     """The question of a batch.
 
     ``verbs`` are some of "stability", "map", "transport" and "push". ``options`` maps "load", "assemble" and verbs to
-    keyword arguments of the functions that they call. ``pushes`` are the pushes for the verb "push".
+    keyword arguments of the functions that they call. ``pushes`` are the pushes for the verb "push". ``plugins`` are
+    those that workers load: what ``load_plugin`` returns, by name.
     """
 
     verbs: tuple[str, ...]
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     pushes: tuple[Push, ...] = ()
+    plugins: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, verb: str) -> dict[str, Any]:
         """Return the keyword arguments of a verb, of "load" or of "assemble"."""
@@ -56,7 +58,13 @@ class BatchQuestion:
     @cached_property
     def text(self) -> str:
         """The question as text, without the pushes; it is the same for equal questions."""
-        return json.dumps({"ask": self.verbs, "options": self.options}, sort_keys=True, allow_nan=False)
+        told = {"ask": self.verbs, "options": self.options} | ({"plugins": self.plugins} if self.plugins else {})
+        return json.dumps(told, sort_keys=True, allow_nan=False)
+
+    @property
+    def bare(self) -> BatchQuestion:
+        """The question without the pushes."""
+        return replace(self, pushes=())
 
     @cached_property
     def _pushes_by_scene(self) -> dict[str, tuple[Push, ...]]:

@@ -12,8 +12,10 @@ from holdfast.applications.transport import transport_limits
 from holdfast.assembly.assembly import Assembly, assemble
 from holdfast.base.arrays import Float
 from holdfast.base.borders.worker import ANSWERED, ERROR, MEMORY
-from holdfast.base.errors import HoldfastError, HoldfastWarning
+from holdfast.base.errors import HoldfastError, HoldfastWarning, message
 from holdfast.base.files import noting_files
+from holdfast.base.plugins import load_plugin
+from holdfast.base.text import quoted
 from holdfast.batches.at_rest import add_faults, add_rest, pose_row
 from holdfast.batches.job import Digests, Job, Push, Touched, key_of_files
 from holdfast.batches.states import scenes_of
@@ -60,7 +62,15 @@ def answered(job: Job, tell: Tell) -> Tables:
 
 
 def warm(job: Job) -> None:
-    """Import and load everything that a question needs, so that it does not count as time of a scene."""
+    """Import and load everything that a question needs, so that it does not count as time of a scene.
+
+    Raises HoldfastError for a plug-in that is not that of the question.
+    """
+    for name, text in job.question.plugins.items():
+        here = load_plugin(name)
+        if here != text:
+            problem = f"a worker has {here}, and not {text}"
+            raise HoldfastError(message(f"plug-in {quoted(name)}", problem, "install the same version everywhere"))
     options = {name: own for name, own in job.question.options.items() if name not in ("load", "assemble")}
     asked = type(job.question)(job.question.verbs, options)
     push = Push("", "cube", (0.0, 0.0, 0.1), (1.0, 0.0, -1.0))

@@ -22,6 +22,7 @@ from holdfast.base.borders.supervisor import Limits, Reply
 from holdfast.base.borders.worker import DONE, OUTCOMES
 from holdfast.base.errors import HoldfastError, hinting, message, nearest_of
 from holdfast.base.files import checked_path, read_ordinary
+from holdfast.base.plugins import LOADED
 from holdfast.base.progress import cores, lines, report
 from holdfast.base.text import quoted
 from holdfast.base.values import Value
@@ -81,7 +82,7 @@ def question(ask: str | Iterable[str], options: Mapping[str, Any] | None) -> Bat
     if not verbs:
         raise HoldfastError(message("ask", "is empty", KNOWN))
     given = {} if options is None else options
-    return BatchQuestion(tuple(verb for verb in VERBS if verb in verbs), _options(given), pushes)
+    return BatchQuestion(tuple(verb for verb in VERBS if verb in verbs), _options(given), pushes, dict(LOADED))
 
 
 def _options(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -293,8 +294,8 @@ class Driver:
 
     def _job(self, number: int, item: Input) -> Job:
         """Return the job of one input, with the pushes on its scene alone: workers need not get all of a batch."""
-        question = BatchQuestion(self.question.verbs, self.question.options)
-        job = Job(number, item.name, question, self.question.pushes_on(item.name), scene=item.scene, state=item.state)
+        question, pushes = self.question.bare, self.question.pushes_on(item.name)
+        job = Job(number, item.name, question, pushes, scene=item.scene, state=item.state)
         if item.path is None:
             return replace(job, key=key_of_value(job))
         return replace(job, path=as_text(item.path), place=os.path.abspath(item.path))

@@ -182,7 +182,7 @@ def scenes_of(job: Job) -> StateScenes:
 
 
 def other_poses(first: Scene, scene: Scene) -> dict[str, Float] | None:
-    """Return the poses of the bodies that are elsewhere in ``scene``; None if the scenes differ in more than these."""
+    """Return the poses of the bodies that are elsewhere in ``scene``; None if more differs or holds are there."""
     if first.holds or scene.holds or len(first.bodies) != len(scene.bodies):
         return None
     same = alike(first.friction, scene.friction) and alike(first.gravity, scene.gravity)

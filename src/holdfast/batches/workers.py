@@ -31,8 +31,7 @@ _supervisors: list[Supervisor] = []
 
 def supervisor_for(question: BatchQuestion, limits: Limits) -> Supervisor:
     """Return the supervisor of a worker that answers this question."""
-    setup = Job(0, "", BatchQuestion(question.verbs, question.options))
-    return Supervisor(ANSWERED_BY, setup, limits)
+    return Supervisor(ANSWERED_BY, Job(0, "", question.bare), limits)
 
 
 def answered_here(
@@ -154,8 +153,7 @@ def _room(client: Client) -> int:
 
 
 def _submitted(client: Client, job: Job, question: BatchQuestion, limits: Limits) -> Future:
-    bare = BatchQuestion(question.verbs, question.options)
-    return client.submit(asked, job, bare, limits, pure=False, key=f"holdfast-{job.number}-{id(job)}")
+    return client.submit(asked, job, question.bare, limits, pure=False, key=f"holdfast-{job.number}-{id(job)}")
 
 
 def _result(future: Future) -> tuple[str, Reply]:

@@ -387,11 +387,11 @@ def _together(
     return least, found
 
 
-def _shown(forces: str, holds: str, parts: Sequence[Balanced]) -> dict[str, Any]:
-    """Return forces and holds of all parts as the entries of these names."""
+def _shown(forces_key: str, holds_key: str, parts: Sequence[Balanced]) -> dict[str, Any]:
+    """Return forces and holds of all parts under these two keys."""
     return {
-        forces: [_texts(force) for part in parts for force in part.forces],
-        holds: [_wrench(name, hold) for part in parts for name, hold in part.holds.items() if any(hold)],
+        forces_key: [_texts(force) for part in parts for force in part.forces],
+        holds_key: [_wrench(name, hold) for part in parts for name, hold in part.holds.items() if any(hold)],
     }
 
 

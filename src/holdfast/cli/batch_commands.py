@@ -16,6 +16,7 @@ from holdfast.base.arrays import checked_number
 from holdfast.base.envelope import EXIT, envelope, enveloped, verdict_of
 from holdfast.base.errors import HoldfastError, message
 from holdfast.base.files import read_ordinary
+from holdfast.base.plugins import plugin_notes
 from holdfast.base.text import listed, many
 from holdfast.batches.gate import FAILED, UNDECIDED, Finding, GateRules, Result, Scenes, findings
 from holdfast.batches.inputs import inputs_of
@@ -91,7 +92,7 @@ def batch(
             resources=Resources(megabytes, where, shard, shard_size),
         )
     if as_json:
-        print_json(enveloped(result, rows=list(read_batch(folder).data())))
+        print_json(enveloped(result, rows=list(read_batch(folder).data()), notes=plugin_notes()))
     else:
         summary = result.summary()
         out.say(summary.headline)
@@ -171,7 +172,7 @@ def check(
             write(verdicts, path)
     said = counted(verdicts) + (f"; passed over {many(others, 'file')} without a scene" if others else "")
     written = {} if fix is None else {"written": str(fix), "fixed": fixed, "left": left}
-    notes = _notes(given, fix, fixed, left)
+    notes = [*(plugin_notes() if as_json else ()), *_notes(given, fix, fixed, left)]
     if not as_json:  # where each scene has its own
         told = Counter(note for answer in answers.values() for note in answer["notes"])
         notes += [f"{note} ({many(count, 'scene')})" for note, count in told.most_common(MOST_NOTES)]

@@ -18,6 +18,7 @@ import typer
 
 from holdfast.base.envelope import EXIT, enveloped, verdict_of
 from holdfast.base.errors import PNG_INSTALL, PNG_NEEDS, HoldfastError, message
+from holdfast.base.plugins import plugin_notes
 from holdfast.base.public import PublicValue
 from holdfast.cli.assignments import option, options_of, value_of
 from holdfast.cli.output import AsJson, out, print_json, progress
@@ -124,7 +125,7 @@ def tell(
     for path, write in written:
         write(path)
     if as_json:
-        print_json(enveloped(answer, details=told.details, notes=told.notes))
+        print_json(enveloped(answer, details=told.details, notes=[*plugin_notes(), *told.notes]))
     else:
         shown = told.report or report
         assert shown is not None

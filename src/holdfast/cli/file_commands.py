@@ -10,6 +10,7 @@ import typer
 from holdfast.base import envelope as answers
 from holdfast.base.arrays import checked_word
 from holdfast.base.errors import HoldfastError, message
+from holdfast.base.plugins import plugin_notes
 from holdfast.certificates import schema as certificate
 from holdfast.cli.assignments import option
 from holdfast.cli.command import takes_scene
@@ -42,7 +43,8 @@ def convert(
     save_scene(scene, target)
     counts: dict[str, Any] = {"written": str(target), "bodies": len(scene.bodies), "movable": len(scene.movable)}
     if as_json:
-        print_json(answers.envelope("convert", reason=f"wrote {target}", details=counts, notes=scene.notes))
+        notes = [*plugin_notes(), *scene.notes]
+        print_json(answers.envelope("convert", reason=f"wrote {target}", details=counts, notes=notes))
         return
     out.say(f"wrote {target}: {counts['bodies']} bodies, {counts['movable']} movable")
     for note in scene.notes if verbose else ():

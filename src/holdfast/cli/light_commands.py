@@ -16,6 +16,7 @@ from holdfast import __version__
 from holdfast.base.envelope import envelope
 from holdfast.base.errors import DISTRIBUTION, HoldfastError, installing, message
 from holdfast.base.files import read_ordinary
+from holdfast.base.plugins import installed_plugins
 from holdfast.base.progress import cores
 from holdfast.base.text import listed, many
 from holdfast.certificates.verify_certificate import MOST, UNCHECKED, RefusedError, claims_of
@@ -84,7 +85,7 @@ def _say(line: str) -> None:
 
 
 def doctor(as_json: AsJson = False) -> None:
-    """Report what is installed and which extras are missing.
+    """Report what is installed, plug-ins too, and which extras are missing.
 
     Include the output in reports of defects.
     """
@@ -98,13 +99,14 @@ def doctor(as_json: AsJson = False) -> None:
     rows = [("needed for", "package", "version")]
     for extra, packages in facts["packages"].items():
         rows += [(extra, name, version or f"missing: {installing(extra)}") for name, version in packages.items()]
+    rows += [("plug-in", name, f"{text}; off unless named: --plugin {name}") for name, text in facts["plugins"].items()]
     first, second = (max(len(row[k]) for row in rows) for k in range(2))
     for extra, name, version in rows:  # not as a table: one is cut at the width of the terminal
         out.print(f"{extra:{first}}  {name:{second}}  {version}", soft_wrap=True)
 
 
 def examined() -> dict[str, Any]:
-    """Return the versions of packages by extra (None if missing), and the system."""
+    """Return the versions of packages by extra (None if missing), the plug-ins, and the system."""
     return {
         "holdfast": __version__,
         "python": platform.python_version(),
@@ -112,6 +114,7 @@ def examined() -> dict[str, Any]:
         "executable": sys.executable,
         "cores": cores(),
         "packages": {extra: {name: _version(name) for name in names} for extra, names in _needed().items()},
+        "plugins": installed_plugins(),
     }
 
 

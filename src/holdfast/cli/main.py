@@ -20,6 +20,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from holdfast import __version__
 from holdfast.base.errors import HoldfastError, HoldfastWarning, SolverError, UnstableError, message, nearest_of
+from holdfast.base.plugins import load_plugin
 from holdfast.base.text import quoted
 from holdfast.cli.output import OutputLost, abandon, err, make_writable, out, write
 from holdfast.cli.stopping import STOPPED, interrupted, stoppable
@@ -134,6 +135,9 @@ class Command(TyperCommand):
         except Exception as error:  # typer's own
             if given is not None and "unexpected extra argument" in getattr(error, "message", ""):
                 error.message += f"; say {given} before each: {given} A {given} B"  # type: ignore[attr-defined]
+            if getattr(error, "option_name", "") == "--plugin":
+                error.message = "--plugin goes before the command: holdfast --plugin NAME assess SCENE"  # type: ignore[attr-defined]
+                error.possibilities = None  # type: ignore[attr-defined]
             vector = getattr(error, "param", None)
             if vector is not None and vector.nargs > 1 and hasattr(error, "message"):
                 form = vector.metavar or " ".join(["NUMBER"] * vector.nargs)
@@ -206,7 +210,12 @@ def _main(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="print the version")
     ] = False,
+    plugin: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="load this plug-in (holdfast doctor lists them)")
+    ] = None,
 ) -> None:
+    for name in plugin or ():
+        err.say(f"{name}: {load_plugin(name)}", label="loaded plug-in", style="yellow")
     if context.invoked_subcommand is None:
         out.say("How hard can you push an assembly before something moves? Try:")
         for task, command in TASKS:

@@ -255,7 +255,7 @@ class Interface(Record):
 
     @cached_property
     def canonical(self) -> dict[tuple[bytes, bytes, bool], Interface]:
-        """The same contact in canonical form, by what it was made for (interface.py)."""
+        """Canonical forms of this contact that were made before, by origin and axes of the frame and if flipped."""
         return {}
 
     @property

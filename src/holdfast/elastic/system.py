@@ -91,7 +91,7 @@ class PathResult(NamedTuple):
 
     @property
     def sure(self) -> Float:
-        """(k,) the load before which nothing snaps: the peak, or the first maximum from which the load dipped."""
+        """(k,) the load before which no contact gives way even for a moment: the smaller of ``first`` and ``peak``."""
         return np.minimum(self.first, self.peak)
 
     def chosen(self, which: Int | Bool | slice) -> PathResult:

@@ -119,10 +119,10 @@ def _legend(title: str, bar: str, rows: list[tuple[Rgb, str]], box: str) -> str:
 def verdict_html(model: ViewModel) -> str:
     """Return the verdict with its reason."""
     if model.verdict is None:
-        return _said("<b>computing whether it stands ...</b>")
+        return _paragraph("<b>computing whether it stands ...</b>")
     name = escaped(model.assembly.scene.name or "scene", LONGEST_NAME)
     head = f"<b>{name} {WORDS[model.verdict.status]}</b> (engine {model.verdict.engine}: {model.verdict.claim.words})"
-    return _said(
+    return _paragraph(
         head + f"<br>{escaped(model.verdict.reason)}" + "".join(f"<br>{escaped(n)}" for n in model.verdict.notes)
     )
 
@@ -130,7 +130,7 @@ def verdict_html(model: ViewModel) -> str:
 def push_html(model: ViewModel) -> str:
     """Return the answer for the push at the chosen point: R, its bounds, and what moves."""
     if model.pick is None:
-        return _said("Click a body to push it there.")
+        return _paragraph("Click a body to push it there.")
     place, answer = ", ".join(f"{v:.3f}" for v in model.pick.point), model.push
     lines = [f"<b>{escaped(model.pick.body, LONGEST_NAME)}</b> at ({place}) m"]
     if answer is None:
@@ -144,8 +144,8 @@ def push_html(model: ViewModel) -> str:
     else:
         lines += [f"R = <b>{number(float(answer.force[0]), 'N')}</b>", *bounds_text(answer)]
         lines.append(escaped(gives_way(answer.mode[0], answer.moving[0])))
-    return _said("<br>".join(lines))
+    return _paragraph("<br>".join(lines))
 
 
-def _said(html: str) -> str:
+def _paragraph(html: str) -> str:
     return f'<div style="padding:2px 22px;font-size:13px;line-height:1.45">{html}</div>'

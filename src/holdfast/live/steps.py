@@ -26,7 +26,7 @@ SWING: Final = 0.08  # largest displacement of a mechanism that is shown, likewi
 
 @dataclass(frozen=True)
 class ShownStep:
-    """One state: its description, the bodies that are hidden, and the bodies that are drawn elsewhere.
+    """What a picture shows at one step of its slider: a text, the bodies hidden, and those drawn elsewhere.
 
     ``moved`` maps the name of a body to the transform (4, 4), world frame, from its pose in the assembly to where it is
     drawn.

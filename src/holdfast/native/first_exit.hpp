@@ -162,7 +162,8 @@ inline Around slides_evenly(const Bed& bed, const Six& rest, const Six& load, do
 // Tell how a contact gives way under ``rest`` plus a growing multiple of ``load``, and write when to ``out``: θ, a θ
 // that is certainly not too large and one that is not too small, and the motion with which it slides or, if it tips,
 // the number of the edge of the hull, that of another one that it reaches at once, or -1, and how fast it does so, over
-// the first; then 1 if between two places on the way experience was believed (RISES), not a bound, else 0. From θ = ``until`` on, something else gives way: NEVER says that this contact does not before.
+// the first; then 1 if between two places on the way experience was believed (RISES), not a bound, else 0. From θ =
+// ``until`` on, something else gives way: NEVER says that this contact does not before.
 inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double until, Scratch& s, double* out) {
     for (int i = 0; i < 6; ++i) {
         if (!std::isfinite(rest[i]) || !std::isfinite(load[i])) return UNKNOWN;
@@ -255,8 +256,8 @@ inline int first_exit(const Bed& bed, const Six& rest, const Six& load, double u
     }
     const double around = 10 * CERTAIN * at * (1 - at), most = s.p[0] * s.q[0] + s.p[1] * s.q[1] + s.p[2] * s.q[2];
     // that friction does not run out, come back and run out again
-    believed |= at - around > below &&
-                !(most_between(bed, rest, load, below, at - around, std::max(squares, most)) < 1.0);
+    believed |=
+        at - around > below && !(most_between(bed, rest, load, below, at - around, std::max(squares, most)) < 1.0);
     write(at, std::max(at - around, 0.0), std::min(at + around, tips), s.m[0], s.m[1], s.m[2]);
     return SLIDES;
 }

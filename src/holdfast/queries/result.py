@@ -105,7 +105,8 @@ class Columns(Result):
         """Return what applies to the whole table as plain data, with the bound that holds for all rows.
 
         ``holds`` is the smallest ``lower`` with the number of its ``row`` and the load of that row. It is None if the
-        engine promises no lower bound. It is called ``exists`` if the engine promises that of an equilibrium alone.
+        engine promises no lower bound. The entry is named ``exists`` if the engine promises no more than that an
+        equilibrium exists up to there.
         """
         row = self.answers.holding
         least = None if row is None else {"lower": to_dict(float(self.lower[row])), "row": row} | self.where(row)

@@ -144,9 +144,9 @@ class Rims(NamedTuple):
 
 
 def rims_of(result: RobustnessMap, name: str) -> Rims:
-    """Divide the covered cells of a body into those that contact faces cover and those that reach beyond them.
+    """Divide the covered cells of a body into those that contact faces cover and rims, which reach beyond them.
 
-    What shows of the latter takes the answer of the nearest exposed cell that faces the same way. A cell without one
+    What shows of a rim takes the answer of the nearest exposed cell that faces the same way. A cell without one
     remains covered, and so does one that another body only comes near.
     """
     hidden, shown = result.hidden[name], result.cells[name]

@@ -134,7 +134,7 @@ class Scene(Record):
     @cached_property
     def names(self) -> frozenset[str]:
         """The names of all bodies and materials."""
-        return frozenset(self.materials) | materials_of(self.bodies)
+        return frozenset(body.name for body in self.bodies) | materials_of(self.bodies)
 
     @cached_property
     def up(self) -> Float:
@@ -180,7 +180,7 @@ class Scene(Record):
         ]
 
     def _with_parts(self, body: Body, parts: tuple[int, ...]) -> Body:
-        if len(parts) == len(body.materials):
+        if len(parts) == len(body.materials):  # each part has a material: all parts are meant
             return body
         key = body.name, parts
         if key not in self._views:

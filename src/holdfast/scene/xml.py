@@ -78,13 +78,13 @@ class Element:
         return value or self.fail(f"has no attribute {name!r}", "add it")
 
     def numbers(self, name: str, count: int, default: tuple[float, ...] | None = None) -> tuple[float, ...]:
-        """Return the ``count`` finite numbers of an attribute; if it is missing, ``default``, unless that is None."""
+        """Return the ``count`` finite numbers of an attribute; ``default`` if missing, or else SceneError."""
         if default is not None and name not in self.attributes:
             return default
         return self._numbers(self.attribute(name), count, f"{name} = ")
 
     def number(self, name: str, default: float | None = None) -> float:
-        """Return the finite number of an attribute; if it is missing, ``default``, unless that is None."""
+        """Return the finite number of an attribute; ``default`` if missing, or else SceneError."""
         return self.numbers(name, 1, None if default is None else (default,))[0]
 
     def values(self, count: int) -> tuple[float, ...]:

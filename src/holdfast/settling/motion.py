@@ -118,7 +118,7 @@ def come_to_rest(
 
 
 def _undo_overlaps(group: Group, weight: Float, overlaps: Sequence[Overlap], limits: MotionLimits) -> int:
-    """Remove ``overlaps`` and shallower ones by least motions, and return the number of steps.
+    """Try to remove ``overlaps`` and shallower ones by least motions; return the steps taken, also if some remain.
 
     ``weight`` (J,) is the cost of moving each body; bodies with an infinite weight do not move. The common volume of
     overlapping bodies is computed in every step until they are apart.

@@ -246,11 +246,11 @@ def _side(
 
 
 def ways_out(shared: tuple[Shared, ...], points: Float, normals: Float, depths: Float) -> Bool:
-    """Tell which near points (n,) of overlapping bodies lead out of one of the common solids.
+    """Tell which contacts (n,) of overlapping bodies, at ``points``, lead out of a solid that bodies have in common.
 
-    Such a point is at the solid. If the direction in which the solid shrinks is known, the normal does not point
-    against it, and the depth, one of ``depths`` (n,) [m], is at most the extent of the solid along the normal. All
-    other near points belong to the far sides of walls or to folds.
+    Such a point lies in the bounding box of the solid. If the direction in which the solid shrinks is known, the normal
+    does not point against it, and the depth, one of ``depths`` (n,) [m], is at most the extent of the solid along the
+    normal. All other contacts belong to the far sides of walls or to folds.
     """
     fits = np.zeros(len(points), dtype=bool)
     for solid in shared:

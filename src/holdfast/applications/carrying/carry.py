@@ -177,7 +177,7 @@ def held(answers: Answers) -> Bool:
 
 
 def moved(answers: Answers) -> Bool:
-    """Return for each row (n,) whether something moves by the engine's own claim: the factor is below 1."""
+    """Return for each row (n,) whether something moves by the engine's claim: the load factor ``force`` is below 1."""
     return frozen(np.asarray(answers.decided & (answers.force < 1)))
 
 

@@ -84,8 +84,8 @@ class Rating(Record):
     def key(self) -> tuple[float, ...]:
         """The sort key of poses; the best pose has the largest.
 
-        Poses rank lowest if ``own`` is not known, and next lowest if the object would roll. The others rank by score,
-        and then by ``own``.
+        Poses rank lowest if ``own``, the smallest push on the object that moves something, is not known, and next
+        lowest if the object would roll. The others rank by score, and then by ``own``.
         """
         own = -1.0 if self.own is None else self.own
         return float(self.own is not None), float(not self.rolls), round(self.score, 9), own

@@ -353,6 +353,7 @@ def place_all(
 
 
 def _answered(placing: Placing, bodies: Sequence[Body], engine: EngineChoice, clock: Clock) -> Placements:
+    """Put the bodies down as well as time allows, if the scene stands before; those without a place are left."""
     method = engine_of(engine)
     try:
         with until(clock.by("search")):

@@ -276,8 +276,8 @@ class Compliant(Record):
     ) -> CompliantState:
         """Find the state of rest, at which all load paths start.
 
-        The arguments are those of ``Engine.prepare``. Answers for which the nodes are too coarse are re-solved on finer
-        grids. Raises SceneError for an unknown name in ``stiffness``.
+        The arguments are those of ``Engine.prepare``. The state later re-solves answers for which its nodes are
+        too coarse, on finer grids. Raises SceneError for an unknown name in the engine's own ``stiffness``.
         """
         return prepared_on(assembly, self.springs, standing, acceleration)
 

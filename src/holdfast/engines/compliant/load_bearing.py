@@ -98,10 +98,10 @@ class LoadBearing:
 
 
 def rests_alone(system: System, most: int) -> bool:
-    """Tell whether contacts come to rest under a load of order one that is the only wrench of a faintly held model.
+    """Tell whether contacts come to rest under a load, scaled to order one, with no other wrench on the bodies.
 
-    Every search for rest gives up after ``most`` steps of Newton's method. Bodies that carry nothing float, and whether
-    they touch those that do is decided last: it is enough that next to nothing of the load is left.
+    Each body hangs on a very soft spring (``hold``), which must end up carrying next to nothing. A search for rest
+    gives up after ``most`` steps of Newton's method.
     """
     model = system.model
     end = system.come_to_rest(most=most, exact=BALANCED * float(model.scale.min()))

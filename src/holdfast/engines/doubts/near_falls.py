@@ -105,7 +105,10 @@ class SupportsInReach:
     def _contacts_met(
         self, part: Assembly, verdict: Verdict, found: Sequence[Interface], *, by_engine: bool
     ) -> list[Interface]:
-        """Return those of the contacts ``found`` that the fall meets until the part may stand; none if it falls on."""
+        """Return those of the contacts ``found`` that the fall meets until the part may stand; none if it falls on.
+
+        The engine judges the part if ``by_engine``, else limit analysis does.
+        """
         met: list[Interface] = []
         left = list(found)
         while verdict.status is Status.UNSTABLE:

@@ -264,7 +264,7 @@ def factors_on(assembly: Assembly, wrench: Float, loads: Float) -> Float:
     They are inf for loads that move nothing, and 0 where nothing is known to balance the wrench.
     """
     nodes = corner_nodes(assembly)
-    rest = Rest(nodes, np.zeros((len(nodes), 3)), undecided("not asked"))
+    rest = Rest(nodes, np.zeros((len(nodes), 3)), undecided("not asked"))  # a stand-in: no proof is asked for
     program = replace(LoadProofs(assembly, rest, wrench, EXACT_CONE).program, tolerance=SHARP)
     found = [program.maximise(loads[:, k]) for k in range(loads.shape[1])]
     return np.array(

@@ -200,7 +200,8 @@ class LoadProofs:
     def carried(self, forces: Float, loads: Float) -> Float:
         """Return the factors (k,), up to about 1, at which ``forces`` (3I, k) [N] prove that loads (6J, k) are carried.
 
-        They are 0 where nothing is proved. The forces are those of a solver, at the factor 1; they may be wrong.
+        ``forces`` are what a solver found to balance each load at the factor 1. They may be wrong, so less than 1 may
+        be proved, and 0 where nothing is.
         """
         return self.carrying.lower(forces, np.ones(loads.shape[1]), loads)
 

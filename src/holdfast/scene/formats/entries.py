@@ -287,14 +287,27 @@ class GripModel(EntryModel):
     pull: Number = Field(0.0, description="[N]: draws the body against all points together")
 
 
-AnyHoldModel = Annotated[HoldModel | GripModel, Field(discriminator="type")]
+class SuctionModel(EntryModel):
+    """A suction cup, which becomes a grip along its seal; see holdfast.Grip.suction."""
+
+    type: Literal["suction"]
+    body: str
+    frame: Matrix4 = Field(description="4x4 frame to world, rows; z is the outward normal of the face")
+    force: Number = Field(description="[N]: pressure times area, over the safety factor")
+    radius: Number = Field(description="[m], of the seal")
+    mu: Number
 
 
-def hold_of(model: HoldModel | GripModel) -> AnyHold:
+AnyHoldModel = Annotated[HoldModel | GripModel | SuctionModel, Field(discriminator="type")]
+
+
+def hold_of(model: HoldModel | GripModel | SuctionModel) -> AnyHold:
     """Return the hold that an entry of a scene file describes."""
     if isinstance(model, HoldModel):
         bounds = _numbers_of(model.forces), _numbers_of(model.moments)
         return Hold(model.body, np.array(model.frame), *bounds, model.on)
+    if isinstance(model, SuctionModel):
+        return Grip.suction(model.body, np.array(model.frame), model.force, model.radius, model.mu)
     force = _numbers_of(model.force)
     return Grip(model.body, np.array(model.points), np.array(model.normals), model.mu, force, model.pull)
 

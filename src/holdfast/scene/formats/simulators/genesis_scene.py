@@ -135,7 +135,7 @@ class _GenesisEntities:
             self.resists |= bool(_array(geom.get_friction_torsional()) > 0 or _array(geom.get_friction_rolling()) > 0)
 
     def _of_link(self, value: Any) -> Float:  # noqa: ANN401
-        """Return what the solver tells of one link, for all environments or for each."""
+        """Return what the solver tells of one link in this environment; it may have one row for all environments."""
         array = np.asarray(_array(value), dtype=np.float64)
         each = self.world is not None and self.solver.is_links_info_batched
         return np.asarray(array[self.world][0] if each else array[0])
