@@ -29,6 +29,7 @@ VALUES = {  # what has no docstring of its own
     "holdfast.plugins.Accuracy": "How accurate an answer must be: `EXACT`, or less where that saves time.",
     "holdfast.plugins.EXACT": "The accuracy of all questions that ask for none: as exact as the engine can.",
 }
+SEEN = 5  # the most pages that a page of a name leads to
 MEMBERS = "   :members:\n   :inherited-members: tuple, Exception, BaseException, StrEnum, Mapping\n"
 MEMBERS += "   :exclude-members: checked_after_load\n"
 TABLE = ".. list-table::\n   :header-rows: 1\n\n   * - parameter\n     - unit\n     - meaning"
@@ -98,6 +99,8 @@ def page_of(name: str) -> str:
     if example is not None:
         said = f"From :doc:`{example.heading} </{example.page}>`:"
         parts += [".. rubric:: Example", said, ".. code-block:: python\n\n" + textwrap.indent(example.code, "   ")]
+    seen = [f":doc:`{title} </{page}>`" for page, title in mentions(name) if example is None or page != example.page]
+    parts += [f"See also: {', '.join(seen[:SEEN])}."] if seen else []
     content = textwrap.indent("\n\n".join(parts), "   ")
     return f"{short}\n{'=' * len(short)}\n\n.. {_directive(name, value)}\n\n{content}\n"
 
@@ -120,16 +123,33 @@ def _parameters(value: Any) -> Iterator[str]:  # noqa: ANN401 - any public value
 
 
 @functools.cache
+def pages() -> dict[str, str]:
+    """The texts of all pages with snippets by name, such as howto/pack, those of preferred folders first."""
+    paths = [path for shelf in SHELVES for path in sorted((DOCS / shelf).glob("*.md"))]
+    return {path.relative_to(DOCS).with_suffix("").as_posix(): path.read_text(encoding="utf-8") for path in paths}
+
+
+def heading(page: str) -> str:
+    """The title of a page."""
+    return pages()[page].partition("# ")[2].partition("\n")[0]
+
+
+def mentions(name: str) -> Iterator[tuple[str, str]]:
+    """Give the pages, with their titles, that name a public name in code."""
+    said = re.compile(rf"`[^`]*\b{re.escape(name.replace('holdfast.', 'hf.', 1))}\b|`{name.rpartition('.')[2]}[`(]")
+    yield from (
+        (page, heading(page)) for page, text in pages().items() if page != "reference/api" and said.search(text)
+    )
+
+
+@functools.cache
 def snippets() -> tuple[Snippet, ...]:
     """All blocks of Python of the pages, those of preferred pages first."""
-    found = []
-    for shelf in SHELVES:
-        for path in sorted((DOCS / shelf).glob("*.md")):
-            page = path.relative_to(DOCS).with_suffix("").as_posix()
-            blocks = [block for block in BLOCK.finditer(path.read_text(encoding="utf-8")) if block["kind"] == "python"]
-            for number, block in enumerate(blocks):
-                found.append(_snippet(page, number, block["code"]))
-    return tuple(found)
+    return tuple(
+        _snippet(page, number, code)
+        for page, text in pages().items()
+        for number, code in enumerate(code for kind, code in BLOCK.findall(text) if kind == "python")
+    )
 
 
 def _snippet(page: str, number: int, code: str) -> Snippet:
@@ -212,10 +232,7 @@ def _example(snippet: Snippet) -> Example:
     others = [text for text in texts if text not in imports]
     begun = "".join(f"{text}\n" for text in sorted(imports, key=lambda text: "holdfast" in text))
     parts = [begun, "\n".join(others), snippet.code.strip()]
-    text = (DOCS / f"{snippet.page}.md").read_text(encoding="utf-8")
-    heading = re.search(r"^# (.*)$", text, re.MULTILINE)
-    assert heading is not None
-    return Example(snippet.page, heading[1], "\n".join(part for part in parts if part))
+    return Example(snippet.page, heading(snippet.page), "\n".join(part for part in parts if part))
 
 
 def _text(snippet: Snippet, statement: ast.stmt) -> str:

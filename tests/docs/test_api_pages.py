@@ -26,7 +26,7 @@ NAMES = [
     for name in re.findall(r"^from holdfast\.\S+ import \w+ as (\w+)", stub.read_text(encoding="utf-8"), re.MULTILINE)
 ]
 WITH_DOCTEST = [name for name in NAMES if name.count(".") == 1 and ">>>" in str(getattr(hf, name[9:]).__doc__)]
-WITHOUT = 46  # public names without an example: fewer are welcome
+WITHOUT = 45  # the most public names without an example: fields of answers, errors, what engines are told
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,14 @@ def test_parameters_have_their_units(api: Any) -> None:
 def test_most_names_have_an_example_and_all_of_the_front_page(api: Any) -> None:
     shown = {*api.examples(), *WITH_DOCTEST}
     assert [name for name in NAMES if name.count(".") == 1 and name not in shown] == []
-    assert len(NAMES) - len(shown) <= WITHOUT, sorted({*NAMES} - shown)
+    assert len({*NAMES} - shown) <= WITHOUT, sorted({*NAMES} - shown)
+
+
+def test_a_page_leads_to_pages_that_name_it(api: Any) -> None:
+    assert "howto/transport" in [page for page, _ in api.mentions("holdfast.sets.inertial_loads")]
+    assert ":doc:`Drive a base without losing what stands on it </howto/transport>`" in api.page_of(
+        "holdfast.sets.inertial_loads"
+    )
 
 
 def test_an_example_is_what_its_page_shows_and_lacks_no_name(api: Any, tmp_path: Path) -> None:

@@ -160,6 +160,12 @@ class Sphere(Record):
     does. All its other contacts are those of an inscribed icosahedron that is subdivided ``subdivisions`` times. The
     mass properties are those of the true ball. Raises GeometryError if the radius is not positive, or if
     ``subdivisions`` is not between 0 and 6.
+
+    For example:
+
+    >>> ball = hf.Sphere(0.02)
+    >>> round(hf.Body("ball", ball, density=1000).mass, 4)  # 4/3 π r³ · 1000 kg
+    0.0335
     """
 
     radius: float
