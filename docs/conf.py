@@ -18,13 +18,12 @@ version = release = holdfast.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "sphinx_gallery.gen_gallery",
     "site_pages",
 ]
-exclude_patterns = ["_site", "_templates", "gallery/*.ipynb", "gallery/*.py"]
-templates_path = ["_templates"]
+exclude_patterns = ["_site", "gallery/*.ipynb", "gallery/*.py"]
 nitpicky = False
+suppress_warnings = ["misc.highlighting_failure"]  # JSON with parts left out
 
 myst_enable_extensions = ["html_image"]
 myst_heading_anchors = 4
@@ -32,9 +31,10 @@ myst_links_external_new_tab = False
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-autodoc_preserve_defaults = True
-autosummary_generate = ["files/names.md"]
-autosummary_ignore_module_all = False
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "Bool", "EngineChoice", "Float", "Int")}
+python_use_unqualified_type_names = True
+python_maximum_signature_line_length = 88
+toc_object_entries_show_parents = "hide"
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",

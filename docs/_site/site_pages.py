@@ -9,14 +9,12 @@ from __future__ import annotations
 import re
 import shutil
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
+import api_pages
 import file_list
 import vocabulary
 from sphinx.application import Sphinx
-
-import holdfast as hf
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
@@ -31,7 +29,6 @@ each other. Times are those of two cores of a shared machine; ratios mean more t
 """
 # Links of the pages, and where they lead on the site
 LINKS = (
-    (re.compile(r"\]\((?:\.\./)+src/holdfast/__init__\.pyi\)"), "](/files/names.md)"),
     (
         re.compile(r"\]\((?:\.\./)+(?:bench/)?(?:results|notes)/(\w+)\.(md|png)((?:#[\w-]+)?)\)"),
         r"](/benchmarks/\1.\2\3)",
@@ -45,6 +42,8 @@ LINKS = (
     (re.compile(r"\]\((?:\.\./)*CHANGELOG\.md\)"), "](/changelog.md)"),
 )
 # In docstrings
+ERRORS = {name.rpartition(".")[2]: name for name in api_pages.public_names() if re.search("(Error|Warning)$", name)}
+NAMED_ERROR = re.compile(rf"(?<![`.\w])(?:{'|'.join(ERRORS)})(?![`\w])")
 NAMED_PAGE = re.compile(r"(?<![`/\w])docs/([\w/]+)\.md")
 BARS = re.compile(r"(``.*?``)|(?<!\\)\|(?=\S)([^|`]+?)(?<=\S)\|")  # code, or an absolute value
 
@@ -70,34 +69,21 @@ def make_benchmarks(app: Sphinx) -> None:
     (MADE / "index.md").write_text(HEAD + "\n".join(listed) + hidden, encoding="utf-8")
 
 
-def names_page() -> str:
-    """Return the page that lists all public names, those of ``holdfast`` apart by what they are."""
-    parts = [("holdfast: what you make", hf, True), ("holdfast: what you ask", hf, False)]
-    parts += [(module.__name__, module, None) for module in (hf.answers, hf.sets, hf.errors, hf.readers, hf.plugins)]
-    page = "# List of public names\n"
-    for title, module, kind in parts:
-        found = {name: getattr(module, name) for name in module.__all__}
-        names = [
-            name
-            for name, value in found.items()
-            if not isinstance(value, ModuleType) and (kind is None or isinstance(value, type) == kind)
-        ]
-        page += f"\n## {title}\n\n```{{eval-rst}}\n.. currentmodule:: {module.__name__}\n.. autosummary::\n"
-        page += "   :toctree: api\n   :nosignatures:\n\n" + "".join(f"   {name}\n" for name in names) + "```\n"
-    return page
-
-
 def make_lists(app: Sphinx) -> None:
-    """Write the pages that list all files of the package, all parameters and all public names."""
+    """Write the pages that list all files of the package and all parameters, and a page for each public name."""
     folder = DOCS / "files"
-    folder.mkdir(exist_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "api").mkdir(parents=True)
     (folder / "index.md").write_text(file_list.page(), encoding="utf-8")
     (folder / "parameters.md").write_text(vocabulary.page(), encoding="utf-8")
-    (folder / "names.md").write_text(names_page(), encoding="utf-8")
+    for name in api_pages.public_names():
+        (folder / "api" / f"{name}.rst").write_text(api_pages.page_of(name), encoding="utf-8")
 
 
 def lead_on_site(app: Sphinx, name: str, source: list[str]) -> None:
-    """Turn links to files beside the folder of the pages into links to pages of the site."""
+    """Turn links to files beside the folder of the pages into links to pages of the site; list the public names."""
+    if name == "reference/api":
+        source[0] = api_pages.with_lines(source[0])
     for pattern, target in LINKS:
         source[0] = pattern.sub(target, source[0])
 
@@ -111,16 +97,17 @@ def lead_from_root(app: Sphinx, path: Path, parent: str, source: list[str]) -> N
 def mark_up_docstrings(
     app: Sphinx, what: str, name: str, subject: object, options: object, lines: list[str]
 ) -> None:  # arguments as Sphinx gives them
-    """Let docstrings that name a page by its file lead to it, and show |x| as it stands instead of substituting it."""
+    """Let docstrings lead to the pages and errors that they name, and show |x| as it stands."""
     for k, line in enumerate(lines):
         plain = BARS.sub(lambda found: found[1] or rf"\|{found[2]}\|", line)
+        plain = NAMED_ERROR.sub(lambda found: f":py:exc:`{found[0]} <{ERRORS[found[0]]}>`", plain)
         lines[k] = NAMED_PAGE.sub(r":doc:`docs/\1.md </\1>`", plain)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Join the making of the site."""
     app.connect("builder-inited", make_benchmarks)
-    app.connect("builder-inited", make_lists, priority=100)  # before autosummary reads the list of names
+    app.connect("builder-inited", make_lists)
     app.connect("source-read", lead_on_site)
     app.connect("include-read", lead_from_root)
     app.connect("autodoc-process-docstring", mark_up_docstrings)

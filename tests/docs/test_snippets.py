@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 OWN = {"howto/bring_a_scene", "howto/in_a_loop", "howto/own_format", "howto/own_engine", "explanation/near_hardware"}
 KINDS = ("python", "bash", "text")
 NEEDS = {"viser": "hf.view("} | {name: f"import {name}" for name in ("jax", "mujoco", "rerun", "torch")}
-BLOCK = re.compile(r"(?:`(?P<file>[\w.]+)`[^\n]*:\n\n)?```(?P<kind>[^\n]*)\n(?P<text>.*?)```", re.DOTALL)
+BLOCK = re.compile(r"(?:`(?P<file>(?!hf\.)[\w.]+)`[^\n]*:\n\n)?```(?P<kind>[^\n]*)\n(?P<text>.*?)```", re.DOTALL)
 PAGES = {
     name: blocks
     for path in pages(ROOT)

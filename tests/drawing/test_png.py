@@ -61,8 +61,10 @@ def test_cells_have_the_colour_of_the_legend(table: Picture, tmp_path: Path) -> 
 
 def test_the_colour_bar_runs_through_the_scale(table: Picture, tmp_path: Path) -> None:
     image = drawn(table, tmp_path)
-    foot = layout_of(table, SIZE).footer
-    row = np.rint(image[foot.top + 60, foot.left + 20 : foot.left + round(0.37 * foot.width)] * 255)
+    layout = layout_of(table, SIZE)
+    foot, indent = layout.footer, round(20 * layout.unit)
+    middle = foot.top + round(60 * layout.unit)
+    row = np.rint(image[middle, foot.left + indent : foot.left + round(0.37 * foot.width)] * 255)
     expected = np.rint(colours.sample(np.linspace(0.0, 1.0, len(row))) * 255)
     np.testing.assert_allclose(row, expected, atol=1)
 
@@ -100,10 +102,11 @@ def test_a_large_floor_does_not_shrink_the_bodies(table: Picture) -> None:
     assert layout_of(table, SIZE).shots[0].camera.scale == layout_of(bare, SIZE).shots[0].camera.scale
 
 
-def test_tall_pictures_stand_side_by_side(heat_box: Callable[..., HeatSurface], table: Picture) -> None:
-    tower = heat_box("tower", (-0.1, -0.1, 0.0), (0.1, 0.1, 1.0), lambda points: 1 + points[:, 2])
-    assert len({shot.box.top for shot in layout_of(Picture("tower", "", (tower,), ()), SIZE).shots}) == 1
-    assert len({shot.box.top for shot in layout_of(table, SIZE).shots}) == 2
+def test_tall_pictures_stand_side_by_side_and_flat_ones_in_two_rows(heat_box: Callable[..., HeatSurface]) -> None:
+    for name, high, rows in (("tower", (0.1, 0.1, 1.0), 1), ("plank", (1.0, 0.1, 0.1), 2)):
+        body = heat_box(name, (-high[0], -high[1], 0.0), high, lambda points: 1 + points[:, 2])
+        picture = Picture(name, "", (body,), (), contact_points=body.points[:1])  # three panels
+        assert len({shot.box.top for shot in layout_of(picture, SIZE).shots}) == rows
 
 
 @pytest.mark.parametrize("size", [(480, 300), (1000, 1400)])

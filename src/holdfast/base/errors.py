@@ -23,7 +23,16 @@ DISTRIBUTION = "holdfast-robotics"  # the name on package indexes; the module an
 
 
 class HoldfastError(Exception):
-    """Base class of every error that holdfast raises on purpose."""
+    """Base class of every error that holdfast raises on purpose.
+
+    For example:
+
+    >>> try:
+    ...     hf.shipped_scene("cube").body("cup")
+    ... except hf.HoldfastError as error:
+    ...     print(error)
+    scene: has no body named 'cup'; known: floor, cube
+    """
 
 
 class SceneError(HoldfastError):

@@ -56,6 +56,13 @@ def load_answer(path: str | os.PathLike[str]) -> Any:  # noqa: ANN401 - the clas
     """Read an answer from a .json or .npz file that its method ``save`` wrote.
 
     The result equals the answer that was saved. Raises HoldfastError if the file does not hold an answer.
+
+    For example:
+
+    >>> answer = hf.stability(hf.shipped_scene("cube"))
+    >>> answer.save("cube.json")
+    >>> hf.load_answer("cube.json") == answer
+    True
     """
     found = load(path)
     if not isinstance(found, ANSWERS):

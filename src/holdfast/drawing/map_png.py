@@ -20,9 +20,10 @@ from holdfast.drawing.picture import Picture, ends_of, fixed, forces, heat_point
 from holdfast.drawing.render import Panel, render
 
 _SMALLEST: Final = (480, 300)  # smallest legible picture: width and height [px]
+_DESIGN: Final = (1200, 750)  # width and height of the design [px]; shown 800 px wide, its text is legible
 _PAD: Final = 34  # left and right margin of the page [px], here and below at the design size
 _HEADER: Final = 104  # height of the header [px]
-_FOOTER: Final = 196  # height of the footer [px]
+_FOOTER: Final = 184  # height of the footer [px]
 _GUTTER: Final = 16  # distance between panels [px]
 CAPTION: Final = 34  # height of a panel's caption [px]
 _MARGIN: Final = 30  # margin around the bodies in a panel [px]
@@ -70,7 +71,7 @@ def map_png(picture: Picture, *, size: tuple[int, int]) -> bytes:
 class Layout:
     """The layout of a page: its header, panels and footer.
 
-    ``unit`` is the size of a pixel of the 1600 by 1000 design.
+    ``unit`` is the size of a pixel of the design.
     """
 
     unit: float
@@ -82,7 +83,7 @@ class Layout:
 def layout_of(picture: Picture, size: tuple[int, int]) -> Layout:
     """Lay out a page of (width, height) pixels; of two arrangements, choose the one that draws the bodies larger."""
     width, height = size
-    unit = min(width / 1600, height / 1000)
+    unit = min(width / _DESIGN[0], height / _DESIGN[1])
     pad, header, footer = (round(v * unit) for v in (_PAD, _HEADER, _FOOTER))
     inner = PageBox(pad, header, width - 2 * pad, height - header - footer)
     front = front_view(picture)

@@ -38,14 +38,14 @@ _HEAD, _FOOT, _PAD = 92, 96, 26  # heights above and below the panels, and the s
 _PALE: Final = (0.90, 0.905, 0.915)  # colour of bodies without a map
 _ACCENT: Final = rgb_of("#5b8fd6")  # colour of the body named ``accent``
 _GHOST: Final = rgb_of("#d9822b")  # colour of the bodies of a ghost picture
-_FAINT: Final = 0.35  # opacity of a ghost picture
+_FAINT: Final = 0.35  # opacity of a ghost picture, and of what others hide
 _KEY: Final = 150  # left edge of the key to the arrows, beside the axes [px]
 _SHIFT: Final = 0.004  # distance of points in front of their surface, as a share of the scene's size
 
 _NEXT: Final = rgb_of("#ea7a3c")  # colour of the body that leaves next
 _STAYS: Final = rgb_of("#b9c4d2")  # colour of the bodies that stay
 _ARROW: Final = "#b5173f"  # colour of the arrows of a sequence
-_ROW, _LEAST = 6, 3  # the most panels in a row, and the number of panels for which a row always has room
+_ROW, _LEAST = 4, 3  # the most panels in a row, and the number of panels for which a row always has room
 _PANEL: Final = (300, 300)  # width and height of a panel of aspect 1 [px]
 _NOTED: Final = 64  # height of a panel's caption and note [px]
 _SIDE, _GUTTER, _KEYED = 30, 12, 44  # margin of a sequence, distance between its panels, height of its footer [px]
@@ -73,23 +73,25 @@ class PointsPanel:
 
 
 def sheet_png(
-    rows: Sequence[Sequence[PointsPanel]], title: str, subtitle: str, *, panel: tuple[int, int] = (760, 560)
+    rows: Sequence[Sequence[PointsPanel]], title: str, subtitle: str, *, panel: tuple[int, int] = (600, 450)
 ) -> bytes:
     """Return a PNG of panels of (width, height) pixels in rows; all panels of one row have the same view."""
     width = 2 * _PAD + max(len(row) for row in rows) * panel[0]
-    height = _HEAD + len(rows) * (panel[1] + CAPTION) + _FOOT
     every = [one for row in rows for one in row]
+    keyed = any(one.picture.heat or len(one.points) for one in every)
+    height = _HEAD + len(rows) * (panel[1] + CAPTION) + (_FOOT if keyed else _PAD)
     scale = colours.scale_of(np.concatenate([np.concatenate([one.force, forces(one.picture)]) for one in every]))
     writer = Writer(width, height)
     for i, row in enumerate(rows):
         shown = [arrow.tail[None] for one in row for arrow in one.marks] + [one.points for one in row]
-        around = [movable(one.picture, None).vertices for one in row]
+        bodies = [drawn for one in row for drawn in (one.picture, one.ghost) if drawn is not None]
+        around = [movable(drawn, None).vertices for drawn in bodies]
         camera = fit(front_view(replace(row[0].picture, weakest=())), np.concatenate([*around, *shown]), *panel, 30.0)
         for j, one in enumerate(row):
             box = PageBox(_PAD + j * panel[0], _HEAD + i * (panel[1] + CAPTION) + CAPTION, *panel)
             _draw_points_panel(writer, one, scale, camera, box)
     writer.head(title, subtitle, _PAD, (44, 74), (26, 16))
-    if any(one.picture.heat or len(one.points) for one in every):
+    if keyed:
         _draw_key(writer, scale, height - _FOOT + 24, every)
     return writer.png()
 
@@ -225,6 +227,9 @@ def _draw_frame(
     writer.framed(box)
     if frame.next:
         leaving = next(solid for solid in frame.solids if solid.name == frame.next)
+        behind = render(soup_of([leaving], colour), None, camera, (box.height, box.width), focus=focus)
+        seen = behind.body >= 0  # where others hide it, it shines through
+        box.of(writer.image)[seen] += _FAINT * (behind.image - box.of(writer.image))[seen]
         tail = leaving.vertices.mean(0)
         tail = tail + (leaving.vertices - tail).dot(sequence.along).max() * sequence.along
         ends = camera.pixels(np.array([tail, tail + length * sequence.along]))[:, :2] + [box.left, box.top]

@@ -18,22 +18,22 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.projections.polar import PolarAxes
 
-_SIZE: Final = (1600, 1000)  # width and height of the page of a polar plot [px]
+_SIZE: Final = (1340, 900)  # width and height of the page of a polar plot [px]
 _COLOURS: Final = ("#b5173f", "#0b6aa8", "#14171c", "#d9820f", "#3d8f5f", "#7a4fa3")  # colours of the curves in turn
 # markers of the curves in turn: dots, none, none, then the octagons and squares of the paper
 _MARKERS: Final = ("o", "", "", "8", "s", "D")
 _LINES: Final = ("-", "-", "--", ":", ":", ":")  # line styles of the curves in turn
-_POLAR: Final = (100, 138, 770, 770)  # left and top edge, width and height of the plot [px]
-_COLUMN: Final = 1010  # left edge of the column beside the plot [px]
-_VIEW: Final = (480, 290)  # width and height of the view from above [px]
+_POLAR: Final = (90, 130, 660, 660)  # left and top edge, width and height of the plot [px]
+_COLUMN: Final = 810  # left edge of the column beside the plot [px]
+_VIEW: Final = (440, 230)  # width and height of the view from above [px]
 _GROUPS: Final = 9  # largest number of groups of moving bodies in a legend
 
-_WIDE: Final = (1600, 900)  # width and height of the page of a motion [px]
+_WIDE: Final = (1340, 790)  # width and height of the page of a motion [px]
 _LEFT: Final = 110  # left edge of the plots [px]
-_RIGHT: Final = 1090  # right edge of the plots [px]
-_MOTION: Final = (130, 400)  # top and bottom edge of the upper plot [px]
-_SHARE: Final = (470, 820)  # top and bottom edge of the lower plot [px]
-_BESIDE: Final = 1130  # left edge of the column beside the plots [px]
+_RIGHT: Final = 850  # right edge of the plots [px]
+_MOTION: Final = (130, 370)  # top and bottom edge of the upper plot [px]
+_SHARE: Final = (435, 720)  # top and bottom edge of the lower plot [px]
+_BESIDE: Final = 890  # left edge of the column beside the plots [px]
 _AXES: Final = ("#b5173f", "#3d8f5f", "#0b6aa8")  # colours of x, y and z
 _MOST: Final = 3.0  # largest share on the axis; larger ones are clamped
 

@@ -135,6 +135,13 @@ class Limit(Record):
     """Static limit analysis over all corners of all patches, which carry whatever the patches can.
 
     ``cone``: "exact", or a polygon of ``sides`` "inscribed" (cautious) or "circumscribed" (optimistic).
+
+    For example:
+
+    >>> cube = hf.shipped_scene("cube")  # 1 kg, friction 0.6: it slips at 5.886 N
+    >>> push = ("cube", (-0.05, 0, 0.05), (1, 0, 0))
+    >>> print(f"{hf.robustness(cube, *push, engine=hf.Limit()).upper[0]:.3f} N")
+    5.886 N
     """
 
     cone: ConeChoice = "exact"

@@ -61,6 +61,12 @@ class Part(Record):
 
     ``shape`` is any shape with a volume, or a trimesh.Trimesh. Without a ``material`` the part has that of the body.
     Raises GeometryError for another shape or a pose that is not rigid.
+
+    For example:
+
+    >>> grip = hf.Part(hf.Cylinder(0.015, 0.12), hf.pose(0, 0, 0.06), material="rubber")
+    >>> hf.Compound([hf.Box((0.1, 0.1, 0.02)), grip]).parts[1].material
+    'rubber'
     """
 
     shape: Solid
@@ -90,6 +96,13 @@ class Compound(Record):
     the sum of those of the parts. ``parts`` are ``Part`` objects, or shapes that need no pose. A part may be an open
     mesh. Then its surface is used as it is, and the mass properties raise GeometryError, so that the body must be fixed
     or be given its mass, centre of mass and inertia. Raises GeometryError if there are no parts.
+
+    For example:
+
+    >>> head = hf.Part(hf.Box((0.1, 0.03, 0.03)), hf.pose(0, 0, 0.165))
+    >>> hammer = hf.Compound([hf.Box((0.02, 0.02, 0.3)), head])
+    >>> round(hf.Body("hammer", hammer, density=1000).mass, 3)
+    0.21
     """
 
     parts: tuple[Part, ...]

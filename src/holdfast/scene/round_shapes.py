@@ -29,6 +29,12 @@ class Capsule(Record):
     Contacts with flat faces, sharp edges, balls, ellipsoids, other capsules and the sides of cylinders are exact;
     others are those of an inscribed surface with ``segments`` sides. The mass properties are exact. Raises
     GeometryError if a length is not positive, or if ``segments`` is not a multiple of four up to 1,000.
+
+    For example:
+
+    >>> pill = hf.Capsule(radius=0.01, length=0.03)
+    >>> round(hf.Body("pill", pill, density=1000).mass, 4)  # π r² (length + 4/3 r) · 1000 kg
+    0.0136
     """
 
     radius: float
@@ -87,6 +93,12 @@ class Ellipsoid(Record):
     Contacts with flat faces, sharp edges and other round bodies are exact; others are those of an inscribed surface, an
     icosahedron that is subdivided ``subdivisions`` times. The mass properties are exact. Raises GeometryError if a
     radius is not positive, or if ``subdivisions`` is not between 0 and 6.
+
+    For example:
+
+    >>> egg = hf.Ellipsoid((0.02, 0.02, 0.03))
+    >>> round(hf.Body("egg", egg, density=1000).mass, 4)  # 4/3 π a b c · 1000 kg
+    0.0503
     """
 
     radii: Float

@@ -160,6 +160,12 @@ class Sphere(Record):
     does. All its other contacts are those of an inscribed icosahedron that is subdivided ``subdivisions`` times. The
     mass properties are those of the true ball. Raises GeometryError if the radius is not positive, or if
     ``subdivisions`` is not between 0 and 6.
+
+    For example:
+
+    >>> ball = hf.Sphere(0.02)
+    >>> round(hf.Body("ball", ball, density=1000).mass, 4)  # 4/3 π r³ · 1000 kg
+    0.0335
     """
 
     radius: float
@@ -235,6 +241,13 @@ class Mesh(Record):
 
     Raises GeometryError if there are no triangles or a face has an invalid index. ``Body`` and ``Part`` take a
     trimesh.Trimesh as it is.
+
+    For example:
+
+    >>> corners = [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0), (0, 0, 0.1)]
+    >>> wedge = hf.Mesh(corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    >>> round(hf.Body("wedge", wedge, density=1000).mass, 4)  # 0.1³ / 6 · 1000 kg
+    0.1667
     """
 
     vertices: Float = column("V 3")

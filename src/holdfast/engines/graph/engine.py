@@ -49,6 +49,13 @@ class Graph(Record):
     - ``max_cuts``: the largest number of feasible cuts; more raise SolverError.
 
     Options out of range raise HoldfastError.
+
+    For example:
+
+    >>> cube = hf.shipped_scene("cube")  # 1 kg, friction 0.6: it slips at 5.886 N
+    >>> push = ("cube", (-0.05, 0, 0.05), (1, 0, 0))
+    >>> print(f"{hf.robustness(cube, *push, engine=hf.Graph(nodes=8)).force[0]:.3f} N")
+    5.886 N
     """
 
     nodes: int = 20

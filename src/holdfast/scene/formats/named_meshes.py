@@ -69,6 +69,14 @@ def from_trimesh(
     ``dataclasses.replace`` gives the scene another, or a name.
 
     Raises SceneError for unknown names and missing masses, and GeometryError for meshes and matrices that are invalid.
+
+    For example:
+
+    >>> import trimesh
+    >>> crate = trimesh.creation.box((0.3, 0.2, 0.2), trimesh.transformations.translation_matrix((0, 0, 0.1)))
+    >>> scene = hf.from_trimesh(crate, friction=0.5, mass=4, floor=True)
+    >>> print(hf.stability(scene).status)
+    stable
     """
     if not hasattr(meshes, "graph"):
         if not hasattr(meshes, "faces"):
