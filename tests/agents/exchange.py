@@ -118,7 +118,7 @@ def written(data: Any, indent: int = 0) -> str:
 def as_page(messages: list[tuple[str, dict[str, Any]]]) -> str:
     """The exchange as the page has it."""
     who = {">": "The agent:", "<": "holdfast:"}
-    return "".join(f"{who[mark]}\n\n```json\n{written(message)}\n```\n\n" for mark, message in messages)
+    return "".join(f"{who[mark]}\n```json\n{written(message)}\n```\n\n" for mark, message in messages)
 
 
 def on_page() -> list[tuple[str, dict[str, Any]]]:
