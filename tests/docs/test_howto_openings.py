@@ -21,7 +21,8 @@ def fault(text: str) -> str:
         return f"no call within {FIRST} lines"
     end = next(k for k, line in enumerate(lines) if k > begin and line.startswith("```"))
     block, after = lines[begin : end + 1], lines[end + 1 : end + 2 + APART]
-    if block[0] == "```console" or any(re.search(r"\bprint\(.*\)\s+# \S", line) for line in block):
+    printed = r"^# \S" if block[0] == "```bash" else r"\bprint\(.*\)\s+# \S"
+    if block[0] == "```console" or any(re.search(printed, line) for line in block):
         return ""
     return "" if any(line.startswith(SHOWN) for line in after) else "neither picture nor output follows the call"
 
