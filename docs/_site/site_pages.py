@@ -15,6 +15,7 @@ import api_pages
 import file_list
 import vocabulary
 from sphinx.application import Sphinx
+from sphinx.util.inspect import TypeAliasForwardRef
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
@@ -45,7 +46,6 @@ LINKS = (
 ERRORS = {name.rpartition(".")[2]: name for name in api_pages.public_names() if re.search("(Error|Warning)$", name)}
 NAMED_ERROR = re.compile(rf"(?<![`.\w])(?:{'|'.join(ERRORS)})(?![`\w])")
 NAMED_PAGE = re.compile(r"(?<![`/\w])docs/([\w/]+)\.md")
-ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")  # what Sphinx makes of an alias within a union
 BARS = re.compile(r"(``.*?``)|(?<!\\)\|(?=\S)([^|`]+?)(?<=\S)\|")  # code, or an absolute value
 
 
@@ -105,14 +105,6 @@ def mark_up_docstrings(
         lines[k] = NAMED_PAGE.sub(r":doc:`docs/\1.md </\1>`", plain)
 
 
-def name_aliases(
-    app: Sphinx, what: str, name: str, subject: object, options: object, signature: str | None, returned: str | None
-) -> tuple[str | None, str | None]:  # arguments as Sphinx gives them
-    """Let signatures name a type alias within a union as they do elsewhere."""
-    plain = [text and ALIAS.sub(r"\1", text) for text in (signature, returned)]
-    return plain[0], plain[1]
-
-
 def listed_anew(app: Sphinx, *changes: object) -> list[str]:
     """Read the list of names in every build: its lines are those of docstrings."""
     return ["reference/api"]
@@ -125,6 +117,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("source-read", lead_on_site)
     app.connect("include-read", lead_from_root)
     app.connect("autodoc-process-docstring", mark_up_docstrings)
-    app.connect("autodoc-process-signature", name_aliases)
+    TypeAliasForwardRef.__repr__ = lambda self: self.name  # type: ignore[method-assign] # an alias within a union
     app.connect("env-get-outdated", listed_anew)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
