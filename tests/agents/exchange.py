@@ -89,33 +89,36 @@ def shortened(message: dict[str, Any]) -> dict[str, Any]:
     if "details" in answer:
         answer["details"] = DOTS
     for row in answer.get("rows", []):
-        row["mechanism"] = DOTS
-    for block in result.get("content", []):
-        if block["type"] == "image":
-            block["data"] = block["data"][:16] + DOTS
-        elif block["text"].startswith('{"version"'):
-            block["text"] = '{"version": "holdfast-answer/1", ' + DOTS
+        row |= {key: round(row[key], 4) for key in ("force", "lower", "upper")} | {"mechanism": DOTS}
+    if "content" in result:
+        result["content"] = result["content"][:1] + [DOTS for _ in result["content"][1:]]
     return message
 
 
 def written(data: Any, indent: int = 0) -> str:
-    """JSON in which what fits on a line is on one."""
+    """JSON with as many short parts on a line as fit."""
     line = json.dumps(data, ensure_ascii=False)
     if len(line) + indent <= WIDTH or not data or not isinstance(data, dict | list):
         return line
-    inner = " " * (indent + 1)
-    if isinstance(data, dict):
-        parts = [f"{inner}{json.dumps(key)}: {written(value, indent + len(key) + 5)}" for key, value in data.items()]
-    else:
-        parts = [inner + written(value, indent + 1) for value in data]
-    first, last = ("{", "}") if isinstance(data, dict) else ("[", "]")
-    return first + ",\n".join(parts).lstrip() + last
+    keyed = isinstance(data, dict)
+    lines, whole = [""], False  # whole: what was written last is on one line, so that more may follow there
+    for part in data.items() if keyed else data:
+        key, value = (f"{json.dumps(part[0])}: ", part[1]) if keyed else ("", part)
+        text = key + written(value, indent + 1 + len(key))
+        fits = whole and indent + len(lines[-1]) + len(text) + 4 <= WIDTH
+        if "\n" not in text and fits:
+            lines[-1] += f", {text}"
+        else:
+            lines.append(text)
+        whole = "\n" not in text
+    first, last = ("{", "}") if keyed else ("[", "]")
+    return first + (",\n" + " " * (indent + 1)).join(lines[1:]) + last
 
 
 def as_page(messages: list[tuple[str, dict[str, Any]]]) -> str:
     """The exchange as the page has it."""
     who = {">": "The agent:", "<": "holdfast:"}
-    return "".join(f"{who[mark]}\n\n```json\n{written(message)}\n```\n\n" for mark, message in messages)
+    return "".join(f"{who[mark]}\n```json\n{written(message)}\n```\n\n" for mark, message in messages)
 
 
 def on_page() -> list[tuple[str, dict[str, Any]]]:

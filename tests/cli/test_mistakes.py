@@ -151,6 +151,7 @@ def test_friction_for_a_file_that_says_its_own(said: Callable[..., str], tmp_pat
     path = scene(tmp_path, "position: [0, 0, 0.1]")
     text = said("assess", path, "--friction", "0.3")
     assert "it has none: write `friction: 0.3` into the file, or say --friction A:B=0.3 for a pair" in text
+    assert "(in Python hf.Scene(scene.bodies, 0.3))" in text
     assert "write `density: 700` or `mass: 0.3` at the body" in said("assess", path, "--density", "700")
     assert "add `{name: floor, shape: {type: halfspace}, fixed: true}` to the bodies" in said("assess", path, "--floor")
 
@@ -165,10 +166,21 @@ def test_the_remedy_for_friction_does_what_it_says(call: Call, tmp_path: Path) -
         assert column(out, "force")[0] == pytest.approx(0.3 * 9.81, rel=1e-4)
 
 
-@pytest.mark.parametrize("at", [("--at", "-0.1", "0"), ("--at=-0.1,0",), ("--at", "-0.1", "0", "x")])
-def test_a_point_of_two_numbers(said: Callable[..., str], tmp_path: Path, at: tuple[str, ...]) -> None:
-    text = said("push", scene(tmp_path, "position: [0, 0, 0.1]"), "a", *at, "--along", "1", "0", "0")
-    assert "needs 3 numbers: --at X Y Z" in text
+ALONG = ("--along", "1", "0", "0")
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (("--at", "-0.1", "0", *ALONG), "Invalid value for '--at': is '-0.1 0'; needs 3 numbers: --at X Y Z"),
+        (("--at=-0.1,0", *ALONG), "Invalid value for '--at': is '-0.1,0'; needs 3 numbers: --at X Y Z"),
+        (("--at", "-0.1", "0", "x", *ALONG), "Invalid value for '--at': is '-0.1 0 x'; needs 3 numbers: --at X Y Z"),
+        ((*ALONG, "--at", "-0.1", "0"), "Invalid value for '--at': is '-0.1 0'; needs 3 numbers: --at X Y Z"),
+        (ALONG, "Missing option '--at'. Give 3 numbers: --at X Y Z"),
+    ],
+)
+def test_a_point_of_two_numbers(said: Callable[..., str], tmp_path: Path, given: tuple[str, ...], told: str) -> None:
+    assert told in said("push", scene(tmp_path, "position: [0, 0, 0.1]"), "a", *given)
 
 
 def test_a_point_in_millimetres(said: Callable[..., str], tmp_path: Path) -> None:

@@ -34,7 +34,7 @@ def sections() -> dict[str, str]:
     for page, text in PAGES.items():
         for part in re.split(r"^(?=## )", text, flags=re.MULTILINE):
             head = part.splitlines()[0].lstrip("# ")
-            if "```python" in part:
+            if "```python" in part or "```bash" in part:
                 found[f"{page}: {head}"] = part
     return found
 

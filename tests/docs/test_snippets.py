@@ -1,8 +1,9 @@
 """What the pages show is run in order, files, Python and commands, and says what is told.
 
-A block that follows a line "`name.ext` ...:" is the content of that file. Of Python, "print(...)  # text" promises the
-text. A command ends with exit code 0, or as its comment says ("# exit code 1"), and writes the pictures that it names.
-A ``text`` block after commands shows lines that they print. Some pages have tests that know more.
+A block that follows a line "`name.ext` ...:" is the content of that file, which is there from the start. Of Python,
+"print(...) # text" promises the text. A command ends with exit code 0, or as its comment says ("# exit code 1"), and
+writes the pictures that it names. A ``text`` block after commands shows lines that they print. Some pages have tests
+that know more.
 """
 
 from __future__ import annotations
@@ -58,10 +59,11 @@ def test_what_a_page_shows_runs_and_says_what_is_told(
     names: dict[str, Any] = {}
     said = ""
     for block in PAGES[page]:
-        kind, text = block["kind"], block["text"]
         if block["file"]:
-            Path(block["file"]).write_text(text, encoding="utf-8")
-        elif kind == "python":
+            Path(block["file"]).write_text(block["text"], encoding="utf-8")
+    for block in PAGES[page]:
+        kind, text = "" if block["file"] else block["kind"], block["text"]
+        if kind == "python":
             exec(compile(text, f"{page}.md", "exec"), names)
             said = capsys.readouterr().out
             for told in re.findall(r"print\(.*\)\s+# (.*)", text):

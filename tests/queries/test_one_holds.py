@@ -90,3 +90,14 @@ def test_an_undecided_row_promises_nothing_for_all() -> None:
     doubtful = replace(found, answers=replace(found.answers, lower=lower))
     assert doubtful.to_dict()["holds"] == {"lower": 0.0, "row": 1, "direction": [0.0, 1.0, 0.0]}
     assert "in every direction, the least" not in text_of(transport_report(doubtful))
+
+
+def test_what_only_a_hold_keeps_is_said_to_move() -> None:
+    """No contact slides, opens or rolls there, so the mode is "none", which in a sentence would deny the motion."""
+    base = hf.Body("base", hf.Box((0.1, 0.1, 0.1)), fixed=True, position=(0, 0, -0.5))
+    box = hf.Body("box", hf.Box((0.1, 0.1, 0.1)), mass=1.0)
+    hand = hf.Hold("box", hf.pose(0, 0, 0), forces=20.0, moments=1.0)
+    held = hf.Scene([base, box], 0.5, holds=[hand])
+    found = hf.robustness(held, "box", (0, 0, 0.05), (0, 0, -1), engine="limit")
+    assert found.mode[0] == "none"
+    assert found.summary().rows[0][-1] == "motion: box"

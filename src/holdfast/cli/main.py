@@ -113,7 +113,7 @@ class Command(TyperCommand):
         """Treat ``--at 0.1,0,0.2`` and ``--at=0.1,0,0.2`` like ``--at 0.1 0 0.2``.
 
         If words are left over after an option that may be repeated, the error says to repeat it before each of them. If
-        a vector has too few numbers, it says how many it needs.
+        a vector has too few numbers, it says what was given and how many it needs.
         """
         if any(each.nargs == -1 for each in self.params):
             _refuse_files_as_options(args)
@@ -131,20 +131,27 @@ class Command(TyperCommand):
         repeated = {flag for each in self.params if getattr(each, "multiple", False) for flag in each.opts}
         given = next((flag for flag in spread if flag in repeated), None)
         try:
-            return super().parse_args(ctx, spread)
+            return super().parse_args(ctx, list(spread))
         except Exception as error:  # typer's own
             if given is not None and "unexpected extra argument" in getattr(error, "message", ""):
                 error.message += f"; say {given} before each: {given} A {given} B"  # type: ignore[attr-defined]
-            if getattr(error, "option_name", "") == "--plugin":
+            short = getattr(error, "option_name", None)  # of a vector that ends the line with too few numbers
+            if short == "--plugin":
                 error.message = "--plugin goes before the command: holdfast --plugin NAME assess SCENE"  # type: ignore[attr-defined]
                 error.possibilities = None  # type: ignore[attr-defined]
-            vector = getattr(error, "param", None)
+            vector = getattr(error, "param", None) or next((each for each in self.params if short in each.opts), None)
             if vector is not None and vector.nargs > 1 and hasattr(error, "message"):
-                form = vector.metavar or " ".join(["NUMBER"] * vector.nargs)
-                error.message = (
-                    f"{error.message.removesuffix('.')}; needs {vector.nargs} numbers: {vector.opts[0]} {form}"
-                )
+                error.message = ("" if short is None else f"Invalid value for '{short}': ") + _needs(vector, spread)
             raise
+
+
+def _needs(vector: Any, words: Sequence[str]) -> str:  # noqa: ANN401 - typer's own types
+    """Return what the words of a command say for an option of several numbers, if anything, and what it needs."""
+    form = vector.metavar or " ".join(["NUMBER"] * vector.nargs)
+    numbers = f"{vector.nargs} numbers: {vector.opts[0]} {form}"
+    behind = next((words[k + 1 :] for k, word in enumerate(words) if word in vector.opts), ())
+    given = tuple(takewhile(lambda word: not word.startswith("--"), behind))[: vector.nargs]
+    return f"is {quoted(' '.join(given))}; needs {numbers}" if given else f"Give {numbers}"
 
 
 def _refuse_files_as_options(args: Sequence[str]) -> None:

@@ -184,7 +184,12 @@ def cells(place: str, answers: Any, row: int, unit: str) -> list[str]:  # noqa: 
 
 def gives_way(mode: str, moving: tuple[str, ...]) -> str:
     """Describe in a few words which bodies move and what the contacts do."""
-    return f"{mode}: {listed(moving, NAMED)}" if moving else "nothing"
+    return f"{kind_of(mode)}: {listed(moving, NAMED)}" if moving else "nothing"
+
+
+def kind_of(mode: str) -> str:
+    """Return the mode as a noun for what bodies do: those that only holds keep move, though no contact gives way."""
+    return "motion" if mode == "none" else mode
 
 
 def verdict_words(verdict: Verdict) -> str:

@@ -20,7 +20,7 @@ from holdfast.drawing.plots import Curve, Footprint, PolarPicture, Timeline, wri
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
-from holdfast.queries.result import Columns, amount, promised
+from holdfast.queries.result import Columns, amount, kind_of, promised
 from holdfast.report import description as wording
 from holdfast.report.description import STYLES, WORDS, Headline, Line, Report, ReportTable
 
@@ -57,7 +57,7 @@ def level_angles(result: TransportLimits) -> Float:
 def movers(result: Columns) -> list[str]:
     """Return for each row in words what gives way first; "" if nothing does."""
     pairs = zip(result.mode, result.moving, strict=True)
-    return [f"{mode}: {listed(names, DRAWN)}" if names else "" for mode, names in pairs]
+    return [f"{kind_of(mode)}: {listed(names, DRAWN)}" if names else "" for mode, names in pairs]
 
 
 def transport_report(result: TransportLimits) -> Report:
@@ -117,7 +117,7 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
         return f"{what}, however fast it accelerates"
     if result.status[least] is Status.UNSTABLE:
         return "even at rest " + ("something is crushed" if result.mode[least] == "crush" else "it does not stand")
-    moving = f"{result.mode[least]} of {listed(result.moving[least], wording.SHOWN)}"
+    moving = f"{kind_of(result.mode[least])} of {listed(result.moving[least], wording.SHOWN)}"
     if not result.acceleration[least] > 0:
         return f"the slightest acceleration moves something: {moving}"
     among = "" if result.answers.decided.all() else ", of the directions with an answer"

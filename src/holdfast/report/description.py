@@ -15,7 +15,7 @@ from rich.text import Text
 from holdfast.base.text import escaped, listed, one_line
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status, Verdict
-from holdfast.queries.result import NAMED, Columns
+from holdfast.queries.result import NAMED, Columns, kind_of
 
 MOST_ROWS = 60  # largest number of rows in a table
 MOST_FRAMES = 24  # largest number of states in a strip of removals or of poses
@@ -118,12 +118,12 @@ def by_engine(engine: str, claim: Claim) -> str:
 
 def what_moves(pushed: str, mode: str, moving: tuple[str, ...]) -> str:
     """Describe what a push does, with the moving bodies unless only the ``pushed`` body moves."""
-    return mode if moving in ((), (pushed,)) else f"{mode} of {listed(moving, NAMED)}"
+    return kind_of(mode) if moving in ((), (pushed,)) else f"{kind_of(mode)} of {listed(moving, NAMED)}"
 
 
 def moving_words(mode: str, moving: tuple[str, ...], kind: str) -> str:
     """Describe what moves and how, after the ``kind`` of the answer, which may be ""."""
-    what = f"{mode}: {listed(moving, SHOWN)}" if moving else ""
+    what = f"{kind_of(mode)}: {listed(moving, SHOWN)}" if moving else ""
     return ", ".join(filter(None, [kind, what]))
 
 

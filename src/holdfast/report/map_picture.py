@@ -19,7 +19,7 @@ from holdfast.geometry.cells import Cells
 from holdfast.geometry.hull import search_tree
 from holdfast.geometry.polygon import inside, shapely_polygon
 from holdfast.queries.map import RobustnessMap
-from holdfast.queries.result import promised
+from holdfast.queries.result import kind_of, promised
 from holdfast.report.description import WORDS, what_moves
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -98,7 +98,7 @@ def _hover(result: RobustnessMap, k: int) -> str:
     if kind is Kind.BALANCED:
         lines.append("only balanced: the smallest push moves it")
     if status is Status.FINITE:
-        lines.append(escaped(f"{result.mode[k]}: {listed(result.moving[k])} moves"))
+        lines.append(escaped(f"{kind_of(result.mode[k])}: {listed(result.moving[k])} moves"))
     elif status is Status.INFINITE:
         lines.append("no push moves anything")
     else:

@@ -26,7 +26,8 @@ T = TypeVar("T")
 
 # What to do instead of an option, for a format that has none because its files say all
 STANDS = {
-    "friction": "it has none: write `friction: 0.3` into the file, or say --friction A:B=0.3 for a pair",
+    "friction": "it has none: write `friction: 0.3` into the file, or say --friction A:B=0.3 for a pair "
+    "(in Python hf.Scene(scene.bodies, 0.3))",
     "density": "it has none: write `density: 700` or `mass: 0.3` at the body in the file",
     "floor": "it has none: add `{name: floor, shape: {type: halfspace}, fixed: true}` to the bodies in the file",
 }
