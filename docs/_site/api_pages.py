@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import enum
 import functools
 import inspect
 import re
@@ -30,7 +31,7 @@ VALUES = {  # what has no docstring of its own
     "holdfast.plugins.EXACT": "The accuracy of all questions that ask for none: as exact as the engine can.",
 }
 SEEN = 5  # the most pages that a page of a name leads to
-MEMBERS = "   :members:\n   :inherited-members: tuple, Exception, BaseException, StrEnum, Mapping\n"
+MEMBERS = "   :members:\n   :inherited-members: tuple, Exception, BaseException, StrEnum, str, Mapping\n"
 MEMBERS += "   :exclude-members: checked_after_load\n"
 TABLE = ".. list-table::\n   :header-rows: 1\n\n   * - parameter\n     - unit\n     - meaning"
 
@@ -86,7 +87,7 @@ def with_lines(page: str) -> str:
 
 def _table(names: Iterable[str]) -> str:
     rows = [f"| [`{name.rpartition('.')[2]}`](/files/api/{name}.rst) | {line_of(name)} |" for name in names]
-    return "\n".join(["| name | |", "|---|---|", *rows])
+    return "\n".join(["| name | what it is |", "|---|---|", *rows])
 
 
 def page_of(name: str) -> str:
@@ -95,7 +96,7 @@ def page_of(name: str) -> str:
     parts = [VALUES[name].replace("`", "``")] if name in VALUES else []
     rows = list(_parameters(value))
     parts += [".. rubric:: Parameters", "\n".join([TABLE, *rows])] if rows else []
-    example = examples().get(name)
+    example = None if ">>>" in (inspect.getdoc(value) or "") else examples().get(name)
     if example is not None:
         said = f"From :doc:`{example.heading} </{example.page}>`:"
         parts += [".. rubric:: Example", said, ".. code-block:: python\n\n" + textwrap.indent(example.code, "   ")]
@@ -107,7 +108,8 @@ def page_of(name: str) -> str:
 
 def _directive(name: str, value: object) -> str:
     if inspect.isclass(value):
-        return f"autoclass:: {name}\n{MEMBERS}" + ("   :show-inheritance:" if issubclass(value, BaseException) else "")
+        more = {"show-inheritance": issubclass(value, BaseException), "undoc-members": issubclass(value, enum.Enum)}
+        return f"autoclass:: {name}\n{MEMBERS}" + "".join(f"   :{option}:\n" for option, on in more.items() if on)
     return f"autofunction:: {name}" if inspect.isfunction(value) else f"autodata:: {name}\n   :no-value:"
 
 
@@ -130,8 +132,8 @@ def pages() -> dict[str, str]:
 
 
 def heading(page: str) -> str:
-    """The title of a page."""
-    return pages()[page].partition("# ")[2].partition("\n")[0]
+    """The title of a page, as plain text."""
+    return pages()[page].partition("# ")[2].partition("\n")[0].replace("`", "")
 
 
 def mentions(name: str) -> Iterator[tuple[str, str]]:

@@ -15,6 +15,7 @@ import api_pages
 import file_list
 import vocabulary
 from sphinx.application import Sphinx
+from sphinx.util.inspect import TypeAliasForwardRef
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
@@ -104,6 +105,11 @@ def mark_up_docstrings(
         lines[k] = NAMED_PAGE.sub(r":doc:`docs/\1.md </\1>`", plain)
 
 
+def listed_anew(app: Sphinx, *changes: object) -> list[str]:
+    """Read the list of names in every build: its lines are those of docstrings."""
+    return ["reference/api"]
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Join the making of the site."""
     app.connect("builder-inited", make_benchmarks)
@@ -111,4 +117,6 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.connect("source-read", lead_on_site)
     app.connect("include-read", lead_from_root)
     app.connect("autodoc-process-docstring", mark_up_docstrings)
+    TypeAliasForwardRef.__repr__ = lambda self: self.name  # type: ignore[method-assign] # an alias within a union
+    app.connect("env-get-outdated", listed_anew)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -79,10 +79,11 @@ def test_an_example_is_what_its_page_shows_and_lacks_no_name(api: Any, tmp_path:
     """The page runs whole in test_snippets.py; here it is cut, and ruff finds what is missing."""
     for name, example in api.examples().items():
         said = (ROOT / "docs" / f"{example.page}.md").read_text(encoding="utf-8")
-        assert f"# {example.heading}\n" in said
+        assert f"# {example.heading}\n" in said.replace("`", "")
         assert all(line in said for line in example.code.splitlines()), name
         (tmp_path / f"{name}.py").write_text(example.code, encoding="utf-8")
-        assert textwrap.indent(f"{example.code}\n", "      ") in api.page_of(name)
+        if name not in WITH_DOCTEST:
+            assert textwrap.indent(f"{example.code}\n", "      ") in api.page_of(name)
     undefined = ["check", "--isolated", "--select", "F821", str(tmp_path)]
     found = subprocess.run([sys.executable, "-m", "ruff", *undefined], capture_output=True, text=True, check=False)
     assert found.returncode == 0, found.stdout
