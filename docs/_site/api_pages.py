@@ -87,7 +87,7 @@ def with_lines(page: str) -> str:
 
 def _table(names: Iterable[str]) -> str:
     rows = [f"| [`{name.rpartition('.')[2]}`](/files/api/{name}.rst) | {line_of(name)} |" for name in names]
-    return "\n".join(["| name | what it is |", "|---|---|", *rows])
+    return "\n".join(["", "| name | what it is |", "|---|---|", *rows])
 
 
 def page_of(name: str) -> str:
