@@ -87,7 +87,7 @@ def with_lines(page: str) -> str:
 
 def _table(names: Iterable[str]) -> str:
     rows = [f"| [`{name.rpartition('.')[2]}`](/files/api/{name}.rst) | {line_of(name)} |" for name in names]
-    return "\n".join(["| name | what it is |", "|---|---|", *rows])
+    return "\n".join(["", "| name | what it is |", "|---|---|", *rows])
 
 
 def page_of(name: str) -> str:
@@ -177,11 +177,12 @@ def examples() -> dict[str, Example]:
     return {name: _example(snippet) for name, snippet in found.items()}
 
 
-def _rank(snippet: Snippet, uses: int) -> tuple[bool, bool, int, int, int]:
-    """Order snippets: first those that print and read no file, of pages that use the name most, then the shortest."""
+def _rank(snippet: Snippet, uses: int) -> tuple[bool, bool, bool, int, int, int]:
+    """Order snippets: first those that print, need no other package and no file; then by page; the shortest first."""
     code = _example(snippet).code
     shelf = SHELVES.index(snippet.page.rpartition("/")[0])
-    return "print(" not in code, "load_scene(" in code, shelf, -uses, len(code)
+    foreign = {*re.findall(r"^(?:import|from) (\w+)", code, re.MULTILINE)} - {"holdfast", "math", "numpy"}
+    return "print(" not in code, bool(foreign), "load_scene(" in code, shelf, -uses, len(code)
 
 
 def _showing(name: str) -> Iterator[Snippet]:
