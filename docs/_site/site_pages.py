@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import api_pages
+import contents
 import file_list
 import vocabulary
 from sphinx.application import Sphinx
@@ -82,9 +83,11 @@ def make_lists(app: Sphinx) -> None:
 
 
 def lead_on_site(app: Sphinx, name: str, source: list[str]) -> None:
-    """Turn links to files beside the folder of the pages into links to pages of the site; list the public names."""
+    """Turn links to files beside the folder of the pages into links to pages of the site; list what pages hold."""
     if name == "reference/api":
         source[0] = api_pages.with_lines(source[0])
+    if name == "index":
+        source[0] = contents.with_howto(source[0])
     for pattern, target in LINKS:
         source[0] = pattern.sub(target, source[0])
 

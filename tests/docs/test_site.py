@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import sys
+from importlib import import_module
 from pathlib import Path
 
 import file_list
@@ -12,11 +14,13 @@ from bench.checkout import RESULTS
 from bench.figures.pages import notes, pages
 
 DOCS = Path(__file__).parents[2] / "docs"
+sys.path.append(str(DOCS / "_site"))
+contents = import_module("contents")
 
 
 def listed(page: str) -> list[str]:
     """The entries of all tables of contents of a page."""
-    text = (DOCS / page).read_text(encoding="utf-8")
+    text = contents.with_howto((DOCS / page).read_text(encoding="utf-8"))
     blocks = re.findall(r"```\{toctree\}\n(.*?)```", text, re.DOTALL)
     lines = [line.strip() for block in blocks for line in block.splitlines()]
     entries = [line for line in lines if line and not line.startswith(":")]
