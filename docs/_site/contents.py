@@ -16,7 +16,7 @@ def with_howto(text: str) -> str:
     groups = dict[str, list[str]]()
     for row in ROW.finditer(text):
         bold = re.findall(r"\*\*(.+?)\*\*", row["task"])
-        name = ", ".join(bold).capitalize() if bold else [*groups][-1]
+        name = " and ".join(bold).capitalize() if bold else [*groups][-1]
         groups.setdefault(name, []).extend(re.findall(r"\((howto/\w+)\.md\)", row["pages"]))
     made = ("\n".join(["```{toctree}", ":hidden:", f":caption: {name}", *groups[name], "```\n"]) for name in groups)
     before, found, after = text.partition(NEXT)
