@@ -187,4 +187,4 @@ def draw_scale_bar(axes: Axes, shot: Shot, unit: float) -> None:
     left = right - length * shot.camera.scale
     axes.plot([left, left, right, right], [y - 5 * unit, y, y, y - 5 * unit], color=INK, lw=1.1 * unit, zorder=9)
     text = f"{length:g} m" if length >= 0.1 else f"{1000 * length:g} mm"
-    write(axes, (left + right) / 2, y - 6 * unit, text, 10 * unit, va="baseline")
+    write(axes, (left + right) / 2, y - 8 * unit, text, 10 * unit, va="baseline")
