@@ -67,7 +67,6 @@ def recorded() -> list[tuple[str, dict[str, Any]]]:
             await client.list_tools()
             asked = {"body": "crate", "point": [-0.05, 0, 0.3], "direction": [1, 0, 0]}
             await client.call_tool("push", {"scene": CRATE, **asked})
-            await client.call_tool("stands", {"path": "../private/scene.yaml"})
 
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder, "log")

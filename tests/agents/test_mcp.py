@@ -153,7 +153,7 @@ def test_the_page_shows_a_real_exchange() -> None:
         return pytest.approx(data, rel=1e-6, abs=1e-9) if isinstance(data, float) else data
 
     shown = exchange.on_page()
-    assert len(shown) == 4
+    assert len(shown) == 2
     assert exchange.recorded() == near(shown)
 
 
