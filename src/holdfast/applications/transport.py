@@ -217,6 +217,12 @@ def transport_limits(
     bodies that do not count.
 
     Raises SceneError if there is no direction, if one is zero, or if one of ``bodies`` is unknown or fixed.
+
+    For example, 1 kg on friction of 0.6:
+
+    >>> limits = hf.transport_limits(hf.shipped_scene("cube"), (1, 0, 0))
+    >>> print(f"{limits.lower[0]:.2f} m/s², {limits.mode[0]}")
+    5.89 m/s², slip
     """
     given = _on_carrier(assembly, tilt_degrees)
     if directions is None:

@@ -141,6 +141,12 @@ def robustness(
     Raises SceneError if there is no point, if the body is unknown, or if a point is further from the body's surface
     than the contact tolerance. Raises HoldfastError if engine ``graph`` is given with ``bounds``, or an engine other
     than ``compliant`` with ``imperfect``.
+
+    For example, 1 kg on friction of 0.6, pushed at half its height:
+
+    >>> push = hf.robustness(hf.shipped_scene("cube"), "cube", (-0.05, 0, 0.05), (1, 0, 0))
+    >>> print(f"{push.lower[0]:.2f} to {push.force[0]:.2f} N, {push.mode[0]}")
+    5.89 to 5.89 N, slip
     """
     assembly = checked_assembly(assembly)
     p, e, W = pushes(assembly, body, points, directions, f"robustness of {quoted(body)}")

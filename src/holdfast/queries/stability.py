@@ -169,6 +169,14 @@ def stability(
 
     ``engine`` is the name of an engine, or an engine itself. An assembly that does not stand is an answer, not an
     error: see Stability. An assembly without movable bodies is UNDECIDED, because there is nothing to decide.
+
+    For example:
+
+    >>> found = hf.stability(hf.shipped_scene("stack"))
+    >>> print(found.status)
+    stable
+    >>> print(found.reason)
+    every contact on the way to the support presses and has friction to spare
     """
     assembly = checked_assembly(assembly)
     method = engine_of(engine)

@@ -53,6 +53,12 @@ class Body(Record):
     Raises SceneError if a value is malformed, or if the mass is missing or contradicts the density. Raises
     GeometryError if the pose is not rigid, the inertia is impossible or the shape is invalid. A movable body whose
     shape has no volume needs ``com``.
+
+    For example:
+
+    >>> crate = hf.Body("crate", hf.Box((0.2, 0.2, 0.3)), density=500, position=(0, 0, 0.15))
+    >>> round(crate.mass, 3)  # 0.2 · 0.2 · 0.3 m³ · 500 kg/m³
+    6.0
     """
 
     name: str

@@ -43,6 +43,13 @@ class Scene(Record):
     like a mistake; they take no part in comparisons. ``holds`` are the hands and grippers that hold movable bodies
     (Hold, Grip). Raises SceneError if one of these conditions is violated, or if the friction table, ``excluded`` or
     ``holds`` uses an unknown name.
+
+    For example:
+
+    >>> floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    >>> crate = hf.Body("crate", hf.Box((0.2, 0.2, 0.3)), mass=4, position=(0, 0, 0.15))
+    >>> print(hf.stability(hf.Scene([floor, crate], friction=0.5)).status)
+    stable
     """
 
     bodies: tuple[Body, ...]
