@@ -39,7 +39,9 @@ def test_the_answer_comes_first_in_one_sentence(transport: Any) -> None:
     limits = hf.transport_limits(hf.shipped_scene("table"))
     _, out, _ = transport("table")
     said = " ".join(out.partition("largest acceleration")[0].split())
-    assert f"estimated to hold up to {limits.lower.min():.4g} m/s² in every direction, the least towards" in said
+    assert (
+        f"estimated to hold up to {limits.lower.min():.4g} m/s² in each of these directions, the least towards" in said
+    )
 
 
 def test_a_long_story_is_told_in_few_parts(transport: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -32,22 +32,22 @@ def test_transport_says_one_number_in_its_head_table_picture_and_json() -> None:
     assert found.lower[row] < found.lower[int(np.argmin(found.acceleration))]  # here the two directions differ
     value, degrees = number(found.lower[row]), f"{3.6 * row:.4g}°"
     told = text_of(transport_report(found))
-    assert f"estimated to hold up to {value} m/s² in every direction, the least towards {degrees}" in told
+    assert f"estimated to hold up to {value} m/s² in each of these directions, the least towards {degrees}" in told
     (arc,) = [line.split() for line in told.splitlines() if "topple: vase" in line and "from" not in line]
     assert arc[4:6] == [value, degrees]
     lines = polar_picture([found]).curves[0].lines
-    assert f"estimated to hold up to {value} in every direction, the least at {degrees}" in lines
+    assert f"estimated to hold up to {value} in each of these directions, the least at {degrees}" in lines
     assert f"estimated to hold up to {value} m/s²" in repr(found)
     data = json.loads(json.dumps(found.to_dict()))
     assert data["holds"] == {"lower": found.lower[row], "row": row, "direction": found.directions[row].tolist()}
 
 
-def test_a_map_says_what_holds_everywhere() -> None:
+def test_a_map_says_what_holds_at_its_points_and_not_between_them() -> None:
     found = hf.robustness_map(shelf(), spacing=0.03)
     row = int(np.argmin(found.lower))
     held = f"estimated to hold up to {number(found.lower[row], 'N')}"
-    assert f"{held} at every point, the least on {found.body[row]} at (" in text_of(map_report(found))
-    assert f"{held} everywhere" in picture_of(found).subtitle
+    assert f"{held} at each of these points, the least on {found.body[row]} at (" in text_of(map_report(found))
+    assert f"{held} at each of these points" in picture_of(found).subtitle
     holds = found.to_dict()["holds"]
     assert (holds["row"], holds["body"], holds["lower"]) == (row, found.body[row], found.lower[row])
 
@@ -89,7 +89,7 @@ def test_an_undecided_row_promises_nothing_for_all() -> None:
     lower[1] = 0.0
     doubtful = replace(found, answers=replace(found.answers, lower=lower))
     assert doubtful.to_dict()["holds"] == {"lower": 0.0, "row": 1, "direction": [0.0, 1.0, 0.0]}
-    assert "in every direction, the least" not in text_of(transport_report(doubtful))
+    assert "in each of these directions, the least" not in text_of(transport_report(doubtful))
 
 
 def test_what_only_a_hold_keeps_is_said_to_move() -> None:

@@ -72,12 +72,14 @@ def transport_report(result: TransportLimits) -> Report:
     verdict = result.verdict.status
     angle = np.asarray(np.round(np.degrees(level_angles(result)), 1), dtype=np.float64)
     row, least = result.answers.holding, promised(result.answers, "m/s²")
-    everywhere = [f"{least} in every direction, the least towards {angle[row]:g}°"] if row is not None and least else []
+    of_all = (
+        [f"{least} in each of these directions, the least towards {angle[row]:g}°"] if row is not None and least else []
+    )
     quarters = [np.flatnonzero(angle == quarter) for quarter in (0.0, 90.0, 180.0, 270.0)]
     if all(len(rows) for rows in quarters):
         at = [amount(result.status[k], result.acceleration[k], "m/s²") for k in (rows[0] for rows in quarters)]
         if len(set(at)) > 1:
-            everywhere.append("; ".join(f"towards {90 * k}°: {limit}" for k, limit in enumerate(at)))
+            of_all.append("; ".join(f"towards {90 * k}°: {limit}" for k, limit in enumerate(at)))
     arcs = _arcs(result)
     if len(arcs) > ARCS:
         arcs = [part.tolist() for part in np.array_split(np.arange(count), ARCS)]
@@ -88,7 +90,7 @@ def transport_report(result: TransportLimits) -> Report:
         Headline(result.assembly.scene.name or "assembly", WORDS[verdict], STYLES[verdict], rest),
         *wording.remarks(result),
         Line(_slowest(result, angle)),
-        *map(Line, everywhere),
+        *map(Line, of_all),
         ReportTable(
             heads, [_arc_row(result, angle, arc, rank) for arc in arcs], "largest acceleration of the carrier",
             right=range(6), whole=True, airy=True,
@@ -110,7 +112,7 @@ def _arc_row(result: TransportLimits, angle: Float, arc: list[int], rank: NDArra
 def _slowest(result: TransportLimits, angle: Float) -> str:
     """Return a sentence with the least acceleration in any decided direction that moves something."""
     if not result.answers.decided.any():
-        return "the limit is undecided in every direction"
+        return "the limit is undecided in each of these directions"
     least = int(result.answers.ranking[0])
     if result.status[least] is Status.INFINITE:
         what = "an equilibrium exists" if result.claim is Claim.EXISTS else "nothing moves on it"
@@ -215,7 +217,7 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
     lines = [f"least {number(float(result.acceleration[least]))}{only} at {degrees[least]:g}°, {gives}"]
     promise = promised(result.answers)
     if promise:
-        lines.append(f"{promise} in every direction, the least at {degrees[result.answers.holding]:g}°")
+        lines.append(f"{promise} in each of these directions, the least at {degrees[result.answers.holding]:g}°")
     lines.append(f"largest {number(float(known.max()))}")
     return (*lines, *unknown)
 

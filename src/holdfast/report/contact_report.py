@@ -172,10 +172,10 @@ def map_report(result: RobustnessMap) -> Report:
     status = result.verdict.status
     rest = f", {len(result.force):,} inward pushes{wording.by_engine(result.engine, result.claim)}"
     row, least = result.answers.holding, promised(result.answers, "N")
-    everywhere = []
+    of_all = []
     if row is not None and least:
         place = f"{one_line(result.body[row], LONGEST_NAME)} at {vector_text(1e3 * result.points[row], '.0f')} mm"
-        everywhere.append(Line(f"{least} at every point, the least on {place}"))
+        of_all.append(Line(f"{least} at each of these points, the least on {place}"))
     rows = []
     for weak in result.weakest_of_each_body():
         here = result.body == weak.body
@@ -184,7 +184,7 @@ def map_report(result: RobustnessMap) -> Report:
     return Report(
         Headline(result.assembly.scene.name or "scene", WORDS[status], STYLES[status], rest),
         *wording.remarks(result),
-        *everywhere,
+        *of_all,
         ReportTable(
             ("body", "force [N]", "at [mm]", "along", "what moves"), rows, "weakest push on each body",
             right=(1,), most=30, whole=True,

@@ -52,7 +52,7 @@ def picture_of(result: RobustnessMap) -> Picture:
     parts = [WORDS[result.verdict.status], engine, f"{len(result.force):,} inward pushes"]
     promise = promised(result.answers, "N")
     if promise:
-        parts.append(f"{promise} everywhere")
+        parts.append(f"{promise} at each of these points")
     if result.undecided.count:
         parts.append(result.undecided.text)
     length, arrows = WEAK_ARROW * result.assembly.size, []
