@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from rich.console import Console
@@ -56,3 +58,22 @@ def test_the_terminal_does_not_say_that_nothing_moves_where_an_equilibrium_exist
     told = caught.get()
     assert "however hard: an equilibrium exists" in told
     assert "nothing moves" not in told
+
+
+def test_the_terminal_promises_no_more_than_lower_where_no_limit_was_found() -> None:
+    """A row of books that fits exactly between its ends: stiffness decides whether they squeeze each other."""
+
+    def upright(name: str, x: float, **given: Any) -> hf.Body:
+        return hf.Body(name, hf.Box((0.03, 0.2, 0.25)), position=(x, 0, 0.125), **given)
+
+    books = [upright(f"book{k}", 0.03 * (k - 4), mass=1) for k in range(1, 8)]
+    ends = [upright(name, x, fixed=True) for name, x in (("left", -0.12), ("right", 0.12))]
+    shelf = hf.Body("shelf", hf.Box((0.8, 0.3, 0.02)), position=(0, 0, -0.01), fixed=True)
+    push = hf.robustness(hf.Scene([shelf, *ends, *books], 0.35), "book3", (-0.045, 0, 0.25), (1, 0, 0))
+    assert push.force[0] == np.inf
+    assert push.lower[0] == 0
+    console = Console(width=200)
+    with console.capture() as caught:
+        console.print(push_report(push))
+    assert "no limit found, estimated to hold up to 0 N only" in caught.get()
+    assert "nothing moves" not in caught.get()

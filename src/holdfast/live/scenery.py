@@ -19,7 +19,7 @@ from holdfast.drawing.picture import Arrow, forces, legend
 from holdfast.engines.verdict import Status
 from holdfast.live.window_model import ViewModel
 from holdfast.queries.map import RobustnessMap
-from holdfast.queries.result import gives_way
+from holdfast.queries.result import endless, gives_way
 from holdfast.report.contact_report import bounds_text
 from holdfast.report.description import WORDS
 from holdfast.report.map_picture import bare_picture, force_arrows, picture_of
@@ -140,7 +140,7 @@ def push_html(model: ViewModel) -> str:
     elif answer.status[0] is Status.UNSTABLE:
         lines += ["<b>falls without a push</b>", escaped(answer.verdict.reason)]
     elif answer.status[0] is Status.INFINITE:
-        lines.append("<b>no push moves anything</b> in this direction")
+        lines.append(f"<b>{escaped(endless(answer.answers, 0, 'N'))}</b>, pushed in this direction")
     else:
         lines += [f"R = <b>{number(float(answer.force[0]), 'N')}</b>", *bounds_text(answer)]
         lines.append(escaped(gives_way(answer.mode[0], answer.moving[0])))

@@ -219,6 +219,13 @@ def holds_up_to(answers: Answers, row: int, unit: str = "") -> str:
     return f"{answers.lower_bound} to {what} up to {number(float(answers.lower[row]), unit)}"
 
 
+def endless(answers: Answers, row: int, unit: str) -> str:
+    """Describe a row that is INFINITE: nothing moves where ``lower`` says so, too, and else what ``lower`` says."""
+    if answers.claim is Claim.HOLDS and np.isfinite(answers.lower[row]):
+        return f"no limit found, {holds_up_to(answers, row, unit)} only"
+    return "an equilibrium exists" if answers.claim is Claim.EXISTS else "nothing moves"
+
+
 def amount(status: Status, value: float, unit: str = "") -> str:
     """Return the value of an answer with its unit, or "?" if the answer is undecided."""
     return "?" if status is Status.UNDECIDED else number(value, unit)

@@ -20,7 +20,7 @@ from holdfast.drawing.plots import Curve, Footprint, PolarPicture, Timeline, wri
 from holdfast.engines.answers import Claim
 from holdfast.engines.verdict import Status
 from holdfast.geometry.hull import outline_numbers
-from holdfast.queries.result import Columns, amount, kind_of, promised
+from holdfast.queries.result import Columns, amount, endless, kind_of, promised
 from holdfast.report import description as wording
 from holdfast.report.description import STYLES, WORDS, Headline, Line, Report, ReportTable
 
@@ -115,8 +115,8 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
         return "the limit is undecided in each of these directions"
     least = int(result.answers.ranking[0])
     if result.status[least] is Status.INFINITE:
-        what = "an equilibrium exists" if result.claim is Claim.EXISTS else "nothing moves on it"
-        return f"{what}, however fast it accelerates"
+        row = least if result.answers.holding is None else result.answers.holding
+        return f"however fast it accelerates: {endless(result.answers, row, 'm/s²')}"
     if result.status[least] is Status.UNSTABLE:
         return "even at rest " + ("something is crushed" if result.mode[least] == "crush" else "it does not stand")
     moving = f"{kind_of(result.mode[least])} of {listed(result.moving[least], wording.SHOWN)}"
@@ -209,7 +209,8 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
     if not len(known):
         return tuple(unknown)
     if np.isinf(known).all():
-        return ("nothing moves, however fast", *unknown)
+        row = int(np.argmin(result.lower))
+        return (f"however fast: {endless(result.answers, row, 'm/s²')}", *unknown)
     least = int(result.answers.ranking[0])
     gives = movers(result)[least] or str(result.status[least])
     only = " (only balanced)" if result.status[least] is Status.FINITE and not result.acceleration[least] > 0 else ""

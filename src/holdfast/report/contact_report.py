@@ -18,7 +18,7 @@ from holdfast.engines.answers import Bound, Claim
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.push import Robustness
-from holdfast.queries.result import gives_way, holds_up_to, promised, vector_text
+from holdfast.queries.result import endless, gives_way, holds_up_to, promised, vector_text
 from holdfast.queries.stability import Stability
 from holdfast.report import description as wording
 from holdfast.report.description import MOST_ROWS, STYLES, WORDS, Headline, Line, Report, ReportTable
@@ -133,10 +133,12 @@ def placement_details(result: Placement) -> dict[str, Any]:
 
 def push_report(result: Robustness) -> Report:
     """Return the force of the first push of an answer, its bounds, and what moves."""
-    status, force, exists = result.status[0], float(result.force[0]), result.claim is Claim.EXISTS
+    status, force = result.status[0], float(result.force[0])
+    sure = result.claim is not Claim.HOLDS or np.isinf(result.lower[0])
+    without_end = f"{'however hard: ' if sure else ''}{endless(result.answers, 0, 'N')}"
     outcome, style = {
         Status.FINITE: (f"{number(force, 'N')} before something moves", "bold"),
-        Status.INFINITE: (f"however hard: {'an equilibrium exists' if exists else 'nothing moves'}", "bold green"),
+        Status.INFINITE: (without_end, "bold green" if sure else "bold yellow"),
         Status.UNSTABLE: ("nothing: it does not stand even without a push", "bold red"),
         Status.UNDECIDED: ("undecided", "bold yellow"),
     }[status]

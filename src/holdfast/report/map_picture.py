@@ -19,7 +19,7 @@ from holdfast.geometry.cells import Cells
 from holdfast.geometry.hull import search_tree
 from holdfast.geometry.polygon import inside, shapely_polygon
 from holdfast.queries.map import RobustnessMap
-from holdfast.queries.result import kind_of, promised
+from holdfast.queries.result import endless, kind_of, promised
 from holdfast.report.description import WORDS, what_moves
 from holdfast.scene.body import Body
 from holdfast.scene.scene import Scene
@@ -53,6 +53,9 @@ def picture_of(result: RobustnessMap) -> Picture:
     promise = promised(result.answers, "N")
     if promise:
         parts.append(f"{promise} at each of these points")
+    row = result.answers.holding
+    if row is not None and result.status[row] is Status.INFINITE and result.lower[row] == 0:
+        parts.append(f"{endless(result.answers, row, 'N')} at some")
     if result.undecided.count:
         parts.append(result.undecided.text)
     length, arrows = WEAK_ARROW * result.assembly.size, []
@@ -100,7 +103,7 @@ def _hover(result: RobustnessMap, k: int) -> str:
     if status is Status.FINITE:
         lines.append(escaped(f"{kind_of(result.mode[k])}: {listed(result.moving[k])} moves"))
     elif status is Status.INFINITE:
-        lines.append("no push moves anything")
+        lines.append(escaped(endless(result.answers, k, "N")))
     else:
         lines.append("falls without a push")
     return "<br>".join(lines)
