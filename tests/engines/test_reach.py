@@ -262,3 +262,16 @@ def test_where_too_many_faces_are_near_each_other_it_is_said_that_nothing_was_se
         found = stability(cone(count, "low", 0, down=False), cone(count, "high", 0.007, down=True))
         assert found.status is hf.Status.UNDECIDED
         assert said in found.reason
+
+
+def test_a_remedy_that_was_taken_is_not_proposed_again() -> None:
+    """A bottle that leans by 2 degrees touches within the given gap: only the angle is too narrow."""
+    floor = hf.Body("floor", hf.HalfSpace(), fixed=True)
+    lean = np.radians(2.0)
+    middle = 0.1 * np.cos(lean) + 0.03 * np.sin(lean)
+    bottle = hf.Body("bottle", hf.Cylinder(0.03, 0.2), mass=0.5, position=(0, 0, middle), rpy_degrees=(2.0, 0, 0))
+    scene = hf.Scene([floor, bottle], 0.5)
+    wide, narrow = (hf.stability(hf.assemble(scene, gap=gap)).reason for gap in (0.003, 1e-5))
+    assert "angle_degrees=5" in wide
+    assert "gap=" not in wide
+    assert "gap=" in narrow

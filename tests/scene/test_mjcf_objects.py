@@ -58,7 +58,7 @@ def test_a_model_with_a_pose_is_the_model_turned(mug: Path) -> None:
     ("options", "match"),
     [
         ({"free": ["objct"]}, r"mug.xml: free: no body is named 'objct'; did you mean 'object'"),
-        ({"free": True}, r"none of its 1 bodies is fixed; mark .* or read it with floor=True"),
+        ({"free": True}, r"none of its 1 bodies is fixed; mark .*; files of other programs take floor=True"),
         ({"free": True, "pose": UP, "poses": {"a": UP}}, r"poses: is .*and no pose="),
         ({"free": True, "floor": True, "key": "home"}, r"keyframe 'home': is unknown"),
     ],

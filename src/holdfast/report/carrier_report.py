@@ -250,7 +250,7 @@ def _safe_speed(result: Carried) -> list[str]:
     if result.claim is Claim.ESTIMATED:
         return []
     scale, what = result.time_scale(), "to hold" if result.claim is Claim.HOLDS else "to have an equilibrium"
-    return [f"known {what} at {number(scale)} times the speed" if scale > 0 else f"not known {what} at any speed"]
+    return [f"known {what} at {number(scale)} times this speed" if scale > 0 else f"not known {what} at any speed"]
 
 
 def timeline(result: Carried) -> Timeline:

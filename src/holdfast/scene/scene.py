@@ -116,9 +116,8 @@ class Scene(Record):
             raise SceneError(message("scene", f"several bodies are named {quoted(twice[0])}", "names are unique"))
         if not any(body.fixed for body in self.bodies):
             problem = f"none of its {len(names)} bodies is fixed"
-            raise SceneError(
-                message("scene", problem, "mark what carries the others with fixed=True, or read it with floor=True")
-            )
+            remedy = "mark what carries the others with fixed=True, or add a fixed HalfSpace"
+            raise SceneError(message("scene", problem, f"{remedy}; files of other programs take floor=True"))
         strength = math.hypot(*self.gravity.tolist())
         if 0 < strength < ACCELERATION.least:
             raise SceneError(message("scene: gravity", f"is {strength:g} m/s²", f"needs a length {ACCELERATION}"))

@@ -192,10 +192,12 @@ class SupportsInReach:
         upper, lower = (b, a) if height > 0 or a.name not in names else (a, b)
         place = "above" if abs(height) > BELOW else "from"
         apart, own = max(nearest.separation or 0.0, 0.0), tolerances.between(a, b)
-        known, remedy = f"gap tolerance {own.gap * 1e3:.2g} mm", f"gap={gap:g}"
+        known, remedies = f"gap tolerance {own.gap * 1e3:.2g} mm", [f"gap={gap:g}"] if gap > own.gap else []
         if wide:
-            known, remedy = f"{known}, angle {own.angle:.2g} degrees", f"{remedy}, angle_degrees={WIDE:g}"
+            known = f"{known}, angle {own.angle:.2g} degrees"
+            remedies.append(f"angle_degrees={WIDE:g}")
+        remedy = f"settle, or {', '.join(remedies)}" if remedies else "settle"
         far = f"is {apart * 1e3:.2g} mm {place} {quoted(lower.name)}"
         if apart <= own.gap:
             far = f"touches {quoted(lower.name)} tilted beyond tolerance"
-        return f"{upper.name} {far} ({known}) and would rest there: settle, or {remedy}"
+        return f"{upper.name} {far} ({known}) and would rest there: {remedy}"

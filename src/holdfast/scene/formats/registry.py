@@ -142,7 +142,9 @@ def save_scene(scene: Scene, path: str | Path, **options: Any) -> None:  # noqa:
     """
     path = checked_path(path, "scene file")
     if not isinstance(scene, Scene):
-        raise SceneError(message(str(path), f"got a {type(scene).__name__}", "needs a Scene to save"))
+        raise SceneError(
+            message(str(path), f"got {type(scene).__name__}", "needs a Scene, as an Assembly has in scene")
+        )
     with located(str(path)):
         chosen = next((each for each in writable() if path.suffix.lower() in each.suffixes), None)
         if chosen is None:
