@@ -21,7 +21,7 @@ def test_what_the_page_shows_is_loaded_when_it_is_named(page: str, name: str, tm
     (module,) = re.findall(rf'{name} = "(\w+)"', text)
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (lines,) = re.findall(r"```bash\n(.*?)```", text, re.DOTALL)
-    assert f"odule `{module}`" in text
+    assert f"odule `{module}`" in " ".join(text.split())
     assert '[project.entry-points."holdfast.plugins"]' in (HOWTO / "own_format.md").read_text(encoding="utf-8")
     (tmp_path / f"{module}.py").write_text(code, encoding="utf-8")
     package = tmp_path / f"{module}-0.1.0.dist-info"

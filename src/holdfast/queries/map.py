@@ -226,8 +226,9 @@ def robustness_map(
     """Compute the robustness R to inward normal pushes over all exposed surfaces of ``bodies``.
 
     ``bodies`` are the names of the bodies to map; by default, all movable bodies. ``spacing`` [m] is the distance
-    between neighbouring points. Points on a contact patch are left out, and so are points where another body is less
-    than half a spacing away in front of the surface.
+    between neighbouring points. They are the middles of cells, half a spacing inside the edges, where pushes withstand
+    less. Points on a contact patch are left out, and so are points where another body is less than half a spacing away
+    in front of the surface.
 
     Engines ``compliant`` and ``graph`` answer every point as ``robustness`` answers a push there. Engine ``limit``,
     which proves both bounds, stops where (upper - lower) / upper <= ``accuracy``; with 0 it, too, solves every point.
