@@ -24,7 +24,7 @@ PLACES = ("poses",)  # options that hold poses, here positions
 HEAD = """# Public scene files
 
 For people who use a public scene set: what of it is read, with which options of `hf.load_scene`, and what is refused.
-Each row is about small inputs of our own, written after files of that set, which are not in this repository:
+Files of these sets are not in this repository: each row is about small inputs of our own that imitate them, in
 `tests/scene/dialects/`. `python -m tests.scene.scene_dialects` writes the table, and a test compares it.
 
 | source | read | refused → what to do |
