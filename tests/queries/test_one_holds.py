@@ -36,7 +36,7 @@ def test_transport_says_one_number_in_its_head_table_picture_and_json() -> None:
     (arc,) = [line.split() for line in told.splitlines() if "topple: vase" in line and "from" not in line]
     assert arc[4:6] == [value, degrees]
     lines = polar_picture([found]).curves[0].lines
-    assert f"estimated to hold up to {value} in each of these directions, the least at {degrees}" in lines
+    assert f"estimated to hold up to {value} in all of these, the least at {degrees}" in lines
     assert f"estimated to hold up to {value} m/s²" in repr(found)
     data = json.loads(json.dumps(found.to_dict()))
     assert data["holds"] == {"lower": found.lower[row], "row": row, "direction": found.directions[row].tolist()}

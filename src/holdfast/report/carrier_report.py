@@ -218,7 +218,7 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
     lines = [f"least {number(float(result.acceleration[least]))}{only} at {degrees[least]:g}°, {gives}"]
     promise = promised(result.answers)
     if promise:
-        lines.append(f"{promise} in each of these directions, the least at {degrees[result.answers.holding]:g}°")
+        lines.append(f"{promise} in all of these, the least at {degrees[result.answers.holding]:g}°")
     lines.append(f"largest {number(float(known.max()))}")
     return (*lines, *unknown)
 
