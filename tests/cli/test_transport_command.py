@@ -36,12 +36,11 @@ def test_the_answer_comes_first_in_one_sentence(transport: Any) -> None:
     assert "+x is 0°, +y is 90°" in said
     assert f"beyond {0.6 * 9.81:.4g} m/s²" in said
     assert "slip of cube" in said
-    limits = hf.transport_limits(hf.shipped_scene("table"))
+    least = hf.transport_limits(hf.shipped_scene("table")).lower.min()
     _, out, _ = transport("table")
     said = " ".join(out.partition("largest acceleration")[0].split())
-    assert (
-        f"estimated to hold up to {limits.lower.min():.4g} m/s² in each of these directions, the least towards" in said
-    )
+    told = float(said.partition("estimated to hold up to ")[2].partition(" m/s² in each of these directions, the ")[0])
+    assert least - 0.001 < told <= least
 
 
 def test_a_long_story_is_told_in_few_parts(transport: Any, monkeypatch: pytest.MonkeyPatch) -> None:

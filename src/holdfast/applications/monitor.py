@@ -24,7 +24,7 @@ from holdfast.base.arrays import Float, checked, checked_number, checked_whole
 from holdfast.base.errors import HoldfastError, SceneError, message
 from holdfast.base.memory import Same
 from holdfast.base.progress import reported
-from holdfast.base.public import PublicValue, Summary, number
+from holdfast.base.public import PublicValue, Summary, at_least, at_most
 from holdfast.base.ranges import ACCELERATION, MANY, PLACE, SCALE, TURNING
 from holdfast.base.text import listed
 from holdfast.engines.answers import only_balanced
@@ -55,7 +55,7 @@ class Monitored(PublicValue, ask=".holds or .margin"):
     harder, as far as known.
 
     ``seconds`` [s] is the time that the answer took. ``late`` says that it took longer than it should, or that there
-    was no time to ask about all bodies: then the margin is 0, and ``reason`` says about which.
+    was no time to ask about all bodies. Only in the second case the margin is 0, and ``reason`` says about which.
     """
 
     margin: float
@@ -78,8 +78,8 @@ class Monitored(PublicValue, ask=".holds or .margin"):
         """Summarise the answer by its margin and what moves first."""
         when = f"{1e3 * self.seconds:.1f} ms{', late' if self.late else ''}"
         first = f"; then {listed(self.moving)} would move first" if self.moving else ""
-        most = f" of at most {number(self.upper)}" if self.upper < 1 else ""
-        text = f"margin {number(self.margin)}{most} ({when})"
+        most = f" of at most {at_least(self.upper)}" if self.upper < 1 else ""
+        text = f"margin {at_most(self.margin)}{most} ({when})"
         return Summary(f"{self.status}: {text}{first}", [("why", self.reason)] if self.reason else ())
 
 

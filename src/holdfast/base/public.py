@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, TypeVar, dataclass_transform
 
@@ -182,3 +183,13 @@ def number(value: float, unit: str = "") -> str:
     """Return a number as text for people, with four significant digits, ∞ for infinity, and its unit."""
     text = "∞" if value == float("inf") else f"{value:.4g}"
     return f"{text} {unit}".rstrip()
+
+
+def at_most(value: float, unit: str = "") -> str:
+    """Return ``number`` of a lower bound [any unit]: rounded down, so that the text promises no more than the value."""
+    return number(float(Context(prec=4, rounding=ROUND_FLOOR).create_decimal_from_float(value)), unit)
+
+
+def at_least(value: float, unit: str = "") -> str:
+    """Return ``number`` of an upper bound: rounded up."""
+    return number(float(Context(prec=4, rounding=ROUND_CEILING).create_decimal_from_float(value)), unit)

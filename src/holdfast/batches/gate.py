@@ -13,7 +13,7 @@ import numpy as np
 
 from holdfast.base.arrays import checked_number
 from holdfast.base.borders.worker import ANSWERED
-from holdfast.base.public import number
+from holdfast.base.public import at_most, number
 from holdfast.base.text import listed
 from holdfast.batches.result import BatchTables
 from holdfast.batches.tables import Row
@@ -120,7 +120,7 @@ def judged(row: Row, rules: GateRules) -> tuple[Result, str]:
     if lower is None:
         return UNDECIDED, "no push was computed"
     if lower < wanted:
-        return UNDECIDED, f"only {number(lower, 'N')} is certain, {number(wanted, 'N')} is wanted"
+        return UNDECIDED, f"only {at_most(lower, 'N')} is certain, {number(wanted, 'N')} is wanted"
     return PASSED, ""
 
 

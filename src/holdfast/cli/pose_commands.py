@@ -220,14 +220,18 @@ def _taken(scene: Scene, things: Sequence[str], mass: float | None, material: st
     for thing in things:
         path = Path(thing)
         if path in meshes:
-            name = path.stem
-            while any(name == body.name for body in scene.bodies):
-                name += "_"
-            bodies.append(Body(name, Mesh.from_file(path), mass=mass, material=material))
+            bodies.append(Body(_free_name(path.stem, scene), Mesh.from_file(path), mass=mass, material=material))
         elif ":" in thing:
             file, _, name = thing.rpartition(":")
-            bodies.append(SceneGiven(scene=file).read().body(name))
+            bodies.append(replace(SceneGiven(scene=file).read().body(name), name=_free_name(name, scene)))
         else:
             bodies.append(scene.body(thing))
     moved = [thing for thing in things if Path(thing) not in meshes and ":" not in thing]
     return scene.without(moved) if moved else scene, bodies
+
+
+def _free_name(name: str, scene: Scene) -> str:
+    """Return the name, with underscores if a body of the scene has it."""
+    while any(name == body.name for body in scene.bodies):
+        name += "_"
+    return name

@@ -13,7 +13,7 @@ import numpy as np
 from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Int, Objects, frozen, objects
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.public import Record, column
+from holdfast.base.public import Record, at_most, column, number
 from holdfast.base.text import listed
 from holdfast.base.values import altered
 from holdfast.engines.mechanism import NAMED, Mechanism
@@ -271,16 +271,13 @@ class Answers(Record, kw_only=True):
 
     def explained(self, row: int, unit: str) -> str:
         """Say in lines of text how the answer of a ``row``, in a ``unit``, came about: what each step made of it."""
-
-        def amount(value: float) -> str:
-            return f"{value:.4g} {unit}".strip()
-
-        known = "" if self.lower_bound is Bound.NONE else f", lower {amount(self.lower[row])} ({self.lower_bound})"
-        lines = [f"{self.status[row]}: force {amount(self.force[row])}{known}, by engine {self.engine}"]
+        surely = f", lower {at_most(self.lower[row], unit)} ({self.lower_bound})"
+        known = "" if self.lower_bound is Bound.NONE else surely
+        lines = [f"{self.status[row]}: force {number(self.force[row], unit)}{known}, by engine {self.engine}"]
         force, lower = np.nan, 0.0
         for step in self.steps:
-            new = [("force", force, step.force[row]), ("lower", lower, step.lower[row])]
-            changes = [f"{name} {amount(now)}" for name, before, now in new if now != before]
+            changes = [f"force {number(step.force[row], unit)}"] if step.force[row] != force else []
+            changes += [f"lower {at_most(step.lower[row], unit)}"] if step.lower[row] != lower else []
             force, lower = step.force[row], step.lower[row]
             lines.append(f"- {step.name}: {', '.join(changes) if changes else 'no change'}")
             lines += [f"  {step.why}"] if changes else []

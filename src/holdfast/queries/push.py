@@ -14,7 +14,7 @@ from holdfast.assembly.strengths import refuse_joined
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float, checked, checked_direction, checked_truth
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.public import Summary, column, number
+from holdfast.base.public import Summary, at_least, at_most, column, number
 from holdfast.base.ranges import ACCELERATION, PLACE
 from holdfast.base.text import quoted
 from holdfast.base.values import Table
@@ -108,7 +108,7 @@ class LoadFactor(Certified, Single):
 
     def summary(self) -> Summary:
         """Summarise the answer by the factor, its bounds and what gives way."""
-        between = f"{number(self.lower)} to {number(self.upper)}"
+        between = f"{at_most(self.lower)} to {at_least(self.upper)}"
         facts = [("factor", amount(self.status, self.factor)), ("between", between), ("status", str(self.status))]
         facts += [("gives way", gives_way(self.mode, self.moving)), *self.facts()]
         headline = f"the loads may be multiplied by {number(self.factor)}"

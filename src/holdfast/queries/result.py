@@ -10,7 +10,7 @@ import numpy as np
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Float, Objects, objects
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.public import Of, PublicValue, Summary, column, number
+from holdfast.base.public import Of, PublicValue, Summary, at_least, at_most, column, number
 from holdfast.base.text import listed
 from holdfast.engines.answers import Answers, Bound, Claim, Undecided
 from holdfast.engines.mechanism import Mechanism, Mode
@@ -176,7 +176,7 @@ def cells(place: str, answers: Any, row: int, unit: str) -> list[str]:  # noqa: 
     return [
         place,
         amount(answers.status[row], answers.force[row], unit),
-        f"{number(answers.lower[row])} to {number(answers.upper[row])}",
+        f"{at_most(answers.lower[row])} to {at_least(answers.upper[row])}",
         str(answers.status[row]),
         gives_way(answers.mode[row], answers.moving[row]),
     ]
@@ -216,7 +216,7 @@ def promised(answers: Answers, unit: str = "") -> str:
 def holds_up_to(answers: Answers, row: int, unit: str = "") -> str:
     """Describe the lower bound of a row and how it is known."""
     what = "have an equilibrium" if answers.claim is Claim.EXISTS else "hold"
-    return f"{answers.lower_bound} to {what} up to {number(float(answers.lower[row]), unit)}"
+    return f"{answers.lower_bound} to {what} up to {at_most(answers.lower[row], unit)}"
 
 
 def endless(answers: Answers, row: int, unit: str) -> str:

@@ -6,14 +6,14 @@ import base64
 import os
 import re
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from heapq import nsmallest
 from typing import Any
 
 from holdfast.base.borders.worker import ANSWERED, OUTCOMES
 from holdfast.base.errors import HoldfastError
 from holdfast.base.files import write_atomically
-from holdfast.base.public import number
+from holdfast.base.public import at_most, number
 from holdfast.base.text import escaped, listed, many
 from holdfast.batches.folder import about, reading
 from holdfast.batches.result import BatchTables
@@ -115,7 +115,7 @@ def _strength(row: Row) -> str:
     for name, unit in (("weakest", "N"), ("acceleration", "m/s²")):
         value, lower = row[name], row[f"{name}_lower"]
         if value is not None:
-            parts.append(number(value, unit) + (f" (all at least {number(lower, unit)})" if lower else ""))
+            parts.append(number(value, unit) + (f" (all at least {at_most(lower, unit)})" if lower else ""))
     return ", ".join(parts)
 
 
@@ -127,9 +127,9 @@ def _weakest(rows: Sequence[Row]) -> str:
             _amount(row["weakest"]),
             row["weakest_body"] or "",
             gives_way(row["weakest_mode"], tuple(row["weakest_moving"])) if row["weakest_moving"] else "",
-            _amount(row["weakest_lower"]),
+            _amount(row["weakest_lower"], at_most),
             _amount(row["acceleration"]),
-            _amount(row["acceleration_lower"]),
+            _amount(row["acceleration_lower"], at_most),
         )
         for row in _weakest_first(rows, SHOWN)
     ]
@@ -138,8 +138,8 @@ def _weakest(rows: Sequence[Row]) -> str:
     return ReportTable(heads, cells).html()
 
 
-def _amount(value: float | None) -> str:
-    return "" if value is None else number(value)
+def _amount(value: float | None, form: Callable[[float], str] = number) -> str:
+    return "" if value is None else form(value)
 
 
 def _reasons(rows: Sequence[Row]) -> str:

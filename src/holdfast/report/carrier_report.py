@@ -13,7 +13,7 @@ from holdfast.applications.transport import TransportLimits
 from holdfast.assembly.assembly import Assembly
 from holdfast.base.arrays import Float, checked_items, checked_name
 from holdfast.base.errors import HoldfastError, message
-from holdfast.base.public import number
+from holdfast.base.public import at_most, number
 from holdfast.base.rigid import tangents
 from holdfast.base.text import listed, quoted
 from holdfast.drawing.plots import Curve, Footprint, PolarPicture, Timeline, write_polar
@@ -104,7 +104,7 @@ def _arc_row(result: TransportLimits, angle: Float, arc: list[int], rank: NDArra
     first, last, at, there = (f"{angle[k]:g}°" for k in (arc[0], arc[-1], least, low))
     known, answer = result.answers.decided[least], amount(result.status[least], result.acceleration[least])
     promises = result.lower[low] > 0 or (known and result.lower.any())
-    lower = [number(float(result.lower[low])), there] if promises else ["-", ""]
+    lower = [at_most(result.lower[low]), there] if promises else ["-", ""]
     partly = wording.partly_undecided(int((~result.answers.decided[arc]).sum()), len(arc))
     return [first, last, answer, at, *lower, _gives_way(result, least) + partly]
 
@@ -230,7 +230,8 @@ def carried_report(result: Carried) -> Report:
     chosen = result.answers.ranking[:TIMES].tolist()
     rows = []
     for k in sorted(chosen if low is None or low in chosen else [*chosen[: TIMES - 1], low]):
-        figures = [amount(result.status[k], value) for value in (result.factor[k], result.lower[k])]
+        held = at_most(result.lower[k]) if result.answers.decided[k] else "?"
+        figures = [amount(result.status[k], result.factor[k]), held]
         acceleration = [f"{v + 0.0:.4g}" for v in motion.acceleration[k]]
         gives = first[k] if result.answers.decided[k] else "not known"
         rows.append([number(float(motion.time[k])), *acceleration, *figures, gives])
@@ -250,7 +251,7 @@ def _safe_speed(result: Carried) -> list[str]:
     if result.claim is Claim.ESTIMATED:
         return []
     scale, what = result.time_scale(), "to hold" if result.claim is Claim.HOLDS else "to have an equilibrium"
-    return [f"known {what} at {number(scale)} times this speed" if scale > 0 else f"not known {what} at any speed"]
+    return [f"known {what} at {at_most(scale)} times this speed" if scale > 0 else f"not known {what} at any speed"]
 
 
 def timeline(result: Carried) -> Timeline:

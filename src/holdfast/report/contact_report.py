@@ -12,7 +12,7 @@ from holdfast.assembly.assembly import Assembly
 from holdfast.assembly.strengths import strengths_of
 from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Int
-from holdfast.base.public import number
+from holdfast.base.public import at_least, number
 from holdfast.base.text import LONGEST_NAME, one_line
 from holdfast.engines.answers import Bound, Claim
 from holdfast.engines.verdict import Status
@@ -165,7 +165,7 @@ def bounds_text(result: Robustness) -> list[str]:
     if result.lower_bound is not Bound.NONE:
         lines.append(holds_up_to(result.answers, 0, "N"))
     if result.upper_bound is not Bound.NONE and math.isfinite(result.upper[0]):
-        lines.append(f"{result.upper_bound} to move above {number(float(result.upper[0]), 'N')}")
+        lines.append(f"{result.upper_bound} to move above {at_least(result.upper[0], 'N')}")
     return lines or ["no bound is known on either side"]
 
 

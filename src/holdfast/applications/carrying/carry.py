@@ -18,7 +18,7 @@ from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Bool, Float, Int, frozen, objects
 from holdfast.base.errors import HoldfastError, message, nearest_of
 from holdfast.base.progress import reported
-from holdfast.base.public import Of, Pictured, Summary, number
+from holdfast.base.public import Of, Pictured, Summary, at_most, number
 from holdfast.base.ranges import COORDINATES
 from holdfast.base.text import listed, quoted
 from holdfast.engines.answers import Answers, Claim, joined
@@ -118,7 +118,7 @@ class Carried(Pictured, Columns, ask=".holds or .outcome"):
         if self.claim is Claim.EXISTS and (self.lower >= 1).all():
             return "an equilibrium exists at all times, which need not hold"
         k = int(np.argmin(self.held))
-        why = self.undecided.text or f"factor {number(self.factor[k])}, known to be at least {number(self.lower[k])}"
+        why = self.undecided.text or f"factor {number(self.factor[k])}, known to be at least {at_most(self.lower[k])}"
         return f"not known to hold from {number(float(self.profile.time[k]), 's')}: {why}"
 
     def time_scale(self, *, margin: float = 0.0) -> float:
@@ -154,7 +154,7 @@ class Carried(Pictured, Columns, ask=".holds or .outcome"):
         facts = [("outcome", WORDS[self.outcome]), ("why", self.reason)]
         if self.claim is not Claim.ESTIMATED:
             what = "safe speed" if self.claim is Claim.HOLDS else "an equilibrium exists at"
-            facts.append((what, f"{number(self.time_scale())} times the speed"))
+            facts.append((what, f"{at_most(self.time_scale())} times the speed"))
         if self.first:
             facts.append(("moves first", listed(self.first, NAMED)))
         return [*facts, *super().facts()]

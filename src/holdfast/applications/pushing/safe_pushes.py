@@ -22,7 +22,7 @@ from holdfast.base.archive import archived
 from holdfast.base.arrays import Bool, Float, Objects, checked_directions, checked_number, frozen, objects
 from holdfast.base.errors import HoldfastError, SceneError, message, no_truth
 from holdfast.base.progress import reported
-from holdfast.base.public import PublicValue, Summary, column, number
+from holdfast.base.public import PublicValue, Summary, at_most, column, number
 from holdfast.base.ranges import COORDINATES, FORCE, LENGTH
 from holdfast.base.text import listed, quoted
 from holdfast.base.values import Value
@@ -358,4 +358,4 @@ class _Trials:
 
 
 def _still(force: float) -> str:
-    return f"nothing moves below {force:.3g} N"
+    return f"nothing moves below {at_most(force, 'N')}"

@@ -143,8 +143,8 @@ class Sliding(Amendment):
         telling = int((most < (1 - MATTERS) * answers.lower[loaded]).sum())
         lower = np.array(answers.lower)
         lower[loaded] = most
-        far = f"{core.SLID:g} times as far as contacts give"
-        words = f"{telling} of {len(answers)} answers hold more only after sliding {far}"
+        far = f"{core.SLID:g} times as far as they give, which lower leaves out"
+        words = f"{telling} of {len(answers)} answers hold more only after contacts slide {far}"
         return replace(answers, lower=lower, notes=(*answers.notes, words) if telling else answers.notes)
 
 

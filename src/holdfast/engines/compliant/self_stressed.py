@@ -132,11 +132,10 @@ class SelfStressed(Amendment):
         if not telling:
             return replace(answers, lower=lower)
         many = f"{telling} of {len(answers)} answers depend on stiffness"
-        ratios = f"between {RATIOS[0]:g} and {RATIOS[1]:g} times as stiff along the contacts, "
-        covers = f"contacts {ratios if softer else ''}with {COARSE[0]} or more nodes a side"
-        return replace(
-            answers, lower=lower, notes=(*answers.notes, f"{many}: bodies are {why}, and lower covers {covers}")
-        )
+        ratios = f" {RATIOS[0]:g} to {RATIOS[1]:g} times as stiff along their faces, and" if softer else ""
+        covers = f"contacts{ratios} with {COARSE[0]} or more nodes a side"
+        note = f"{many}, as bodies are {why}: lower is what holds for all {covers}"
+        return replace(answers, lower=lower, notes=(*answers.notes, note))
 
     @cached_property
     def _coarse(self) -> tuple[Grid, ...]:
