@@ -20,7 +20,7 @@ def test_it_says_what_gives_way_when(carry: Any) -> None:
     assert "gives way" in out
     assert "slip: cube" in out
     assert "0.03755 s" in out
-    assert "0.8662 times" in out
+    assert "0.8661 times" in out
     assert "tis-gdv.de" in out
 
 
