@@ -109,10 +109,11 @@ class Stability(Certified, PublicValue, ask=".stable or .status"):
     def margin(self) -> float:
         """The share m by which things may worsen, from 0 to 1: 0 unless the assembly certainly stands.
 
-        The assembly also rests with m times its weight as a level force on all movable bodies, in any direction, and
-        with all friction coefficients lower by the share m; not both at once. What is only ``balanced``, as a ball is,
-        bears no such force, and a warning names it; if there is nothing else, the margin is 0. Raises HoldfastError
-        for an engine that promises no lower bound, and for an answer that was saved, pickled or copied.
+        The assembly still rests if every movable body is pulled level, in any one direction, by m times its weight. It
+        also rests if there is no such pull, and all friction coefficients are lower by the share m. What is only
+        ``balanced``, as a ball is, bears no such force, and a warning names it; if there is nothing else, the margin is
+        0. Raises HoldfastError for an engine that promises no lower bound, and for an answer that was saved, pickled or
+        copied.
         """
         found = self._margin_of(None)
         if found and self.balanced:

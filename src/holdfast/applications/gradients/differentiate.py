@@ -69,9 +69,9 @@ class Derivatives(PublicValue):
     keep their direction in the world. Contacts follow the bodies as ``assemble`` finds them: a face that opens or
     overlaps by less than the gap still touches, halfway between the two bodies.
 
-    At a kink the answer changes otherwise on either side: ``before`` and ``after`` are its slopes below and above the
-    value of the parameter. ``pose`` and so on are then the smaller of both, and 0 if they have different signs, so that
-    no step along them promises what only one side gives. Elsewhere all three are the same. ``kinks`` lists all kinks.
+    At a kink the answer has another slope below the value of the parameter, ``before``, than above it, ``after``. The
+    slopes ``pose`` and so on are there the one of less magnitude, or 0 if the two differ in sign: so no step along them
+    promises what only one side gives. Elsewhere all three are the same. ``kinks`` lists all kinks.
 
     ``known`` (n,) tells which rows have derivatives: those that are finite and greater than 0; others are 0.
     ``from_multipliers`` (n,) tells which of them come from the multipliers of one solve, exact up to the accuracy of
