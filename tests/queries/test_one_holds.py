@@ -108,3 +108,12 @@ def test_what_only_a_hold_keeps_is_said_to_move() -> None:
     found = hf.robustness(held, "box", (0, 0, 0.05), (0, 0, -1), engine="limit")
     assert found.mode[0] == "none"
     assert found.summary().rows[0][-1] == "motion: box"
+
+
+def test_a_direction_that_is_undecided_takes_no_promise_from_those_without_a_limit() -> None:
+    found = hf.transport_limits(shelf(), [(1, 0, 0), (0, 1, 0)])
+    endless = {"force": np.array([0.0, np.inf]), "lower": np.array([0.0, np.inf])}
+    status = np.array([hf.Status.UNDECIDED, hf.Status.INFINITE], dtype=object)
+    told = text_of(transport_report(replace(found, answers=replace(found.answers, status=status, **endless))))
+    assert "however fast it accelerates: nothing moves" in told
+    assert "no limit found" not in told

@@ -186,7 +186,7 @@ def number(value: float, unit: str = "") -> str:
 
 
 def at_most(value: float, unit: str = "") -> str:
-    """Return ``number`` of a lower bound [any unit]: rounded down, so that the text promises no more than the value."""
+    """Return ``number`` of a lower bound: rounded down, so that the text promises no more than the value."""
     return number(float(Context(prec=4, rounding=ROUND_FLOOR).create_decimal_from_float(value)), unit)
 
 

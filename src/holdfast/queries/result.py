@@ -219,9 +219,14 @@ def holds_up_to(answers: Answers, row: int, unit: str = "") -> str:
     return f"{answers.lower_bound} to {what} up to {at_most(answers.lower[row], unit)}"
 
 
+def doubted(answers: Answers, row: int) -> bool:
+    """Tell whether a row that is INFINITE is promised to hold up to a finite ``lower`` only."""
+    return answers.claim is Claim.HOLDS and bool(np.isfinite(answers.lower[row]))
+
+
 def endless(answers: Answers, row: int, unit: str) -> str:
     """Describe a row that is INFINITE: nothing moves where ``lower`` says so, too, and else what ``lower`` says."""
-    if answers.claim is Claim.HOLDS and np.isfinite(answers.lower[row]):
+    if doubted(answers, row):
         return f"no limit found, {holds_up_to(answers, row, unit)} only"
     return "an equilibrium exists" if answers.claim is Claim.EXISTS else "nothing moves"
 

@@ -115,8 +115,7 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
         return "the limit is undecided in each of these directions"
     least = int(result.answers.ranking[0])
     if result.status[least] is Status.INFINITE:
-        row = least if result.answers.holding is None else result.answers.holding
-        return f"however fast it accelerates: {endless(result.answers, row, 'm/s²')}"
+        return f"however fast it accelerates: {_endless(result)}"
     if result.status[least] is Status.UNSTABLE:
         return "even at rest " + ("something is crushed" if result.mode[least] == "crush" else "it does not stand")
     moving = f"{kind_of(result.mode[least])} of {listed(result.moving[least], wording.SHOWN)}"
@@ -125,6 +124,12 @@ def _slowest(result: TransportLimits, angle: Float) -> str:
     among = "" if result.answers.decided.all() else ", of the directions with an answer"
     first = number(float(result.acceleration[least]), "m/s²")
     return f"the first to move{among}, towards {angle[least]:g}° beyond {first}: {moving}"
+
+
+def _endless(result: TransportLimits) -> str:
+    """Describe limits that are infinite in all decided directions, by that with the least lower bound."""
+    decided = np.flatnonzero(result.answers.decided)
+    return endless(result.answers, int(decided[np.argmin(result.lower[decided])]), "m/s²")
 
 
 def _arcs(result: TransportLimits) -> list[list[int]]:
@@ -209,8 +214,7 @@ def _lines(result: TransportLimits, angle: Float) -> tuple[str, ...]:
     if not len(known):
         return tuple(unknown)
     if np.isinf(known).all():
-        row = int(np.argmin(result.lower))
-        return (f"however fast: {endless(result.answers, row, 'm/s²')}", *unknown)
+        return (f"however fast: {_endless(result)}", *unknown)
     least = int(result.answers.ranking[0])
     gives = movers(result)[least] or str(result.status[least])
     only = " (only balanced)" if result.status[least] is Status.FINITE and not result.acceleration[least] > 0 else ""

@@ -14,11 +14,11 @@ from holdfast.base.archive import to_dict
 from holdfast.base.arrays import Int
 from holdfast.base.public import at_least, number
 from holdfast.base.text import LONGEST_NAME, one_line
-from holdfast.engines.answers import Bound, Claim
+from holdfast.engines.answers import Bound
 from holdfast.engines.verdict import Status
 from holdfast.queries.map import MapPoint, RobustnessMap
 from holdfast.queries.push import Robustness
-from holdfast.queries.result import endless, gives_way, holds_up_to, promised, vector_text
+from holdfast.queries.result import doubted, endless, gives_way, holds_up_to, promised, vector_text
 from holdfast.queries.stability import Stability
 from holdfast.report import description as wording
 from holdfast.report.description import MOST_ROWS, STYLES, WORDS, Headline, Line, Report, ReportTable
@@ -134,7 +134,7 @@ def placement_details(result: Placement) -> dict[str, Any]:
 def push_report(result: Robustness) -> Report:
     """Return the force of the first push of an answer, its bounds, and what moves."""
     status, force = result.status[0], float(result.force[0])
-    sure = result.claim is not Claim.HOLDS or np.isinf(result.lower[0])
+    sure = not doubted(result.answers, 0)
     without_end = f"{'however hard: ' if sure else ''}{endless(result.answers, 0, 'N')}"
     outcome, style = {
         Status.FINITE: (f"{number(force, 'N')} before something moves", "bold"),
